@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
-import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import wraps
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -16,18 +13,22 @@ import numpy as np
 from stickslip.dynamics.checks import require_integer, require_memory, require_number, shown
 from stickslip.dynamics.status import Status
 from stickslip.optim.posture import evaluate
+from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.station import PLACED, Station
-from stickslip.optim.posture.waypoints import CONVEX, require_grid, require_moves
+from stickslip.optim.posture.waypoints import CONVEX, MOVE, require_grid
+from stickslip.optim.processes import float64_program
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.problem import PostureProblem
 
+    Edges = tuple[np.ndarray, np.ndarray]
+    """Nodes before and after each."""
 
 LEAST = 31
 """Default least number of angles of each leg in a grid."""
@@ -39,6 +40,8 @@ ROUNDING = 1e-9
 """Part of a grid step, or of an allowed move, by which a move may seem too long."""
 CHUNK = evaluate.SIZES[-1]
 """Stations evaluated in one call, about: what bounds the memory."""
+BETTER = 1e-9
+"""Relative decrease below which a polished drive is no better than the grid's."""
 
 
 class Layer(NamedTuple):
@@ -58,19 +61,15 @@ class PostureGrid:
     """The stations of K waypoints and N pairs of angles, as NumPy arrays.
 
     rear, front: the angles of each leg [rad]; the pairs are all of one with all of the other, the
-    front leg's running faster. stations: [K, N]. start, end: the layer of one station at the first
-    and at the last waypoint, where its pair is given: the only choice there, which need not lie on
-    the grid.
+    front leg's running faster. stations: [K, N]. layers: the choices at each waypoint; one, which
+    need not lie on the grid, where the first or the last pair is given.
     """
 
     problem: PostureProblem
     rear: Float[np.ndarray, "R"]
     front: Float[np.ndarray, "F"]
     stations: Station
-    ok: dict[str, Bool[np.ndarray, "K N"]]
-    """Mask of stations that meet each group of constraints."""
-    start: Layer | None
-    end: Layer | None
+    layers: list[Layer]
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -80,14 +79,16 @@ class PostureGrid:
     @property
     def what(self) -> str:
         """The set of drives that is searched, in words."""
+        given = {"start": self.problem.start_angles, "end": self.problem.end_angles}
         text = f"paths over the {self.shape[0]} x {self.shape[1]} grid of leg angles"
-        ends = [w for w, at in (("start", self.start), ("end", self.end)) if at is not None]
+        ends = [name for name, at in given.items() if at is not None]
         return text + (f" with the given {' and '.join(ends)}" if ends else "")
 
     @property
     def evaluations(self) -> int:
         """Stations evaluated."""
-        return self.stations.torque.size + (self.start is not None) + (self.end is not None)
+        first, past = self.free
+        return self.stations.torque.size + first + len(self.layers) - past
 
     @property
     def limits(self) -> Float[np.ndarray, "steps"]:
@@ -122,43 +123,66 @@ class PostureGrid:
             "more angles or wider spacing of the waypoints would let them."
         )
 
-    def admissible(self, k: int) -> Bool[np.ndarray, "n"]:
-        """Mask of the nodes of waypoint k that meet all constraints of a station."""
-        return self.layer(k).admissible
-
-    def layer(self, k: int) -> Layer:
-        """Admissible nodes at waypoint k."""
-        last = len(self.problem.x) - 1
-        if k == 0 and self.start is not None:
-            return self.start
-        if k == last and self.end is not None:
-            return self.end
-        met = {name: of[k] for name, of in self.ok.items()}
-        return Layer(self.stations.map(lambda of: of[k]), met)
-
     @property
     def free(self) -> tuple[int, int]:
         """The first waypoint whose choice is the grid's, and one past the last."""
-        return int(self.start is not None), len(self.problem.x) - int(self.end is not None)
+        given = self.problem.start_angles, self.problem.end_angles
+        return int(given[0] is not None), len(self.layers) - int(given[1] is not None)
 
     def within(self, step: int, a: Number, b: Number) -> np.ndarray:
         """True if the rate allows the move from angles a to b [..., 2] in that step."""
         move = np.max(np.abs(np.asarray(b) - np.asarray(a)), -1)
         return move <= self.limits[step] * (1 + ROUNDING)
 
+    def angles_at(self, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:
+        """The angles of a path given by its nodes."""
+        each = zip(self.layers, nodes, strict=True)
+        return np.stack([layer.stations.leg_angles[node] for layer, node in each])
+
+    def moves(self) -> list[tuple[int, int]]:
+        """All moves in grid steps that the widest window allows, shortest first."""
+        rear, front = (int(of) for of in self.windows().max(axis=0))
+        count = (2.0 * rear + 1) * (2.0 * front + 1)
+        given = f"leg_rate = {self.problem.leg_rate} rad/m on this grid"
+        require_memory(given, "moves", count, MOVE)
+        both = [(r, f) for r in range(-rear, rear + 1) for f in range(-front, front + 1)]
+        return sorted(both, key=lambda move: (abs(move[0]) + abs(move[1]), move))
+
+    def edges(self, step: int) -> Iterator[Edges]:
+        """Nodes before and after each admissible move of a step, in parts, one for each move in
+        grid steps; all at once from or to a given pair."""
+        before, after = self.layers[step : step + 2]
+        good_a, good_b = before.admissible, after.admissible
+        first, past = self.free
+        if step < first or step + 1 >= past:
+            a, b = before.stations.leg_angles, after.stations.leg_angles
+            tail, head = np.nonzero(self.within(step, a[:, None], b) & good_a[:, None] & good_b)
+            yield tail, head
+            return
+        wide = self.windows()[step]
+        R, F = self.shape
+        good_a, good_b = good_a.reshape(R, F), good_b.reshape(R, F)
+        for r, f in self.moves():
+            if abs(r) > wide[0] or abs(f) > wide[1]:
+                continue
+            rows, columns = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
+            to_rows, to_columns = slice(max(0, r), min(R, R + r)), slice(max(0, f), min(F, F + f))
+            i, j = np.nonzero(good_a[rows, columns] & good_b[to_rows, to_columns])
+            i, j = i + rows.start, j + columns.start
+            yield i * F + j, (i + r) * F + j + f
+
     def why_none(self, k: int) -> str:
         """Text of the constraints that leave no pair at waypoint k; empty where some are left."""
-        layer = self.layer(k)
-        met, count = layer.met, len(layer.admissible)
-        if np.any(layer.admissible):
+        met, good = self.layers[k].met, self.layers[k].admissible
+        if np.any(good):
             return ""
-        given = ", the given one," if count == 1 else ""
+        given = ", the given one," if len(good) == 1 else ""
         where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
         alone = [name for name, of in met.items() if not np.any(of)]
         if alone:
             return f"{where} no pair of angles{given} meets {' nor '.join(alone)}"
         broken = {name: int(np.sum(~of)) for name, of in met.items() if not np.all(of)}
-        each = ", ".join(f"{name} rules out {n} of {count}" for name, n in broken.items())
+        each = ", ".join(f"{name} rules out {n} of {len(good)}" for name, n in broken.items())
         return f"{where} no pair of angles meets all constraints: {each}"
 
     def why_stuck(self, k: int, reached: np.ndarray) -> str:
@@ -168,13 +192,53 @@ class PostureGrid:
             return none
         if self.problem.leg_rate is None:
             return f"the criterion is not finite at waypoint {k} on any of them"
-        left = int(np.sum(self.admissible(k)))
+        left = int(np.sum(self.layers[k].admissible))
         reason = (
             f"leg_rate = {self.problem.leg_rate} rad/m lets none of the "
             f"{int(np.sum(reached))} pairs that are reached at waypoint {k - 1} move to any of the "
             f"{left} admissible ones at waypoint {k} (x = {self.problem.x[k]:.6g} m) on this grid"
         )
         return f"{reason}. {self.stuck}" if self.stuck else reason
+
+    def without_path(self, k: int, reason: str, common: dict[str, Any]) -> PostureResult:
+        """The result where no path leads to waypoint k. common: fields of every result.
+
+        INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint.
+        Else FAILED: there are angles off the grid, and a posture that ends in a numerical status
+        (NOT_CONVERGED, HOLLOW_GROUND, NO_SOLUTION, NON_FINITE) is not known to be impossible.
+        """
+        layer = self.layers[k]
+        unplaced = ~layer.met["pose"]
+        status, message = OptimStatus.FAILED, f"no {self.what}: {reason}"
+        if np.any(unplaced):
+            codes = layer.stations.status[unplaced]
+            codes = np.where(np.isin(codes, PLACED), int(Status.NON_FINITE), codes)
+            counts = Counter(Status(int(code)).name for code in codes)
+            listed = ", ".join(f"{n} {name}" for name, n in counts.most_common())
+            what = "hollow ground" if set(counts) == {"HOLLOW_GROUND"} else "no pose"
+            message += f"; {what}: {len(codes)} of {unplaced.size} pairs of angles there ended "
+            message += listed
+        elif len(unplaced) == 1 and not layer.admissible[0]:
+            status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
+        return PostureResult.without_point(status=status, message=message, **common)
+
+
+station_costs = float64_program(station_cost)
+
+
+@float64_program
+def edge_costs(
+    criterion: Criterion | Weighted,
+    a: Station,
+    b: Station,
+    tail: Int[Array, "E"],
+    head: Int[Array, "E"],
+) -> Float[Array, "E"]:
+    """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
+    stations of the station where it ends."""
+    if criterion.kind == "max":
+        return station_cost(criterion, b)[head]
+    return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
 
 
 def build_grid(
@@ -193,34 +257,23 @@ def build_grid(
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
-    friction = problem.posture.friction
     chunks = []
     with Bar(method, K, "waypoint", progress) as bar:
         for begin in range(0, K, rows):
-            at = slice(begin, begin + rows)
-            chunks.append(_evaluate(problem, problem.x[at], friction[at], pairs))
+            chunks.append(_evaluate(problem, np.arange(begin, min(begin + rows, K)), pairs))
             bar.advance(min(rows, K - begin))
     whole = jax.tree.map(lambda *of: np.concatenate(of), *chunks)
-    start, end = (
-        None if pair is None else _given_layer(problem, k, pair)
-        for k, pair in ((0, problem.start_angles), (-1, problem.end_angles))
-    )
-    return PostureGrid(problem, rear, front, whole.stations, whole.met, start, end)
+    layers = [jax.tree.map(lambda of, k=k: of[k], whole) for k in range(K)]
+    for k, pair in ((0, problem.start_angles), (K - 1, problem.end_angles)):
+        if pair is not None:
+            found = _evaluate(problem, np.array([k]), pair[None])
+            layers[k] = jax.tree.map(lambda of: of[0], found)
+    return PostureGrid(problem, rear, front, whole.stations, layers)
 
 
-def _given_layer(problem: PostureProblem, k: int, pair: np.ndarray) -> Layer:
-    """The one choice at waypoint k."""
-    row = _evaluate(problem, problem.x[[k]], problem.posture.friction[[k]], pair[None])
-    return jax.tree.map(lambda of: of[0], row)
-
-
-def _evaluate(
-    problem: PostureProblem,
-    x: Float[Array | np.ndarray, "rows"],
-    friction: Float[Array | np.ndarray, "rows"],
-    pairs: Float[np.ndarray, "rows N 2"],
-) -> Layer:
-    """Stations [rows, N] and which constraints they meet."""
+def _evaluate(problem: PostureProblem, at: np.ndarray, pairs: Float[np.ndarray, "N 2"]) -> Layer:
+    """Stations of those waypoints [rows, N] and which constraints they meet."""
+    x, friction = problem.x[at], problem.posture.friction[at]
     rows = evaluate.rows_at(problem.posture, x[:, None], friction[:, None], pairs)
     return Layer(Station.unpacked(rows), evaluate.met(problem.posture, rows))
 
@@ -263,18 +316,6 @@ def _angles_of(problem: PostureProblem, leg: Any) -> np.ndarray:
     return np.clip(leg, low, high)
 
 
-def offsets(grid: PostureGrid) -> Iterator[tuple[int, int]]:
-    """All moves in grid steps that the widest window allows, shortest first."""
-    wide = grid.windows().max(axis=0)
-    require_moves(grid.problem, wide)
-    moves = [
-        (r, f)
-        for r in range(-int(wide[0]), int(wide[0]) + 1)
-        for f in range(-int(wide[1]), int(wide[1]) + 1)
-    ]
-    yield from sorted(moves, key=lambda move: (abs(move[0]) + abs(move[1]), move))
-
-
 def fitting_grid(
     problem: PostureProblem, least: int = LEAST
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
@@ -314,7 +355,9 @@ def _of_leg(problem: PostureProblem, ends: list[float], least: int) -> np.ndarra
         parts = max(int(np.ceil(limit * least / width - ROUNDING)), 1)
         finest = max(int(limit * (most - 1) / width + ROUNDING), parts)
         step = _step(limit, range(parts, finest + 1), ends)
-        return _through(ends[0] if ends else (below + above) / 2, step, below, above)
+        at = ends[0] if ends else (below + above) / 2
+        first, last = -int((at - below) / step + ROUNDING), int((above - at) / step + ROUNDING)
+        return np.clip(at + step * np.arange(first, last + 1), below, above)
     return whole
 
 
@@ -330,13 +373,6 @@ def _step(limit: float, parts: range, ends: list[float]) -> float:
         if step >= USED * longest:
             return float(step)
     return limit / parts[0]
-
-
-def _through(at: float, step: float, low: float, high: float) -> np.ndarray:
-    """All angles that are whole steps from `at`, within the range."""
-    first = -int((at - low) / step + ROUNDING)
-    last = int((high - at) / step + ROUNDING)
-    return np.clip(at + step * np.arange(first, last + 1), low, high)
 
 
 def step_of(angles: Float[np.ndarray, "n"]) -> float:
@@ -357,86 +393,37 @@ def windows_of(
 def rate_used(angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]) -> float:
     """The share of its rate that a leg can use on these angles, 0 to 1; 1 where it can reach
     every one of them in a single step."""
-    most = len(angles) - 1
     windows = windows_of(angles, limits)
-    if most == 0 or np.all(windows == most):
+    if np.all(windows == len(angles) - 1):
         return 1.0
     return float(min(np.sum(windows) * step_of(angles) / np.sum(limits), 1.0))
 
 
-def without_path(grid: PostureGrid, k: int, reason: str, common: dict[str, Any]) -> PostureResult:
-    """The result where no path leads to waypoint k. common: fields of every result.
-
-    INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint. Else
-    FAILED: there are angles off the grid, and a posture that ends in a numerical status
-    (NOT_CONVERGED, HOLLOW_GROUND, NO_SOLUTION, NON_FINITE) is not known to be impossible.
-    """
-    layer = grid.layer(k)
-    doubtful = ~layer.met["pose"]
-    status, message = OptimStatus.FAILED, f"no {grid.what}: {reason}"
-    if np.any(doubtful):
-        message += f"; {_without_numbers(grid, k, doubtful)}"
-    elif len(doubtful) == 1 and not layer.admissible[0]:
-        status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
-    return PostureResult.without_point(status=status, message=message, **common)
-
-
-def _without_numbers(grid: PostureGrid, k: int, bad: np.ndarray) -> str:
-    """Number of postures of a waypoint with each status, as text."""
-    status = grid.layer(k).stations.status[bad]
-    codes = np.where(np.isin(status, PLACED), int(Status.NON_FINITE), status)
-    counts = Counter(Status(int(code)).name for code in codes)
-    listed = ", ".join(f"{n} {name}" for name, n in counts.most_common())
-    what = "hollow ground" if set(counts) == {"HOLLOW_GROUND"} else "no pose"
-    return f"{what}: {int(np.sum(bad))} of {bad.size} pairs of angles there ended {listed}"
-
-
-BETTER = 1e-9
-"""Relative decrease below which a polished drive is no better than the grid's."""
-
-
-def polishable(method: Callable[..., PostureResult]) -> Callable[..., PostureResult]:
-    """The method of the grid with one more option, polish (False): what `polished` makes of it."""
-
-    @wraps(method)
-    def run(
-        problem: PostureProblem, *, progress: bool = False, polish: bool = False, **options: Any
-    ) -> PostureResult:
-        if polish:
-            require_room(problem)
-        result = method(problem, progress=progress, **options)
-        return polished(problem, result, progress) if polish else result
-
-    own = inspect.signature(method)
-    more = inspect.signature(run, follow_wrapped=False).parameters["polish"]
-    run.__signature__ = own.replace(parameters=[*own.parameters.values(), more])  # type: ignore[attr-defined]
-    return run
-
-
-def require_room(problem: PostureProblem) -> None:
-    """Refuse what the polish has no room for, before the grid is searched."""
-    K = len(problem.x)
-    require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
-
-
-def polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> PostureResult:
-    """The better of a grid's result and of the local optimum that scp finds from it.
+def polished(
+    problem: PostureProblem, polish: bool, progress: bool, search: Callable[[], PostureResult]
+) -> PostureResult:
+    """The result of a search of the grid; with polish the better of it and of the local optimum
+    that scp finds from it.
 
     details: those of the grid, whose grid_bound a drive off it may be below; grid_value and
     grid_angles, of the grid's path; polish, how scp ended. Without a path nothing is polished.
     """
+    if not polish:
+        return search()
+    K = len(problem.x)
+    require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
+    grid = search()
     if grid.x is None:
         return grid
     from stickslip.optim.posture.local.scp import solve_scp
 
-    began = time.perf_counter()
     local = solve_scp(problem, start=grid.x, progress=progress)
     details = dict(grid.details) | {
         "grid_value": grid.value,
         "grid_angles": grid.leg_angles,
         "polish": f"{local.status.name}: {local.message}",
     }
-    seconds = grid.seconds + time.perf_counter() - began
+    seconds = grid.seconds + local.seconds
     least = grid.value - BETTER * (1 + abs(grid.value))
     if not local.feasible or (grid.feasible and not local.value < least):
         return replace(grid, details=details, seconds=seconds)
@@ -451,26 +438,3 @@ def polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> Po
         f"whose value is {grid.value:.8g}.{stuck}",
         details=details,
     )
-
-
-def moves_of_step(grid: PostureGrid, step: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """The same in parts, one for each move in grid steps; all at once from or to a given pair."""
-    good_a, good_b = grid.admissible(step), grid.admissible(step + 1)
-    first, last = grid.free
-    if step < first or step + 1 >= last:  # from or to a given pair
-        a, b = (grid.layer(k).stations.leg_angles for k in (step, step + 1))
-        allowed = grid.within(step, a[:, None], b) & good_a[:, None] & good_b
-        tail, head = np.nonzero(allowed)
-        yield tail, head
-        return
-    wide = grid.windows()[step]
-    R, F = grid.shape
-    good_a, good_b = good_a.reshape(R, F), good_b.reshape(R, F)
-    for r, f in offsets(grid):
-        if abs(r) > wide[0] or abs(f) > wide[1]:
-            continue
-        rows, columns = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
-        to_rows, to_columns = slice(max(0, r), min(R, R + r)), slice(max(0, f), min(F, F + f))
-        i, j = np.nonzero(good_a[rows, columns] & good_b[to_rows, to_columns])
-        i, j = i + rows.start, j + columns.start
-        yield i * F + j, (i + r) * F + j + f

@@ -12,14 +12,13 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.options import COUNT
-from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name, station_cost
-from stickslip.optim.posture.graph.grid import PostureGrid, build_grid
-from stickslip.optim.posture.graph.search import angles_at, best_paths
+from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
+from stickslip.optim.posture.graph.grid import PostureGrid, build_grid, station_costs
+from stickslip.optim.posture.graph.search import best_paths
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -83,8 +82,8 @@ def pareto_front(
     one, two = _single("first", first), _single("second", second)
     grid = build_grid(replace(problem, criterion=one), angles, method="pareto", progress=progress)
     with Bar("pareto", None, "path", progress) as bar:
-        search, sums = _Search(grid, bar), one.additive and two.additive
-        met, complete = (_supported if sums else _by_levels)(search, one, two, points)
+        search, sums = _Search(grid, (one, two), bar), one.additive and two.additive
+        met, complete = (_supported if sums else _by_levels)(search, points)
     proved = PROVED_SUMS if sums else PROVED_LEVELS
     if not met:
         proved = "no path over the grid meets the constraints"
@@ -108,70 +107,49 @@ def _single(name: str, criterion: str | Criterion) -> Criterion:
     return single
 
 
-@dataclass(frozen=True)
-class _Point:
+class _Path(NamedTuple):
+    """Values of both criteria, decision vector [2K] and nodes [K]."""
+
     values: tuple[float, float]
     x: np.ndarray
-
-
-class _Path(NamedTuple):
-    """Nodes [K] and decision vector [2K]."""
-
     nodes: np.ndarray
-    x: np.ndarray
 
 
 class _Search:
     """Best paths of one grid by several criteria and over parts of its nodes."""
 
-    def __init__(self, grid: PostureGrid, bar: Bar):
-        self.grid, self.bar, self.paths = grid, bar, 0
+    def __init__(self, grid: PostureGrid, criteria: tuple[Criterion, Criterion], bar: Bar):
+        self.grid, self.criteria, self.bar, self.paths = grid, criteria, bar, 0
 
     def best(
-        self, criterion: Criterion | Weighted, allowed: list[np.ndarray] | None = None
+        self, criterion: Criterion | Weighted, allowed: list[Bool[np.ndarray, "n"]] | None = None
     ) -> _Path | None:
-        """The best path over the `allowed` nodes; None for none."""
-        grid = self.grid if allowed is None else _restricted(self.grid, allowed)
-        grid = replace(grid, problem=replace(grid.problem, criterion=criterion))
-        nodes = best_paths(grid).nodes
+        """The best path over the `allowed` nodes of each waypoint; None for none."""
+        layers = self.grid.layers
+        if allowed is not None:
+            layers = [
+                layer._replace(met=layer.met | {"level": of})
+                for layer, of in zip(layers, allowed, strict=True)
+            ]
+        problem = replace(self.grid.problem, criterion=criterion)
+        nodes = best_paths(replace(self.grid, problem=problem, layers=layers)).nodes
         self.paths += 1
         self.bar.advance()
-        return None if nodes is None else _Path(nodes, angles_at(grid, nodes).reshape(-1))
-
-    def value(self, criterion: Criterion, x: np.ndarray) -> float:
-        """The problem's own value by that criterion."""
-        return replace(self.grid.problem, criterion=criterion).objective(x)
-
-    def node_costs(self, criterion: Criterion) -> list[np.ndarray]:
-        """The cost of each node of each waypoint, by a criterion of stations."""
-        with jax.enable_x64(True):
-            layers = [self.grid.layer(k).stations for k in range(len(self.grid.problem.x))]
-            return [np.asarray(station_cost(criterion, layer)) for layer in layers]
+        if nodes is None:
+            return None
+        x = self.grid.angles_at(nodes).reshape(-1)
+        first, second = (replace(problem, criterion=one).objective(x) for one in self.criteria)
+        return _Path((first, second), x, nodes)
 
 
-def _restricted(grid: PostureGrid, allowed: list[Bool[np.ndarray, "N"]]) -> PostureGrid:
-    """The grid with only the allowed nodes of each waypoint."""
-    K, N = grid.stations.torque.shape
-    inner = np.stack([of if len(of) == N else np.ones(N, bool) for of in allowed])
-    ends = [
-        None if end is None else end._replace(met=end.met | {"level": allowed[k]})
-        for k, end in ((0, grid.start), (K - 1, grid.end))
-    ]
-    return replace(grid, ok=grid.ok | {"level": inner}, start=ends[0], end=ends[1])
-
-
-def _supported(
-    search: _Search, first: Criterion, second: Criterion, points: int
-) -> tuple[list[_Point], bool]:
+def _supported(search: _Search, points: int) -> tuple[list[_Path], bool]:
     """Corners of the hull: between two known ones, the weights for which these are equally good
     show the corner farthest below their line, or that there is none."""
 
-    def solved(a: float, b: float) -> _Point | None:
-        path = search.best(Weighted(((first, a), (second, b))))
-        if path is None:
-            return None
-        values = search.value(first, path.x), search.value(second, path.x)
-        return _Point(values, path.x)
+    first, second = search.criteria
+
+    def solved(a: float, b: float) -> _Path | None:
+        return search.best(Weighted(((first, a), (second, b))))
 
     ends = solved(1.0, 0.0), solved(0.0, 1.0)
     if ends[0] is None or ends[1] is None:
@@ -203,68 +181,52 @@ def _supported(
     return corners, not open_pairs
 
 
-def _extent(pair: tuple[_Point, _Point], corners: list[_Point]) -> float:
+def _extent(pair: tuple[_Path, _Path], corners: list[_Path]) -> float:
     values = np.array([point.values for point in corners])
     size = np.maximum(np.ptp(values, axis=0), 1e-300)
     return float(np.prod(np.abs(np.subtract(pair[0].values, pair[1].values)) / size))
 
 
-def _by_levels(
-    search: _Search, first: Criterion, second: Criterion, points: int
-) -> tuple[list[_Point], bool]:
+def _by_levels(search: _Search, points: int) -> tuple[list[_Path], bool]:
     """The best of one criterion for each of several levels of the other, a worst station."""
-    swapped = second.additive
-    main, limited = (second, first) if swapped else (first, second)
-    costs = search.node_costs(limited)
+    which = int(search.criteria[1].additive)  # the main criterion's number
+    main, limited = search.criteria[which], search.criteria[1 - which]
+    costs = [station_costs(limited, layer.stations) for layer in search.grid.layers]
 
-    def worst(path: _Path) -> float:
+    def reached(path: _Path) -> float:
         return max(float(of[node]) for of, node in zip(costs, path.nodes, strict=True))
 
-    def below(level: float, strictly: bool) -> _Level | None:
-        allowed = [of < level if strictly else of <= level for of in costs]
-        path = search.best(main, allowed)
-        return None if path is None else _Level(search.value(main, path.x), worst(path), path.x)
+    def below(level: float, strictly: bool) -> _Path | None:
+        return search.best(main, [of < level if strictly else of <= level for of in costs])
+
+    def worse(path: _Path, other: _Path) -> bool:
+        value = other.values[which]
+        return path.values[which] > value + SAME * abs(value)
 
     least = search.best(limited)
     if least is None:
         return [], True
-    low = worst(least)
-    levels: list[_Level] = []
+    low = reached(least)
+    found: list[_Path] = []
     gaps, expected, high = False, None, None
     for share in np.linspace(0, 1, points):
         level = np.inf if high is None else high + share * (low - high)
         now = below(level if share < 1 else low, strictly=False)
-        if now is None or (levels and now.reached >= levels[-1].reached):
+        if now is None or (found and reached(now) >= reached(found[-1])):
             continue
         # Ties: as good by the main criterion, and better by the other.
-        while (lower := below(now.reached, strictly=True)) and not lower.worse_than(now):
+        while (lower := below(reached(now), strictly=True)) and not worse(lower, now):
             now = lower
-        gaps |= expected is not None and now.worse_than(expected)
-        levels.append(now)
+        gaps |= expected is not None and worse(now, expected)
+        found.append(now)
         expected = lower
-        high = now.reached if high is None else high
+        high = reached(now) if high is None else high
         if lower is None:
             break
-    front = [
-        _Point((at.reached, at.value) if swapped else (at.value, at.reached), at.x) for at in levels
-    ]
-    return front, not gaps and expected is None
+    return found, not gaps and expected is None
 
 
-@dataclass(frozen=True)
-class _Level:
-    """The best value of the main criterion below a level of the other, and what it reaches."""
-
-    value: float
-    reached: float
-    x: np.ndarray
-
-    def worse_than(self, other: _Level) -> bool:
-        """Compare by the main criterion."""
-        return self.value > other.value + SAME * abs(other.value)
-
-
-def _unbeaten(points: list[_Point]) -> list[_Point]:
+def _unbeaten(points: list[_Path]) -> list[_Path]:
     """Those that no other point beats, by rising first value."""
     values = np.array([point.values for point in points]).reshape(-1, 2)
     order = np.argsort(values[:, 0], kind="stable")

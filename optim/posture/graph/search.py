@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -28,30 +29,33 @@ from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.graph.grid import (
     PostureGrid,
     build_grid,
-    moves_of_step,
-    offsets,
-    polishable,
-    without_path,
+    edge_costs,
+    polished,
+    station_costs,
 )
 from stickslip.optim.posture.result import PostureResult, below, closes
 from stickslip.optim.posture.station import Station
+from stickslip.optim.processes import float64_program
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
-    from stickslip.optim.posture.graph.grid import PostureGrid
     from stickslip.optim.posture.problem import PostureProblem
 
-    Edges = tuple[np.ndarray, np.ndarray]
-    """Nodes before and after each."""
+AGREEMENT = 1e-8
+"""Relative difference of the recursion's value and the objective, or the proved bound, above which
+it is no proof."""
+OVER_GRID = "proved: the best of all {}, not of all drives"
+EDGES = 1 << 18
+"""About the number of edges whose costs are computed in one call."""
 
 
-@polishable
 def solve_grid(
     problem: PostureProblem,
     *,
     progress: bool = False,
+    polish: bool = False,
     angles: Any = None,
     within_rate: bool = False,
 ) -> PostureResult:
@@ -69,70 +73,62 @@ def solve_grid(
     the result may break it (VIOLATED; its residuals say by how much). For single worst-station
     criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
     grid is below it, within the rate or not. evaluations: stations. details: grid, rate_used (of
-    the grid, see build_grid), grid_bound (None for sums).
+    the grid, see build_grid), grid_bound (None for sums). polish: see `polished`.
     """
     began = time.perf_counter()
     require_kind("within_rate", within_rate, bool, "True or False")
-    grid = build_grid(problem, angles, method="grid", progress=progress)
-    nodes, reason, bound = _choose(grid, within_rate)
-    common: dict[str, Any] = {
-        "method": "grid",
-        "began": began,
-        "evaluations": grid.evaluations,
-    }
-    if reason and np.any(grid.admissible(len(nodes))):
-        failed = OptimStatus.FAILED
-        return PostureResult.without_point(status=failed, message=reason, **common)
-    if reason:
-        return without_path(grid, len(nodes), reason, common)
-    return result_at(
-        problem,
-        np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)]),
-        status=OptimStatus.FEASIBLE,
-        message="chosen point by point" + ("" if within_rate else ", leg_rate not looked at"),
-        details=grid.details | {"grid_bound": bound},
-        **common,
-    )
+
+    def search() -> PostureResult:
+        grid = build_grid(problem, angles, method="grid", progress=progress)
+        nodes, reason, bound = _choose(grid, within_rate)
+        common: dict[str, Any] = {"method": "grid", "began": began}
+        common["evaluations"] = grid.evaluations
+        if reason and np.any(grid.layers[len(nodes)].admissible):
+            failed = OptimStatus.FAILED
+            return PostureResult.without_point(status=failed, message=reason, **common)
+        if reason:
+            return grid.without_path(len(nodes), reason, common)
+        return result_at(
+            problem,
+            grid.angles_at(np.array(nodes)),
+            status=OptimStatus.FEASIBLE,
+            message="chosen point by point" + ("" if within_rate else ", leg_rate not looked at"),
+            details=grid.details | {"grid_bound": bound},
+            **common,
+        )
+
+    return polished(problem, polish, progress, search)
 
 
 def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int], str, float | None]:
     """The node at each waypoint, as far as there is one, why there is none at the next, and the
     grid's bound."""
     criterion = grid.problem.criterion
-    before = None
+    before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
     nodes: list[int] = []
     least = []
-    for k in range(len(grid.problem.x)):
-        here, good = grid.layer(k).stations, grid.admissible(k)
+    for k, layer in enumerate(grid.layers):
+        here, good = layer.stations, layer.admissible
         if not np.any(good):
             return nodes, grid.why_none(k), None
-        cost = np.where(good, _cost(criterion, here, before), np.inf)
+        cost = np.where(good, _pointwise(criterion, here, before), np.inf)
         least.append(np.min(cost))
-        if within_rate and before is not None:
+        if within_rate and k:
             reached = grid.within(k - 1, before.leg_angles, here.leg_angles)
             cost = np.where(reached, cost, np.inf)
             if not np.any(np.isfinite(cost)):
                 return nodes, _dead_end(grid, k), None
-        node = int(np.argmin(cost))
-        before = here.map(lambda of, node=node: of[[node]])
-        nodes.append(node)
+        nodes.append(int(np.argmin(cost)))
+        before = here.map(lambda of, node=nodes[-1]: of[[node]])
     bound = below(grid.problem, float(np.max(least))) if criterion.kind == "max" else None
     return nodes, "", bound
 
 
-def _cost(criterion, here: Station, before: Station | None) -> np.ndarray:
-    """Each node's own cost [N]; before: the station [1] chosen before it."""
-    if before is None:
-        before = here.map(lambda of: np.zeros_like(of[:1]))
-    with jax.enable_x64(True):
-        return np.asarray(_pointwise(criterion, here, before))
-
-
-_pointwise = jax.jit(pointwise_cost)
+_pointwise = float64_program(pointwise_cost)
 
 
 def _dead_end(grid: PostureGrid, k: int) -> str:
-    left = int(np.sum(grid.admissible(k)))
+    left = int(np.sum(grid.layers[k].admissible))
     return (
         f"dead end: leg_rate = {grid.problem.leg_rate} rad/m lets the pair chosen at waypoint "
         f"{k - 1} move to none of the {left} admissible ones at waypoint {k} (x = "
@@ -140,10 +136,80 @@ def _dead_end(grid: PostureGrid, k: int) -> str:
     )
 
 
-AGREEMENT = 1e-8
-"""Relative difference of the recursion's value and the objective, or the proved bound, above which
-it is no proof."""
-OVER_GRID = "proved: the best of all {}, not of all drives"
+def solve_dp(
+    problem: PostureProblem, *, progress: bool = False, polish: bool = False, angles: Any = None
+) -> PostureResult:
+    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
+
+    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
+
+    Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
+    criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
+    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
+    sum is accepted where all its parts are sums over steps. Time and memory: K n^2 w^2 and K n^2,
+    w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
+
+    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is what
+    the costs of arriving prove as potentials (`certify`), less the rounding of the stations
+    (`below`): no path over the grid is better. INACCURATE where it is not within 1e-8 of the value,
+    nor within 1e-12 of what the vehicle's weight would give. It bounds no drive off the grid, so
+    that lower_bound is None; `solve(problem, "branch")` has one. FAILED where there is no path over
+    the grid: see `without_path`. evaluations: stations. details: grid, rate_used (the share of the
+    leg rate that each leg can use on it), grid_bound, certificate (edges looked at, and by how much
+    one misses its inequality at worst). polish: see `polished`.
+    """
+    began = time.perf_counter()
+    require_one_kind(problem.criterion)
+
+    def search() -> PostureResult:
+        grid = build_grid(problem, angles, method="dp", progress=progress)
+        common: dict[str, Any] = {"method": "dp", "began": began}
+        common["evaluations"] = grid.evaluations
+        paths = best_paths(grid)
+        if paths.nodes is None:
+            return grid.without_path(paths.stuck_at, paths.reason, common)
+        value = float(np.min(paths.values[-1]))
+        proof = certify(grid, paths.values)
+        closed = closes(problem, value, proof.bound, AGREEMENT)
+        details = grid.details | {
+            "grid_bound": below(problem, proof.bound),
+            "certificate": {"edges": proof.edges, "missed": proof.missed},
+        }
+        proved = OVER_GRID.format(grid.what) if closed else f"no better path by {proof.bound!r}"
+        result = result_at(
+            problem,
+            grid.angles_at(paths.nodes),
+            status=OptimStatus.FEASIBLE if closed else OptimStatus.INACCURATE,
+            message=grid.stuck or proved,
+            details=details,
+            **common,
+        )
+        return _agreed(problem, result, value)
+
+    return polished(problem, polish, progress, search)
+
+
+def require_one_kind(criterion: Criterion | Weighted) -> None:
+    """Raise ValueError for a weighted sum that holds a worst station."""
+    if isinstance(criterion, Weighted) and not criterion.additive:
+        bad = next(one.name for one, _ in criterion.parts if not one.additive)
+        raise ValueError(
+            f"criterion = {criterion.name} holds {bad}, a worst station, which has no recursion in "
+            "a weighted sum; accepted: single criteria, and weighted sums of sums over steps"
+        )
+
+
+def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
+    """The result, INACCURATE and without the grid's bound where the objective is not `value`."""
+    low, high = sorted((value, result.value))
+    if closes(problem, high, low, AGREEMENT):
+        return result
+    return replace(
+        result,
+        status=OptimStatus.INACCURATE,
+        details={name: of for name, of in result.details.items() if name != "grid_bound"},
+        message=f"the objective is {result.value!r} where {value!r} was computed",
+    )
 
 
 class Paths(NamedTuple):
@@ -159,97 +225,15 @@ class Paths(NamedTuple):
     """Reason why there is none."""
 
 
-@polishable
-def solve_dp(
-    problem: PostureProblem, *, progress: bool = False, angles: Any = None
-) -> PostureResult:
-    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
-
-    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
-
-    Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
-    criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
-    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
-    sum is accepted where all its parts are sums over steps. Time and memory: K n^2 w^2 and K n^2,
-    w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
-
-    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is what
-    the costs of arriving prove as potentials, every edge looked up anew (certificate.py), less the
-    rounding of the stations (rounding.py): no path over the grid is better. INACCURATE where it is
-    not within 1e-8 of the value, nor within 1e-12 of what the vehicle's weight would give. It
-    bounds no drive off the grid, so that lower_bound is None; `solve(problem, "branch")` has one.
-    FAILED where there is no path over the grid: see `without_path`. evaluations: stations.
-    details: grid, rate_used (the share of the leg rate that each leg can use on it), grid_bound,
-    certificate (edges looked at, and by how much one misses its inequality at worst).
-    """
-    began = time.perf_counter()
-    require_one_kind(problem.criterion)
-    grid = build_grid(problem, angles, method="dp", progress=progress)
-    common: dict[str, Any] = {
-        "method": "dp",
-        "began": began,
-        "evaluations": grid.evaluations,
-    }
-    paths = best_paths(grid)
-    if paths.nodes is None:
-        return without_path(grid, paths.stuck_at, paths.reason, common)
-    value = float(np.min(paths.values[-1]))
-    x = angles_at(grid, paths.nodes)
-    proof = certify(grid, paths.values)
-    closed = closes(problem, value, proof.bound, AGREEMENT)
-    details = grid.details | {
-        "grid_bound": below(problem, proof.bound),
-        "certificate": {"edges": proof.edges, "missed": proof.missed},
-    }
-    proved = OVER_GRID.format(grid.what) if closed else f"no better path by {proof.bound!r}"
-    result = result_at(
-        problem,
-        x,
-        status=OptimStatus.FEASIBLE if closed else OptimStatus.INACCURATE,
-        message=grid.stuck or proved,
-        details=details,
-        **common,
-    )
-    return agreed(problem, result, value)
-
-
-def require_one_kind(criterion: Criterion | Weighted) -> None:
-    """Raise ValueError for a weighted sum that holds a worst station."""
-    if isinstance(criterion, Weighted) and not criterion.additive:
-        bad = next(one.name for one, _ in criterion.parts if not one.additive)
-        raise ValueError(
-            f"criterion = {criterion.name} holds {bad}, a worst station, which has no recursion in "
-            "a weighted sum; accepted: single criteria, and weighted sums of sums over steps"
-        )
-
-
-def agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
-    """The result, INACCURATE and without the grid's bound where the objective is not `value`."""
-    low, high = sorted((value, result.value))
-    if closes(problem, high, low, AGREEMENT):
-        return result
-    fields = vars(result) | {
-        "status": OptimStatus.INACCURATE,
-        "details": {name: of for name, of in result.details.items() if name != "grid_bound"},
-        "message": f"the objective is {result.value!r} where {value!r} was computed",
-    }
-    return PostureResult(**fields)
-
-
-def angles_at(grid: PostureGrid, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:
-    """The angles of a path given by its nodes."""
-    return np.stack([grid.layer(k).stations.leg_angles[node] for k, node in enumerate(nodes)])
-
-
 def best_paths(grid: PostureGrid) -> Paths:
     """The recursion over all waypoints and the best path's nodes."""
-    K = len(grid.problem.x)
-    first, last = grid.free
-    costs = [_first_costs(grid, first)]
+    K = len(grid.layers)
+    first, past = grid.free
+    costs = [_first_costs(grid)]
     back: list[np.ndarray] = []
-    if first == 1 and first < last:
+    if first == 1 and first < past:
         _arrive(grid, 0, costs, back)
-    if first < last:
+    if past - first > 1:
         within, came = _over_grid(grid, costs[-1])
         costs.extend(within)
         back.extend(came)
@@ -266,14 +250,14 @@ def best_paths(grid: PostureGrid) -> Paths:
     return Paths(costs, nodes)
 
 
-def _first_costs(grid: PostureGrid, first: int) -> np.ndarray:
+def _first_costs(grid: PostureGrid) -> np.ndarray:
     """The cost of beginning at each node of the first waypoint."""
-    begin = grid.layer(0).stations
-    cost = np.zeros(begin.torque.shape)
-    if grid.problem.criterion.kind == "max":
-        with jax.enable_x64(True):
-            cost = np.asarray(station_cost(grid.problem.criterion, begin))
-    return np.where(grid.admissible(0), cost, np.inf)
+    begin = grid.layers[0]
+    criterion = grid.problem.posture.criterion
+    cost = np.zeros(begin.stations.torque.shape)
+    if criterion.kind == "max":
+        cost = station_costs(criterion, begin.stations)
+    return np.where(begin.admissible, cost, np.inf)
 
 
 def _arrive(grid: PostureGrid, step: int, costs: list[np.ndarray], back: list[np.ndarray]):
@@ -281,55 +265,48 @@ def _arrive(grid: PostureGrid, step: int, costs: list[np.ndarray], back: list[np
 
     For a step from or to a given pair, which has one node at one of its ends.
     """
-    a, b = grid.layer(step).stations, grid.layer(step + 1).stations
+    a, b = (layer.stations for layer in grid.layers[step : step + 2])
     from_all = a.map(lambda of: np.expand_dims(of, 1))
-    with jax.enable_x64(True):
-        criterion = grid.problem.posture.criterion
-        arrived = np.asarray(_joined(criterion, costs[-1][:, None], from_all, b))
+    arrived = _arrivals(grid.problem.posture.criterion, costs[-1][:, None], from_all, b)
     allowed = grid.within(step, a.leg_angles[:, None], b.leg_angles)
-    arrived = np.where(allowed & grid.admissible(step + 1), arrived, np.inf)
-    arrived = np.where(np.isfinite(costs[-1])[:, None], arrived, np.inf)
+    allowed &= grid.layers[step + 1].admissible & np.isfinite(costs[-1])[:, None]
+    arrived = np.where(allowed, arrived, np.inf)
     back.append(np.argmin(arrived, axis=0))
     costs.append(np.min(arrived, axis=0))
 
 
-def _joined(criterion: Criterion | Weighted, cost_a: Any, a: Station, b: Station) -> Array:
+def _arrival(criterion: Criterion | Weighted, cost_a: Array, a: Station, b: Station) -> Array:
     """The cost at b of coming from a, where it is cost_a."""
     if criterion.kind == "max":
         return jnp.maximum(cost_a, station_cost(criterion, b))
     return cost_a + step_cost(criterion, a, b)
 
 
+_arrivals = float64_program(_arrival)
+
+
 def _over_grid(grid: PostureGrid, cost: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Costs and predecessors at the grid's waypoints after its first, [N] each."""
-    first, last = grid.free
-    if last - first < 2:
-        return [], []
-    stations = grid.stations.map(lambda of: _in_plane(of[first:last], grid.shape))
-    ok = np.stack([grid.admissible(k) for k in range(first, last)])
-    moves = np.array(list(offsets(grid)), dtype=np.int32)
-    with jax.enable_x64(True):
-        costs, whence = _recursion(
-            grid.problem.posture.criterion,
-            stations,
-            ok.reshape(-1, *grid.shape),
-            grid.windows()[first : last - 1],
-            moves,
-            cost.reshape(grid.shape),
-        )
+    first, past = grid.free
+    R, F = grid.shape
+    stations = grid.stations.map(lambda of: of[first:past].reshape(-1, R, F, *of.shape[2:]))
+    ok = np.stack([layer.admissible for layer in grid.layers[first:past]])
+    moves = np.array(grid.moves(), dtype=np.int32)
+    costs, whence = _recursion(
+        grid.problem.posture.criterion,
+        stations,
+        ok.reshape(-1, R, F),
+        grid.windows()[first : past - 1],
+        moves,
+        cost.reshape(R, F),
+    )
     rear, front = np.indices(grid.shape)
-    shift = moves[np.asarray(whence)]
-    came = (rear - shift[..., 0]) * grid.shape[1] + (front - shift[..., 1])
-    flat = (len(came), -1)
-    return list(np.asarray(costs).reshape(flat)), list(came.reshape(flat))
+    shift = moves[whence]
+    came = (rear - shift[..., 0]) * F + (front - shift[..., 1])
+    return list(costs.reshape(len(came), -1)), list(came.reshape(len(came), -1))
 
 
-def _in_plane(nodes: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
-    """[K, N, ...] as [K, R, F, ...]."""
-    return nodes.reshape(nodes.shape[0], *shape, *nodes.shape[2:])
-
-
-@jax.jit
+@float64_program
 def _recursion(
     criterion: Criterion | Weighted,
     stations: Station,
@@ -357,7 +334,7 @@ def _recursion(
             a, from_cost = jax.tree.map(lambda of: jnp.roll(of, by, (0, 1)), (before, cost))
             i, j = rear - by[0], front - by[1]
             inside = (i >= 0) & (i < R) & (j >= 0) & (j < F) & jnp.all(jnp.abs(by) <= window)
-            total = _joined(criterion, from_cost, a, after)
+            total = _arrival(criterion, from_cost, a, after)
             total = jnp.where(inside & good & jnp.isfinite(from_cost), total, inf)
             better = total < least
             return (jnp.where(better, total, least), jnp.where(better, number, which)), None
@@ -370,10 +347,6 @@ def _recursion(
     first = jax.tree.map(lambda of: of[0], stations)
     rest = jax.tree.map(lambda of: of[1:], stations)
     return jax.lax.scan(step, (first, cost), (rest, ok[1:], windows))[1]
-
-
-EDGES = 1 << 18
-"""About the number of edges whose costs are computed in one call."""
 
 
 class Certificate(NamedTuple):
@@ -395,25 +368,14 @@ def certify(grid: PostureGrid, potentials: Sequence[np.ndarray]) -> Certificate:
     which is looked up, too. Sums over steps: y_head <= y_tail + cost. Worst stations: y_head <=
     max(y_tail, cost).
     """
-    criterion = grid.problem.posture.criterion
-    worst_of = criterion.kind == "max"
-    missed, edges = 0.0, 0
-    lost = 0.0
     y = np.asarray(potentials[0], float)
-    begin = np.zeros(y.shape)
-    if worst_of:
-        with jax.enable_x64(True):
-            begin = np.asarray(_station_costs(criterion, grid.layer(0).stations))
-    begin = np.where(grid.admissible(0), begin, np.inf)
-    first = _least(begin, y)
-    missed, lost = max(missed, -first), lost + max(-first, 0.0)
-    for step in range(len(potentials) - 1):
-        after = np.asarray(potentials[step + 1], float)
+    join = np.maximum if grid.problem.criterion.kind == "max" else np.add
+    first = _room(_first_costs(grid), y)
+    missed, lost, edges = max(0.0, -first), max(-first, 0.0), 0
+    for step, after in enumerate(np.asarray(of, float) for of in potentials[1:]):
         least = 0.0
-        for tail, head, cost in _costs(grid, step, criterion, worst_of):
-            from_there = y[tail]
-            arrived = np.maximum(from_there, cost) if worst_of else from_there + cost
-            least = min(least, _least(arrived, after[head]))
+        for tail, head, cost in costed_edges(grid, step):
+            least = min(least, _room(join(y[tail], cost), after[head]))
             edges += len(tail)
         missed, lost, y = max(missed, -least), lost - least, after
     ends = float(np.min(y))
@@ -422,7 +384,7 @@ def certify(grid: PostureGrid, potentials: Sequence[np.ndarray]) -> Certificate:
     return Certificate(ends - lost - rounding, missed, edges)
 
 
-def _least(cost: np.ndarray, y: np.ndarray) -> float:
+def _room(cost: np.ndarray, y: np.ndarray) -> float:
     """The least room that finite costs leave above y; none where y is infinite or no number."""
     counts = np.isfinite(cost)
     cost, y = cost[counts], y[counts]
@@ -431,24 +393,20 @@ def _least(cost: np.ndarray, y: np.ndarray) -> float:
     return float(np.min(cost - y, initial=np.inf))
 
 
-def _costs(
-    grid: PostureGrid, step: int, criterion: Criterion | Weighted, worst_of: bool
+def costed_edges(
+    grid: PostureGrid, step: int
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """All edges of a step and their costs, about EDGES at a time."""
-    a, b = grid.layer(step).stations, grid.layer(step + 1).stations
-    for tail, head in _together(moves_of_step(grid, step)):
+    """Tails, heads and costs of all edges of a step (see `edge_costs`), about EDGES at a time."""
+    a, b = (layer.stations for layer in grid.layers[step : step + 2])
+    for tail, head in _batches(grid.edges(step)):
         size = 1 << max(len(tail) - 1, 0).bit_length()  # few programs, whatever is admissible
         tails, heads = (np.resize(of, size).astype(np.int32) for of in (tail, head))
-        with jax.enable_x64(True):
-            if worst_of:
-                found = _arrivals(criterion, b, heads)
-            else:
-                found = _edge_costs(criterion, a, b, tails, heads)
-        yield tail, head, np.asarray(found)[: len(tail)]
+        found = edge_costs(grid.problem.posture.criterion, a, b, tails, heads)
+        yield tail, head, found[: len(tail)]
 
 
-def _together(parts: Iterator[Edges]) -> Iterator[np.ndarray]:
-    """The same edges, about EDGES at a time; none that are empty."""
+def _batches(parts: Iterator[tuple[np.ndarray, np.ndarray]]) -> Iterator[np.ndarray]:
+    """The same edges [2, n], about EDGES at a time; none that are empty."""
     waiting: list[np.ndarray] = []
     count = 0
     for part in parts:
@@ -459,24 +417,3 @@ def _together(parts: Iterator[Edges]) -> Iterator[np.ndarray]:
             waiting, count = [], 0
     if count:
         yield np.concatenate(waiting, axis=1)
-
-
-@jax.jit
-def _edge_costs(
-    criterion: Criterion | Weighted,
-    a: Station,
-    b: Station,
-    tail: Int[Array, "E"],
-    head: Int[Array, "E"],
-) -> Array:
-    """Costs of edges; only the entries that the criterion reads are gathered."""
-    before, after = a.map(lambda of: of[tail]), b.map(lambda of: of[head])
-    return step_cost(criterion, before, after)
-
-
-@jax.jit
-def _arrivals(criterion: Criterion | Weighted, b: Station, head: Int[Array, "E"]) -> Array:
-    return jnp.asarray(station_cost(criterion, b))[head]
-
-
-_station_costs = jax.jit(station_cost)
