@@ -32,8 +32,6 @@ EDGE = 1_800
 """Bytes of an edge of lp's graph, in the linear program."""
 CONVEX = 150_000
 """Bytes of a waypoint in scp's convex program, which gradient uses too."""
-SPARSE = 300_000
-"""Bytes of a waypoint in trust-constr's matrices."""
 DENSE = 900
 """Bytes of a pair of waypoints in SLSQP's matrices, which are dense."""
 COVARIANCE = 160
@@ -113,7 +111,8 @@ def waypoints_along(
         )
     with np.errstate(over="ignore"):
         pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
-    require_waypoints(float(spacing), begin, last, pieces, bytes_each)
+    given = f"spacing = {float(spacing)!r} m from start = {begin:.6g} m to end = {last:.6g} m"
+    require_memory(given, "waypoints", pieces + 1, bytes_each)
     return np.linspace(begin, last, int(pieces) + 1)
 
 
@@ -223,14 +222,6 @@ def nearer_between(params: UGVParams, turn: float) -> float:
     return ALLOWED * float(np.max(grown, initial=0.0))
 
 
-def require_waypoints(
-    spacing: float, start: float, end: float, pieces: float, bytes_each: float
-) -> None:
-    """Refuse a spacing [m] that makes more waypoints from start to end [m] than fit."""
-    given = f"spacing = {spacing!r} m from start = {start:.6g} m to end = {end:.6g} m"
-    require_memory(given, "waypoints", pieces + 1, bytes_each)
-
-
 def require_stations(given: str, count: float, bytes_each: float = STATION) -> None:
     """Refuse to evaluate more stations at once than fit."""
     require_memory(given, "stations", count, bytes_each)
@@ -239,17 +230,10 @@ def require_stations(given: str, count: float, bytes_each: float = STATION) -> N
 def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
     through one chunk after another, also those of one waypoint."""
-    K, each = len(problem.x), _float(rear) * _float(front)
+    K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
     given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
     at_once = min(chunk / (K * each), 1.0)
     require_stations(given, K * each, NODE + STATION * at_once)
-
-
-def _float(count: int) -> float:
-    try:
-        return float(count)
-    except OverflowError:
-        return np.inf
 
 
 def require_waypoint_matrices(
@@ -259,9 +243,3 @@ def require_waypoint_matrices(
     of waypoints."""
     K = len(problem.x)
     require_memory(f"method = {method!r} with {K} waypoints", "rows", K, linear + square * K)
-
-
-def require_moves(problem: PostureData, wide: np.ndarray) -> None:
-    """Refuse a list of more moves than fit; wide: how many grid steps each leg may turn [2]."""
-    count = float(np.prod(2.0 * np.asarray(wide, float) + 1))
-    require_memory(f"leg_rate = {problem.leg_rate} rad/m on this grid", "moves", count, MOVE)
