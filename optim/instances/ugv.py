@@ -21,8 +21,7 @@ from stickslip.optim.posture.criteria import CRITERIA
 from stickslip.optim.posture.evaluate import finite_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure
-from stickslip.optim.torque_split import Family
-from stickslip.optim.torque_split import SPLIT_CRITERIA
+from stickslip.optim.torque_split import SPLIT_CRITERIA, Family
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

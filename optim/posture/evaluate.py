@@ -21,9 +21,9 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
+from stickslip.optim.options import float64_program
 from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost
 from stickslip.optim.posture.station import Station, rows_of, station, torque_left
-from stickslip.optim.options import float64_program
 
 if TYPE_CHECKING:
     from collections.abc import Callable

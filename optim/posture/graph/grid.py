@@ -12,12 +12,12 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_memory, require_number, shown
 from stickslip.dynamics.status import Status
+from stickslip.optim.options import float64_program
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.station import PLACED, Station
 from stickslip.optim.posture.waypoints import CONVEX, MOVE, require_grid
-from stickslip.optim.processes import float64_program
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 

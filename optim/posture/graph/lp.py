@@ -198,12 +198,12 @@ def solve_flow(graph: LayeredGraph, solver: str) -> Flow:
     program = cp.Problem(cp.Minimize(graph.cost @ f), [conserved])
     ended = solve_quietly(program, solver)
     if f.value is None or not ended.answered:  # the flow is known to be feasible
-        return Flow(None, None, OptimStatus.FAILED, ended.words)
+        return Flow(None, None, OptimStatus.FAILED, ended.message)
     bound = None
     if conserved.dual_value is not None:
         # Which sign the solver's interface gives the dual is not relied on: either is a bound.
         bound = max(proved_bound(graph, y) for y in (conserved.dual_value, -conserved.dual_value))
-    return Flow(np.asarray(f.value), bound, ended.status, ended.words)
+    return Flow(np.asarray(f.value), bound, ended.status, ended.message)
 
 
 def proved_bound(graph: LayeredGraph, y: np.ndarray) -> float:

@@ -18,6 +18,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind
+from stickslip.optim.options import float64_program
 from stickslip.optim.posture.criteria import (
     Criterion,
     Weighted,
@@ -35,7 +36,6 @@ from stickslip.optim.posture.graph.grid import (
 )
 from stickslip.optim.posture.result import PostureResult, below, closes
 from stickslip.optim.posture.station import Station
-from stickslip.optim.processes import float64_program
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:

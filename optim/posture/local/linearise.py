@@ -17,12 +17,12 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.methods import shortcomings
+from stickslip.optim.options import float64_program
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, steps
 from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.station import Station
-from stickslip.optim.options import float64_program
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
