@@ -13,9 +13,8 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.control.optimal_gait import GaitTable, OptimalGait, gaits_of
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
     from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
-    from stickslip.agents.evaluation.rollout import Rollout, rollout
+    from stickslip.agents.evaluation.rollout import Idle, Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.idle import Idle
     from stickslip.agents.machine import Machine
     from stickslip.agents.pictures.film import film
     from stickslip.agents.pictures.view import View, show
@@ -31,15 +30,19 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
-    from stickslip.agents.standard import StandardMachine
     from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.sweeps.sweep import sweep
     from stickslip.agents.training.configuration import Trained
     from stickslip.agents.training.run import train
     from stickslip.agents.ugv.config import UGVTrainConfig
-    from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
-    from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
+    from stickslip.agents.ugv.controllers import (
+        FixedPosture,
+        FollowPath,
+        LevelBody,
+        Optimum,
+        RecedingHorizon,
+    )
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -53,11 +56,11 @@ else:
             "biped.control.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
             "evaluation.evaluate": ("evaluate", "evaluate_task"),
             "evaluation.rollout": (
+                "Idle",
                 "Rollout",
                 "rollout",
             ),
             "evaluation.table": ("Evaluation",),
-            "idle": ("Idle",),
             "machine": ("Machine",),
             "registry": (
                 "machines",
@@ -76,7 +79,6 @@ else:
             "policy.sb3": ("from_sb3",),
             "policy.shipped": ("shipped_names",),
             "protocol": ("Controller",),
-            "standard": ("StandardMachine",),
             "sweeps.sweep": ("sweep",),
             "sweeps.axes": ("Axis",),
             "sweeps.data": ("SweepArrays", "read_sweep", "sweep_arrays"),
@@ -87,8 +89,6 @@ else:
                 "FixedPosture",
                 "FollowPath",
                 "LevelBody",
-            ),
-            "ugv.plans": (
                 "Optimum",
                 "RecedingHorizon",
             ),
@@ -117,7 +117,6 @@ __all__ = [
     "PlainPolicy",
     "RecedingHorizon",
     "Rollout",
-    "StandardMachine",
     "SweepArrays",
     "TrainConfig",
     "Trained",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shlex
 import time
 from functools import partial
@@ -14,16 +13,11 @@ import numpy as np
 from stickslip.agents.evaluation.evaluate import MOST_EPISODES, evaluate, evaluate_task, is_random
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
-from stickslip.agents.tasks.named import (
+from stickslip.agents.tasks.players import (
     common_task,
-    earned_in_words,
-    measured_before,
-    named_on,
-    task_in_words,
-)
-from stickslip.agents.tasks.places import (
     controller_of,
     machine_of,
+    named_on,
     places_of,
     read_named,
     require_one_table,
@@ -36,6 +30,7 @@ from stickslip.agents.view_files import (
 )
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
+from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import say_stage
 from stickslip.records.content import Content
 from stickslip.records.signals import stoppable
@@ -47,7 +42,8 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
-    from stickslip.agents.tasks.places import Named, Place
+    from stickslip.agents.tasks.players import Named, Place
+    from stickslip.envs.tasks.definition import TaskDefinition
 
     Playing: TypeAlias = tuple[str, str, AnyEnv, AnyPlayer, Timed]
     """Scene, name, environment, player and parameters."""
@@ -100,31 +96,14 @@ def train_command(given: Options) -> None:
     on_task = ""
     if trained.config.task is not None:
         steps, earned = best_evaluation(trained.directory)
-        best = earned_in_words(trained.config.task, earned)
+        task = task_by_name(trained.config.task)
+        known = known_of(task)
+        score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+        best = f"{score}mean return {earned:.4g}{_unit(task)}"
         print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
         print(task_in_words(trained.config.task))
         on_task = f" --task {trained.config.task}"
     print(f"Compare it: stickslip evaluate{on_task} {where} {' '.join(machine.baselines)}")
-
-
-def demo_command(given: Options) -> Content:
-    """`stickslip demo`: its table and where it is."""
-    from stickslip.agents.demo import demo
-
-    with stoppable() as stop:
-        directory = demo(
-            given["out"],
-            machine=given["machine"],
-            fresh=given["fresh"],
-            stop=stop,
-            time_limit=given["time_limit"],
-        )
-        if stop():
-            raise stop.interrupted(f"Stopped; go on with the same command ({directory})")
-    table = directory / "table.json"  # not there where time was up before there was a policy
-    found = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
-    units = {"rows": {"metrics": found.pop("units", {})}}
-    return Content(facts={"directory": str(directory), **found}, units=units)
 
 
 def evaluate_command(given: Options) -> Content:
@@ -175,7 +154,7 @@ def _running(line: str) -> None:
 
 def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
     """All on a named task."""
-    named = named_on({**given, "task": task})
+    named = named_on(task, given)
     require_writable(written)
     about = task_in_words(task)
     print(about)
@@ -209,6 +188,43 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
         for name, env in place.who.items()
     ]
     return table, {place.label: place.line() for place in places}, players
+
+
+def task_in_words(name: str) -> str:
+    """Text of the task, of what 0 and 1 are, and of the proved bounds."""
+    task = task_by_name(name)
+    known, unit = known_of(task), _unit(task)
+    if known is None:
+        return f"{task.headline}\n  nothing is known of it"
+    words = (
+        f"{task.headline}\n  score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; "
+        f"1: the best known, {known.best.value:.4g}{unit} over {known.episodes} episode"
+        f"{'s' if known.episodes > 1 else ''}, earned in replay by {known.how}, no proof that no "
+        "more can be"
+    )
+    if (one := known.assumed) is not None:
+        words += f"; proved under assumptions: at most {one.value:.4g}{unit}, by {one.reason}"
+    if (one := known.bound) is not None:
+        words += f"; proved: at most {one.value:.4g}{unit}, as {one.reason}"
+    return words
+
+
+def measured_before(name: str) -> str:
+    """Known scores of the task's own episodes, as a table."""
+    task = task_by_name(name)
+    known = known_of(task)
+    if known is None:
+        return "Nothing was measured on it before."
+    words = [Column("controller", words=True), Column("score"), Column("return", task.unit)]
+    everybody = (known.trivial, *known.baselines, *known.planners, known.best)
+    rows = [
+        [one.policy, known.score_of(one).shown(3), one.shown] for one in dict.fromkeys(everybody)
+    ]
+    return "Measured before on the same episodes:\n\n" + Table(words, rows).terminal()
+
+
+def _unit(task: TaskDefinition) -> str:
+    return "" if task.unit == "-" else f" {task.unit}"
 
 
 def evaluation(

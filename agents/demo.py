@@ -7,6 +7,7 @@ with `fresh`, a new directory `runs/demo-2`, `-3`, ... is begun.
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from time import monotonic
@@ -17,11 +18,14 @@ from stickslip.agents.registry import machine_by_name, machines
 from stickslip.agents.training.directory import list_checkpoints, read_config
 from stickslip.agents.training.run import train
 from stickslip.dynamics.checks import require_number, shown
+from stickslip.records.content import Content
 from stickslip.records.files import write_whole
+from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stickslip.agents.machine import Options
     from stickslip.agents.training.configuration import Configuration
 
 
@@ -128,3 +132,21 @@ def _is_run_of(path: Path, config: Configuration) -> bool:
         return read_config(path) == config
     except ValueError:
         return False
+
+
+def demo_command(given: Options) -> Content:
+    """`stickslip demo`: its table and where it is."""
+    with stoppable() as stop:
+        directory = demo(
+            given["out"],
+            machine=given["machine"],
+            fresh=given["fresh"],
+            stop=stop,
+            time_limit=given["time_limit"],
+        )
+        if stop():
+            raise stop.interrupted(f"Stopped; go on with the same command ({directory})")
+    table = directory / "table.json"  # not there where time was up before there was a policy
+    found = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
+    units = {"rows": {"metrics": found.pop("units", {})}}
+    return Content(facts={"directory": str(directory), **found}, units=units)

@@ -1,8 +1,7 @@
-"""What a machine is to training, evaluation, pictures and the command line.
+"""Interface of a machine to training, evaluation, pictures and the command line.
 
 Shared code asks a machine and never which one it is. What stands here, and what a machine's module
-imports at its top, needs neither JAX nor NumPy, so that help is quick; methods import what they
-work with.
+imports at its top, needs neither JAX nor NumPy, so that help is quick.
 """
 
 from __future__ import annotations
@@ -10,10 +9,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol, Self, TypeAlias, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
 from stickslip.agents.protocol import Env, Params
 from stickslip.agents.training.configuration import Config, Configuration
+from stickslip.dynamics.plain_checks import require_choice, shown
 
 if TYPE_CHECKING:
     import argparse
@@ -26,14 +27,11 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.pictures.episodes import LearningPanel
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy, Timed
+    from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
-
-Env_co = TypeVar("Env_co", bound="AnyEnv", covariant=True)
-Params_co = TypeVar("Params_co", bound="Timed", covariant=True)
 
 Options: TypeAlias = Mapping[str, Any]
 """Parsed flags by name, each of its Option's kind; None for one that is not given."""
@@ -65,57 +63,49 @@ class Option:
         )
 
 
-class Task(Protocol[Env_co, Params_co]):
-    """A task in parts, which options change before an environment's parameters are made of it.
+class Task(NamedTuple, Generic[Env, Params]):
+    """An environment and its parameters."""
 
-    options: the options by name, None where one is not given.
+    env: Env
+    params: Params
+
+
+class TrainingTask(NamedTuple, Generic[Env, Params]):
+    """An environment and its parameters during a training run."""
+
+    env: Env
+    training: Params
+    tested: Params
+    """Of evaluations."""
+    described: Params
+    """In the policy's file."""
+
+
+class defined_in:  # noqa: N801, a decorator without a function
+    """A machine's method whose function, of the same name, stands in another module.
+
+    The module is imported at the first call. The function does not take the machine.
     """
 
-    @property
-    def env(self) -> Env_co:
-        """The environment's static choices."""
-        ...
+    def __init__(self, module: str):
+        self.module = module
 
-    def params(self) -> Params_co:
-        """The environment's parameters; ValueError where the parts will not do."""
-        ...
+    def __set_name__(self, owner: type, name: str) -> None:
+        self.name = name
 
-    def with_options(self, options: Options, scene: str | None) -> Self:
-        """The task with what the options ask for instead."""
-        ...
-
-    def label(self, scene: str | None) -> str:
-        """A few words for a row."""
-        ...
-
-    def details(self) -> str:
-        """The numbers in a line."""
-        ...
-
-
-class TrainingTask(Protocol[Env_co, Params_co]):
-    """What a configuration asks of the environment."""
-
-    @property
-    def env(self) -> Env_co:
-        """The environment's static choices."""
-        ...
-
-    @property
-    def training(self) -> Params_co:
-        """The parameters of training episodes."""
-        ...
-
-    @property
-    def tested(self) -> Params_co:
-        """The parameters that a policy is trained for, which its file tells of."""
-        ...
+    def __get__(self, machine: object, kind: type) -> Any:
+        """The function."""
+        return getattr(import_module(self.module), self.name)
 
 
 class Machine(ABC, Generic[Env, Params, Config]):
     """One machine, registered by name (see stickslip.agents.registry).
 
-    StandardMachine has what does for most machines: see there for how little one must say.
+    To be said of a new one: the names without a value here, `env`, `with_scene` where there are
+    scenes, `baseline` where there are any, and `training_task` where training differs from the
+    standard task. The environment is a dataclass; its parameters are one, too, with `time_limit`
+    and `control_period`, their classes stand in `modules`, and options that change a task have the
+    names of their fields. Infos hold "episode_return" and "episode_length" (steps so far).
     """
 
     name: ClassVar[str]
@@ -134,16 +124,16 @@ class Machine(ABC, Generic[Env, Params, Config]):
     scenes: ClassVar[tuple[str, ...]] = ()
     """Floors or grounds by name."""
     scene_files: ClassVar[str] = ""
-    """What may be named instead, in words."""
+    """Description of files that may be named instead."""
     axes: ClassVar[Mapping[str, str]] = {}
-    """Some of the numbers that a sweep may vary, and what each is, with its unit."""
-    evaluated: ClassVar[tuple[str, ...]]
-    """What evaluations.csv holds of each evaluation; "return" among it."""
-    episode: ClassVar[tuple[str, ...]]
-    """What metrics.csv holds of the training episodes."""
-    film: ClassVar[str]
+    """Some of the numbers that a sweep may vary, with descriptions and units."""
+    evaluated: ClassVar[tuple[str, ...]] = ("return", "duration", "failures")
+    """Columns of evaluations.csv; "return" among them."""
+    episode: ClassVar[tuple[str, ...]] = ("episodes", "return", "duration")
+    """Columns of metrics.csv about the training episodes."""
+    film: ClassVar[str] = "episode.gif"
     """Name of the animation that a finished run leaves."""
-    frames: ClassVar[float]
+    frames: ClassVar[float] = 25.0
     """Pictures a second of animations, at most one a control step."""
     film_time: ClassVar[float | None] = None
     """Seconds of the episode in a run's animation; None: all of it."""
@@ -169,29 +159,68 @@ class Machine(ABC, Generic[Env, Params, Config]):
     # Tasks.
 
     @abstractmethod
+    def env(self) -> Env:
+        """The environment of the standard task."""
+
+    def standard_task(self) -> Task[Env, Params]:
+        """The task of baselines alone, and of a policy whose file holds none."""
+        env = self.env()
+        return Task(env, env.default_params)
+
+    def with_scene(self, params: Params, scene: str) -> Params:
+        """The parameters in a scene of `scenes`."""
+        raise NotImplementedError(f"{type(self).__name__}.with_scene, which its scenes need")
+
+    def with_options(
+        self, task: Task[Env, Params], options: Options, scene: str | None, viewed: bool
+    ) -> Task[Env, Params]:
+        """The task with what the options ask for instead, for `evaluate` or for `view`.
+
+        options: by name, None where one is not given. ValueError where they will not do.
+        """
+        from stickslip.agents.tasks.file import with_fields
+
+        if scene is not None:
+            if not self.scenes:
+                raise ValueError(f"scene {shown(scene)}; accepted: none, the {self.title} has none")
+            require_choice("scene", scene, self.scenes)
+            task = task._replace(params=self.with_scene(task.params, scene))
+        return task._replace(params=with_fields(task.params, options))
+
+    def label(self, task: Task[Env, Params], scene: str | None) -> str:
+        """A few words for a row."""
+        return scene or "standard"
+
+    def details(self, task: Task[Env, Params]) -> str:
+        """The numbers of a task in a line."""
+        from stickslip.agents.tasks.file import numbers_in_words
+
+        return numbers_in_words(vars(task.params))
+
     def describe(self, env: Env, params: Params) -> dict[str, Json]:
         """An environment and its parameters as JSON values, for a policy's file: for people, and
         for `read_task`; under "environment" the name of its class."""
+        from stickslip.agents.tasks.file import task_entry
 
-    @abstractmethod
+        return {"environment": type(env).__name__, **task_entry(env=env, values=params)}
+
     def read_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params] | None:
         """The task that a policy's file holds; None if it holds none. ValueError if damaged."""
+        from stickslip.agents.tasks.file import read_standard_task
 
-    @abstractmethod
-    def standard_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params]:
-        """The one for a policy whose file holds none, and for baselines alone ({})."""
-
-    def params_of(self, task: Task[Env, Params], options: Options, viewed: bool) -> Params:
-        """The environment's parameters, for `evaluate` or for `view`."""
-        return task.params()
+        return read_standard_task(metadata, type(self.env()))
 
     def sightless(self, env: Env) -> Env:
         """The environment without what only changes what is observed."""
         return env
 
-    @abstractmethod
+    def unit_of(self, env: Env) -> str:
+        """What a table's columns depend on; environments of one table have the same."""
+        return ""
+
     def baseline(self, name: str, env: Env) -> AnyPlayer:
         """A baseline for an environment. ValueError for an unknown name."""
+        raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
 
     def state_map(self, env: Env, params: Params) -> StateMap[Any, Params]:
         """The coordinates that later rewards of a task depend on, for `stickslip.agents.optimum`.
@@ -205,13 +234,16 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Evaluation.
 
-    @abstractmethod
     def measures(self, env: Env, *, task: bool = False, bound: bool = False) -> AnyMeasures:
         """What is kept of an environment's episodes, and the columns of its tables.
 
         task: of a named task, whose scores say what an optimum would. bound: with columns of what
         nobody can beat in each episode, computed and proved; ValueError where nothing is.
         """
+        from stickslip.agents.evaluation.standard import MEASURES
+
+        self.require_no_bound(bound)
+        return MEASURES
 
     def require_no_bound(self, bound: bool) -> None:
         """Raise ValueError if a bound is asked for, of a machine that has none."""
@@ -233,10 +265,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
             "accepted: without --amplification"
         )
 
-    def unit_of(self, env: Env) -> str:
-        """What a table's columns depend on; environments of one table have the same."""
-        return ""
-
     def swept(self) -> Swept:
         """What a sweep may vary of its tasks, and what it writes of an episode."""
         from stickslip.agents.sweeps.swept import Swept
@@ -245,28 +273,32 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Training.
 
-    @abstractmethod
     def training_task(self, config: Config) -> TrainingTask[Env, Params]:
-        """What to train on. ValueError for numbers that do not go together."""
+        """The task of a training run. ValueError for numbers that do not go together."""
+        env, params = self.standard_task()
+        return TrainingTask(env, params, params, params)
 
-    @abstractmethod
     def evaluate_policy(
         self, task: TrainingTask[Env, Params], policy: Policy, config: Config
     ) -> dict[str, float]:
         """A row of evaluations.csv: `evaluated`."""
+        from stickslip.agents.evaluation.standard import evaluate_policy
 
-    @abstractmethod
+        return evaluate_policy(task.env, task.tested, policy, config, self)
+
     def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
         """`episode` of training episodes. ended: what the last infos held, each [episodes >= 1];
         period: of a step [s]."""
+        return {
+            "episodes": len(ended["episode_return"]),
+            "return": float(ended["episode_return"].mean()),
+            "duration": float(ended["episode_length"].mean()) * period,
+        }
 
-    @abstractmethod
-    def beside_bar(self, row: Mapping[str, float]) -> str:
-        """How training episodes go, in a few characters."""
-
-    @abstractmethod
     def line(self, row: Mapping[str, float]) -> str:
         """An evaluation in a line."""
+        given = (name for name in self.evaluated if name in row)
+        return "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in given)
 
     # Pictures.
 

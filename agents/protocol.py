@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import (
     TYPE_CHECKING,
     Any,
-    ClassVar,
     Protocol,
     Self,
     TypeAlias,
@@ -13,14 +12,11 @@ from typing import (
     runtime_checkable,
 )
 
-from stickslip.envs.params import Timed
-
 if TYPE_CHECKING:
-    from dataclasses import Field
-
     from jaxtyping import Array, Float
 
     from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.params import Timed
 
     AnyEnv: TypeAlias = FunctionalEnv[Any, Any]
     """Some machine's environment."""
@@ -33,15 +29,6 @@ Env_contra = TypeVar("Env_contra", contravariant=True)
 State_co = TypeVar("State_co", covariant=True)
 State_contra = TypeVar("State_contra", contravariant=True)
 Params_contra = TypeVar("Params_contra", bound="Timed", contravariant=True)
-
-
-class TimedFields(Timed, Protocol):
-    """The same as a dataclass."""
-
-    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
-
-
-Values = TypeVar("Values", bound=TimedFields)
 
 
 @runtime_checkable
@@ -92,7 +79,7 @@ Player: TypeAlias = Controller[Any, State, Params] | Planner[Any, State, Params]
 """Controller, planner or policy of an environment with such states and parameters."""
 AnyPlayer: TypeAlias = Player[Any, Any]
 """Of some machine's environment."""
-Policy: TypeAlias = Controller[None, object, Timed]
+Policy: TypeAlias = "Controller[None, object, Timed]"
 """A controller that reads the observation alone and remembers nothing."""
 
 

@@ -38,7 +38,7 @@ from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.training.ppo import settings_of, train_population
-from stickslip.agents.ugv.names import USUAL
+from stickslip.agents.ugv.config import USUAL
 from stickslip.envs import TASKS, Randomisation, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 

@@ -10,12 +10,11 @@ import pytest
 from stickslip.agents import shipped_names
 from stickslip.agents.biped.config import DEFAULTS, SB3, TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
-from stickslip.agents.biped.scenes import SCENES
 from stickslip.agents.training.configuration import every_field
-from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.names import UGV_BASELINES
-from stickslip.agents.ugv.tracks import TRACK_NAMES
+from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
+from stickslip.agents.ugv.machine import UGV_BASELINES
 from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
+from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
 from stickslip.envs.tasks.definition import TASKS

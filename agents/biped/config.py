@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.biped.scenes import HOLDS, SCENE, SCENES
 from stickslip.agents.training.configuration import entry, group
 from stickslip.agents.training.settings import (
     LearningConfiguration,
@@ -16,10 +15,15 @@ from stickslip.agents.training.settings import (
     require_whole_batches,
     shared,
 )
+from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
     from stickslip.agents.untrusted import Json
 
+SCENE = "slippery"
+"""The floor where none is named."""
+HOLDS = "grip"
+"""The floor that has no friction: nothing slips on it."""
 ALGORITHMS = ("ppo", "sac", "shac")
 
 BIPED_OBSERVATION = 10
@@ -78,7 +82,7 @@ class TrainConfig(LearningConfiguration):
     timesteps: int = shared("timesteps", 8_000_000)
     task: str | None = shared("task", None)
 
-    scene: str = entry(SCENE, str, "floor", choices=tuple(SCENES))
+    scene: str = entry(SCENE, str, "floor", choices=SCENES)
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
     mu_kinetic: float | None = entry(
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True

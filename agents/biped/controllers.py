@@ -12,7 +12,7 @@ from stickslip.agents.biped.control.computed_torque import ComputedTorque
 from stickslip.agents.biped.control.optimal_gait import OptimalGait
 from stickslip.agents.biped.control.speed_pi import CrankSpeedPI
 from stickslip.agents.biped.control.stop_at_mark import StopAtMark
-from stickslip.agents.biped.names import BIPED_BASELINES
+from stickslip.agents.biped.machine import BIPED_BASELINES
 from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.checks import require_choice, require_known, require_number
 from stickslip.dynamics.pytrees import register_pytree

@@ -9,9 +9,9 @@ import jax
 from stickslip.agents import load_policy
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
-from stickslip.agents.biped.names import FILM, STOPPING
+from stickslip.agents.biped.machine import FILM, STOPPING
 from stickslip.agents.biped.pictures import COMPARED, as_episode
-from stickslip.agents.biped.training import make_task
+from stickslip.agents.biped.task import training_task
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.agents.biped.controllers import BipedController
-    from stickslip.agents.biped.training import Task
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.training.configuration import Trained
     from stickslip.envs.biped.state import BipedEnvState
@@ -54,37 +53,39 @@ class BipedDemonstration(Demonstration[TrainConfig]):
 
     def show(self, trained: Trained[TrainConfig], say: Callable[[str], None]) -> str:
         """See Demonstration."""
-        task, directory = make_task(trained.config), trained.directory
+        task, directory = training_task(trained.config), trained.directory
         controllers: dict[str, BipedController] = {
             name: kind() for name, kind in CONTROLLERS.items() if name != STOPPING
         }
         controllers[trained.name] = load_policy(trained.policy)
         count = trained.config.evaluation_episodes  # the policy's program is then compiled already
-        moving = evaluate(task.env, controllers, {"moving start": task.moving}, episodes=count)
-        played = {name: rollout(task.env, one, task.rest, 0) for name, one in controllers.items()}
+        moving = evaluate(task.env, controllers, {"moving start": task.tested}, episodes=count)
+        rest = task.described
+        played = {name: rollout(task.env, one, rest, 0) for name, one in controllers.items()}
+        period = float(rest.control_period)
         width = max(len(name) for name in played)
         lines = [
             f"{moving.to_text().rstrip()}\n",
             f"{count} episodes of 10 s from any phase and crank rate up to the commanded one. The "
             "baselines\nread the true state and masses, the policy its observation. From rest:",
-            *(_line(f"{name:<{width}}", one, task) for name, one in played.items()),
+            *(_line(f"{name:<{width}}", one, period) for name, one in played.items()),
         ]
         text = self.text_of(trained, lines)
         say("\n" + text)
         say("Drawing ...")
         title = "From rest on a slippery floor"
         title += "" if trained.finished else f"; {trained.name}"
-        episodes = [as_episode(of, task.rest, name) for name, of in played.items()]
+        episodes = [as_episode(of, task.env, rest, name) for name, of in played.items()]
         plot_comparison(episodes, COMPARED, directory / "comparison.png", title)
         write_products(trained, played[trained.name])
         self.write_tables(trained, moving)
         return text
 
 
-def _line(name: str, played: Rollout[BipedEnvState], task: Task) -> str:
+def _line(name: str, played: Rollout[BipedEnvState], period: float) -> str:
     """An episode from rest in a line."""
     last = jax.tree.map(lambda leaf: float(leaf[-1]), played.state.totals)
-    seconds = int(played.length) * float(task.rest.control_period)
+    seconds = int(played.length) * period
     return (
         f"  {name} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
         f"walked {last.walked:6.3f} m, distance slid {last.slid:6.4f} m, took {last.energy:5.1f} J "

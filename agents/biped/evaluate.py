@@ -1,28 +1,36 @@
-"""Measures of the biped's episodes."""
+"""Measures of the biped's episodes, and the amplification of a small difference at their start."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import Measures
+from stickslip.agents.evaluation.evaluate import Measures, play
 from stickslip.agents.evaluation.table import (
     Column,
     fraction_interval,
     mean_interval,
     ratio_interval,
 )
+from stickslip.dynamics.biped import own_time
+from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
 from stickslip.dynamics.status import Status
+from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
-    from jaxtyping import Array
+    from collections.abc import Mapping, Sequence
+
+    from jaxtyping import Array, Bool, Float, Key
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Columns
+    from stickslip.agents.protocol import Player
+    from stickslip.dynamics.biped import BipedState
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 
@@ -100,3 +108,74 @@ def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
 
 
 MEASURES = Measures(keep_of, COLUMNS)
+
+
+def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+    """Means over training episodes and ratios of sums. See Machine."""
+    names = ("return", "length", "walked", "slid", "energy", "mean_rate")
+    total, length, walked, slid, energy, rate = (
+        np.asarray(ended["episode_" + name], float) for name in names
+    )
+    fell = np.asarray(ended["status"] > Status.SLIP_ONSET, float)
+    far = walked.sum() > 0.1
+    return {
+        "episodes": len(total),
+        "return": total.mean(),
+        "duration": length.mean() * period,
+        "mean_crank_rate": np.average(rate, weights=length),
+        "speed": walked.sum() / (length.sum() * period),
+        "slip_per_metre": slid.sum() / walked.sum() if far else np.nan,
+        "energy_per_metre": energy.sum() / walked.sum() if far else np.nan,
+        "falls": fell.mean(),
+    }
+
+
+@dataclass(frozen=True)
+class Beside(BipedEnv):
+    """A BipedEnv whose episodes begin a small way from where they would (`nudged`)."""
+
+    def reset_env(
+        self, key: Key[Array, ""], params: BipedEnvParams
+    ) -> tuple[Float[Array, " obs"], BipedEnvState]:
+        """See FunctionalEnv."""
+        _, state = super().reset_env(key, params)
+        robot = params.robot.params
+        biped = nudged(state.biped, robot.crank, own_time(robot))
+        biped = biped.astype(state.biped.crank_rate.dtype)
+        state = replace(state, biped=biped)
+        return self._observe(state, params), state
+
+
+class Course(NamedTuple):
+    """States of an episode after each step [n]."""
+
+    biped: BipedState
+    inside: Bool[Array, " n"]
+    """The model."""
+
+
+def course_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Course:
+    """Kept data of an episode."""
+    del params
+    return Course(played.state.biped, played.info["status"] <= Status.SLIP_ONSET)
+
+
+def amplifications(
+    env: BipedEnv,
+    player: Player[BipedEnvState, BipedEnvParams],
+    params: BipedEnvParams,
+    seeds: Sequence[int],
+) -> Float[np.ndarray, " episodes"]:
+    """Growth factor of a small difference of the start in each seed's episode [-].
+
+    The largest distance of two episodes whose starts are NUDGE apart, while both are inside the
+    model, over NUDGE; the controller acts in both, a planned path is played in both.
+    """
+    given = {one.name: getattr(env, one.name) for one in fields(BipedEnv)}
+    one, other = (
+        play(kind(**given), player, params, seeds, course_of) for kind in (BipedEnv, Beside)
+    )
+    length = np.asarray(params.robot.params.crank)
+    state, state_beside = (jax.tree.map(np.asarray, course.biped) for course in (one, other))
+    inside = np.asarray(one.inside) & np.asarray(other.inside)
+    return np.max(np.where(inside, apart(state, state_beside, length), 0.0), axis=-1)

@@ -5,35 +5,46 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.names import AXES, BIPED_BASELINES, FILM, FRAMES
-from stickslip.agents.biped.scenes import SCENE, SCENES
-from stickslip.agents.machine import Machine, Option
+from stickslip.agents.machine import Machine, Option, defined_in
+from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    import numpy as np
-
-    from stickslip.agents.biped.controllers import BipedController
     from stickslip.agents.biped.evaluate import Episodes
-    from stickslip.agents.biped.state_map import BipedStates
     from stickslip.agents.biped.swept import BipedSwept
-    from stickslip.agents.biped.task import BipedTask
-    from stickslip.agents.biped.training import Task as BipedTraining
     from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.evaluate import Measures
-    from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.machine import Options, Task, TrainingTask
-    from stickslip.agents.pictures.episodes import LearningPanel
-    from stickslip.agents.protocol import AnyPlayer, Policy
-    from stickslip.agents.untrusted import Json
+    from stickslip.agents.machine import Options
+    from stickslip.agents.optimum.policy import StateMap
+    from stickslip.agents.protocol import AnyPlayer
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
-    from stickslip.envs.rendering.page import Episode
-    from stickslip.envs.tasks.known import Scale
 
+BIPED_BASELINES = (
+    "constant-torque",
+    "crank-speed-pi",
+    "computed-torque",
+    "optimal-gait",
+    "stop-at-mark",
+)
+STOPPING = "stop-at-mark"
+"""The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
+FILM, FRAMES = "walk.gif", 25.0
+"""The animation of a finished run, and its pictures a second."""
+AXES = {
+    "mu": "static and kinetic friction of one floor",
+    "mu_static, mu_kinetic": "either, of the task's floor",
+    "payload": "mass on the hip [kg]",
+    "commanded_rate": "mean crank rate [rad/s]",
+    "torque_limit": "of the motor [N m]",
+    "slip_weight, energy_weight": "of the reward, and its other weights",
+    "robot.gravity": "[m/s^2], and any other number of the robot: robot.mass.12 is the hip's [kg]",
+    "randomisation.friction.0": "an end of a range that a reset draws from",
+}
+"""For the help of a sweep."""
 STARTS = ("moving", "rest")
+TASK, EVALUATE = "stickslip.agents.biped.task", "stickslip.agents.biped.evaluate"
+PICTURES = "stickslip.agents.biped.pictures"
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
@@ -55,7 +66,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "stickslip.envs.biped.params",
     )
     baselines = BIPED_BASELINES
-    scenes = tuple(SCENES)
+    scenes = SCENES
     axes = AXES
     evaluated = (
         "return",
@@ -76,10 +87,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "falls",
     )
     film, frames, film_time = FILM, FRAMES, 6.0
-
-    def usual_scene(self, viewed: bool = False) -> str:
-        """See Machine."""
-        return SCENE
 
     def options(self, viewed: bool = False) -> tuple[Option, ...]:
         """See Machine."""
@@ -110,31 +117,22 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
                 "mu_static alone or neither"
             )
 
-    def describe(self, env: BipedEnv, params: BipedEnvParams) -> dict[str, Json]:
+    def env(self) -> BipedEnv:
         """See Machine."""
-        from stickslip.agents.biped import task
+        from stickslip.envs.biped.env import BipedEnv
 
-        return task.describe_environment(env, params)
+        return BipedEnv()
 
-    def read_task(self, metadata: Mapping[str, Json]) -> BipedTask | None:
-        """See Machine."""
-        from stickslip.agents.biped import task
-
-        return task.read_task(metadata)
-
-    def standard_task(self, metadata: Mapping[str, Json]) -> BipedTask:
-        """See Machine."""
-        from stickslip.agents.biped import task
-
-        return task.standard_task(metadata)
-
-    def params_of(
-        self, task: Task[BipedEnv, BipedEnvParams], options: Options, viewed: bool
-    ) -> BipedEnvParams:
-        """See Machine."""
-        from stickslip.agents.biped.task import begun
-
-        return begun(task.params(), options["start"], "rest" if viewed else "moving")
+    with_options = defined_in(TASK)
+    label = defined_in(TASK)
+    details = defined_in(TASK)
+    describe = defined_in(TASK)
+    read_task = defined_in(TASK)
+    training_task = defined_in(TASK)
+    summary = defined_in(EVALUATE)
+    amplifications = defined_in(EVALUATE)
+    as_episode = defined_in(PICTURES)
+    learning_panels = defined_in(PICTURES)
 
     def sightless(self, env: BipedEnv) -> BipedEnv:
         """See Machine."""
@@ -142,13 +140,13 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
         return replace(env, see_friction=False, see_patch=False)
 
-    def baseline(self, name: str, env: BipedEnv) -> BipedController:
+    def baseline(self, name: str, env: BipedEnv) -> AnyPlayer:
         """See Machine; a baseline suits every environment."""
         from stickslip.agents.biped.controllers import controller_by_name
 
         return controller_by_name(name)
 
-    def state_map(self, env: BipedEnv, params: BipedEnvParams) -> BipedStates:
+    def state_map(self, env: BipedEnv, params: BipedEnvParams) -> StateMap:
         """See Machine."""
         from stickslip.agents.biped.state_map import BipedStates
 
@@ -163,75 +161,11 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
         return MEASURES
 
-    def amplifications(
-        self, env: BipedEnv, player: AnyPlayer, params: BipedEnvParams, seeds: Sequence[int]
-    ) -> np.ndarray:
-        """See Machine."""
-        from stickslip.agents.biped.amplification import amplifications
-
-        return amplifications(env, player, params, seeds)
-
     def swept(self) -> BipedSwept:
         """See Machine."""
         from stickslip.agents.biped.swept import BipedSwept
 
         return BipedSwept()
-
-    def training_task(self, config: TrainConfig) -> BipedTraining:
-        """See Machine."""
-        from stickslip.agents.biped.training import make_task
-
-        return make_task(config)
-
-    def evaluate_policy(
-        self,
-        task: TrainingTask[BipedEnv, BipedEnvParams],
-        policy: Policy,
-        config: TrainConfig,
-    ) -> dict[str, float]:
-        """The standard reward over whole episodes from anywhere, deterministic."""
-        from stickslip.agents.biped.training import evaluate_policy
-
-        return evaluate_policy(task, policy, config, self.evaluated)
-
-    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
-        """Means over the episodes and ratios of sums."""
-        from stickslip.agents.biped.training import summary
-
-        return summary(ended, period)
-
-    def beside_bar(self, row: Mapping[str, float]) -> str:
-        """See Machine."""
-        unknown = float("nan")
-        rate = row.get("mean_crank_rate", unknown)
-        return f"return {row.get('return', unknown):.2f}, {rate:.2f} rad/s"
-
-    def line(self, row: Mapping[str, float]) -> str:
-        """See Machine."""
-        return (
-            f"return {row['return']:6.2f}  "
-            f"{row['mean_crank_rate']:5.2f} rad/s  slip {row['slip_per_metre']:7.4f} m/m  "
-            f"energy {row['energy_per_metre']:6.1f} J/m  falls {100 * row['falls']:3.0f} %"
-        )
-
-    def as_episode(
-        self,
-        played: AnyRollout,
-        env: BipedEnv,
-        params: BipedEnvParams,
-        name: str,
-        scale: Scale | None = None,
-    ) -> Episode:
-        """See Machine."""
-        from stickslip.agents.biped.pictures import as_episode
-
-        return as_episode(played, params, name, scale)
-
-    def learning_panels(self, config: TrainConfig) -> list[LearningPanel]:
-        """See Machine."""
-        from stickslip.agents.biped.pictures import learning_panels
-
-        return learning_panels(config)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

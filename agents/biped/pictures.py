@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.biped.training import make_task
+from stickslip.agents.biped.task import training_task
 from stickslip.agents.pictures.episodes import (
     SCORE,
     LearningPanel,
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.dynamics.biped import BipedModel, BipedState
+    from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState, Drawn
     from stickslip.envs.params import Range
@@ -127,6 +128,7 @@ def momentum_of(robot: BipedModel, states: BipedState) -> Array:
 
 def as_episode(
     played: Rollout[BipedEnvState],
+    env: BipedEnv,
     params: BipedEnvParams,
     name: str,
     scale: Scale | None = None,
@@ -182,7 +184,7 @@ def as_episode(
 
 def learning_panels(config: TrainConfig) -> list[LearningPanel]:
     """Panels of a run's learning curves."""
-    params = make_task(config).rest
+    params = training_task(config).described
     drawn = params.randomisation.commanded_rate is not None
     commanded = None if drawn else float(params.commanded_rate)
     rate, noise = "mean_crank_rate", float(params.torque_limit)

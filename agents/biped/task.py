@@ -1,17 +1,18 @@
-"""A task of the biped in parts: into a policy's file, out of it again, changed by options."""
+"""Tasks of the biped: of a configuration, into a policy's file, out of it, changed by options."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, fields, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.scenes import SCENES, scene_by_name
+from stickslip.agents.machine import Task, TrainingTask
 from stickslip.agents.tasks.file import in_words, plain, rebuilt_task, same_numbers, task_entry
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
+from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import (
@@ -21,154 +22,98 @@ from stickslip.envs.biped.params import (
     BipedEnvParams,
     Randomisation,
 )
+from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from typing import TypeAlias
 
+    from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.machine import Options
     from stickslip.agents.untrusted import Json
 
+    BipedTask: TypeAlias = Task[BipedEnv, BipedEnvParams]
+
 NUMBERS = (*POSITIVE, *NON_NEGATIVE)
 """Of BipedEnvParams."""
-PARTS = ("env", "robot", "scene", "randomisation", "dtype", "numbers")
-SIGHTS = ("see_friction", "see_patch")
+KINDS = {"env": BipedEnv, "robot": BipedParams, "scene": Scene, "randomisation": Randomisation}
+"""Parts of a task in a file, beside dtype and numbers."""
 ANY_PHASE = (SUPPORT_START, SUPPORT_END)
+WEIGHTS = ("tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
+"""Of the reward, which a configuration may give otherwise for training."""
+RATE = 3.0
+"""Commanded crank rate of the standard task [rad/s]."""
 
 
-class BipedTask(NamedTuple):
-    """Arguments of `BipedEnv.make_params`."""
+def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]:
+    """Build the task. ValueError for an unknown scene or numbers that do not go together.
 
-    env: BipedEnv
-    robot: BipedParams
-    scene: Scene
-    randomisation: Randomisation
-    dtype: str
-    numbers: dict[str, Any]
-    """By the names of NUMBERS, and of MARK where there is one."""
-
-    @classmethod
-    def of(cls, env: BipedEnv, params: BipedEnvParams) -> BipedTask:
-        """The parts of a task."""
-        numbers = {name: getattr(params, name) for name in NUMBERS} | params.given_mark
-        robot = params.robot.bare
-        dtype = str(jnp.result_type(robot.mass))
-        return cls(env, robot, params.scene, params.randomisation, dtype, numbers)
-
-    def params(self) -> BipedEnvParams:
-        """The environment's parameters. ValueError for parts that will not do."""
-        dtype = jax.dtypes.canonicalize_dtype(self.dtype)
-        return self.env.make_params(
-            robot=self.robot,
-            scene=self.scene,
-            randomisation=self.randomisation,
-            dtype=dtype,
-            **self.numbers,
-        )
-
-    def with_options(self, options: Options, scene: str | None) -> BipedTask:
-        """The task with what options ask for instead; what one of them sets is no longer drawn.
-
-        options: mu_static, mu_kinetic, payload, commanded_rate, each None where it is not given.
-        """
-        floor, load, drawn = self.scene.floor, self.scene.payload, self.randomisation
-        numbers = dict(self.numbers)
-        if scene is not None:
-            floor, drawn = scene_by_name(scene).floor, replace(drawn, friction=None)
-        if options["mu_static"] is not None:
-            floor = Scene.uniform(options["mu_static"], options["mu_kinetic"]).floor
-            drawn = replace(drawn, friction=None)
-        if options["payload"] is not None:
-            load, drawn = options["payload"], replace(drawn, payload=None)
-        if options["commanded_rate"] is not None:
-            numbers["commanded_rate"] = options["commanded_rate"]
-            drawn = replace(drawn, commanded_rate=None, command_interval=None)
-        changed = replace(self.scene, floor=floor, payload=load).validate()
-        return self._replace(scene=changed, randomisation=drawn, numbers=numbers)
-
-    def label(self, scene: str | None) -> str:
-        """The floor in a word or two, and what else is not as in the standard task."""
-        usual, words = standard_task({}), [floor_words(self.scene)]
-        if self.scene.payload is not None:
-            words.append(f"+{float(self.scene.payload):g} kg")
-        rate = float(self.numbers["commanded_rate"])
-        if rate != usual.numbers["commanded_rate"]:
-            words.append(f"{rate:g} rad/s")
-        drawn = [one.name for one in fields(self.randomisation) if self._draws(one.name)]
-        words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
-        if not same_numbers(self.robot, usual.robot):
-            words.append(f"robot of {float(self.robot.total_mass):.3g} kg")
-        return ", ".join(words)
-
-    def details(self) -> str:
-        """The numbers of the task in a line."""
-        floor = {name: in_words(plain(value)) for name, value in vars(self.scene.floor).items()}
-        words = [f"{name} {value}" for name, value in floor.items()] or ["no slip"]
-        words += [f"{name} {in_words(plain(value))}" for name, value in self.numbers.items()]
-        for one in fields(self.randomisation):
-            ends = getattr(self.randomisation, one.name)
-            if ends is not None:
-                words.append(f"{one.name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
-        return ", ".join(words).replace("_", " ")
-
-    def _draws(self, name: str) -> bool:
-        own = name not in ("phase", "crank_rate")
-        return own and getattr(self.randomisation, name) is not None
-
-
-def describe_environment(env: BipedEnv, params: BipedEnvParams) -> dict[str, Json]:
-    """The configuration of an environment as JSON values, for a policy's metadata.
-
-    Static choices, floor, randomisation and every number, of the robot its mass, and the size of
-    the observation, for people; and all of it again in parts, for `read_task`.
+    Tested are whole episodes with the standard reward, from any phase and up to the commanded rate;
+    described is the same from rest. A named task is what it is: starts, length and reward are its
+    own, but for what the configuration says of training episodes.
     """
-    task, scene = BipedTask.of(env, params), params.scene
-    return {
-        "environment": type(env).__name__,
-        "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "floor": {"kind": type(scene.floor).__name__}
-        | {name: plain(value) for name, value in vars(scene.floor).items()},
-        "steps": scene.steps,
-        "payload": plain(scene.payload),
-        "randomisation": plain(vars(params.randomisation)),
-        "total_mass": plain(params.robot.total_mass),
-        "observation_size": len(env.observation_bounds(params)[0]),
-        **{name: plain(value) for name, value in task.numbers.items()},
-        **task_entry(**task._asdict()),
-    }
+    if config.task is not None:
+        env, params = task_by_name(config.task).make("same_step")
+        return TrainingTask(cast("BipedEnv", env), _training(config, params), params, params)
+    env = BipedEnv(see_friction=config.see_friction, see_patch=config.see_patch)
+    drawn = Randomisation(
+        friction=config.random_friction,
+        mass=config.random_mass,
+        payload=config.random_payload,
+        commanded_rate=config.random_commanded_rate,
+    )
+    scene = Scene.named(config.scene)
+    if config.mu_static is not None:
+        scene = Scene.uniform(config.mu_static, config.mu_kinetic)
+    scene = replace(scene, payload=config.payload).validate()
+    rate = config.commanded_rate
+    rest = env.make_params(randomisation=drawn, scene=scene, commanded_rate=rate)
+    return TrainingTask(env, _training(config, rest), from_anywhere(rest), rest)
 
 
-def read_task(metadata: Mapping[str, Json]) -> BipedTask | None:
-    """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
-    kinds = {"env": BipedEnv, "robot": BipedParams, "scene": Scene} | {
-        "randomisation": Randomisation
-    }
-    return rebuilt_task(metadata, BipedTask, PARTS, kinds, NUMBERS, MARK)
+def _training(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
+    """The parameters of training episodes: those of a task but for what the configuration gives."""
+    given = {name: getattr(config, name) for name in WEIGHTS} | {"time_limit": config.episode_time}
+    changed = {name: one for name, one in given.items() if one is not None}
+    if config.start_rate is not None:
+        starts = {"phase": ANY_PHASE, "crank_rate": (0.0, config.start_rate)}
+        changed["randomisation"] = replace(params.randomisation, **starts)
+    return params.replace(**changed)
 
 
-def standard_task(metadata: Mapping[str, Json]) -> BipedTask:
-    """The standard task, with the sights that a policy's file tells of."""
-    choices = metadata.get("choices")
-    known = choices if isinstance(choices, dict) else {}
-    sights = {name: known.get(name) is True for name in SIGHTS}
-    env = BipedEnv(see_friction=sights["see_friction"], see_patch=sights["see_patch"])
-    return BipedTask.of(env, env.default_params)
+def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
+    """The same task begun at any phase with a crank rate from 0 to the commanded one."""
+    fastest = float(np.max(np.asarray(params.commanded_rate)))
+    start = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
+    return params.replace(randomisation=start)
 
 
-def floor_words(scene: Scene) -> str:
-    """A scene's name where the floor is that of one, else its numbers."""
-    for name, one in SCENES.items():
-        if same_numbers(one.floor, scene.floor):
-            return name
-    floor = scene.floor
-    if isinstance(floor, Uniform):
-        return f"mu {float(floor.mu_static):g}/{float(floor.mu_kinetic):g}"
-    if isinstance(floor, Smoothed):
-        return f"smoothed mu {float(floor.mu_kinetic):g}"
-    count = np.shape(floor.mu_static)[-1] if isinstance(floor, Patches) else 0
-    return f"{count} patches"
+def with_options(task: BipedTask, options: Options, scene: str | None, viewed: bool) -> BipedTask:
+    """See Machine; what an option sets is no longer drawn.
+
+    options: mu_static, mu_kinetic, payload, commanded_rate, start.
+    """
+    params = task.params
+    floor, load, drawn = params.scene.floor, params.scene.payload, params.randomisation
+    changed: dict[str, Any] = {}
+    if scene is not None:
+        floor, drawn = Scene.named(scene).floor, replace(drawn, friction=None)
+    if options["mu_static"] is not None:
+        floor = Scene.uniform(options["mu_static"], options["mu_kinetic"]).floor
+        drawn = replace(drawn, friction=None)
+    if options["payload"] is not None:
+        load, drawn = options["payload"], replace(drawn, payload=None)
+    if options["commanded_rate"] is not None:
+        changed["commanded_rate"] = options["commanded_rate"]
+        drawn = replace(drawn, commanded_rate=None, command_interval=None)
+    place = replace(params.scene, floor=floor, payload=load).validate()
+    parts = _parts(*task) | {"scene": place, "randomisation": drawn}
+    parts["numbers"] = parts["numbers"] | changed
+    env, params = _build(**parts)
+    return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
 
 
-def begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvParams:
+def _begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvParams:
     """A task begun as an option says, as it draws it itself, or as usual."""
     drawn = params.randomisation
     if start is None:
@@ -179,8 +124,90 @@ def begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvPara
     return from_anywhere(params) if start == "moving" else params
 
 
-def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
-    """The same task begun at any phase with a crank rate from 0 to the commanded one."""
-    fastest = float(np.max(np.asarray(params.commanded_rate)))
-    start = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
-    return params.replace(randomisation=start)
+def label(task: BipedTask, scene: str | None) -> str:
+    """The floor in a word or two, and what else is not as in the standard task."""
+    params, words = task.params, [floor_words(task.params.scene)]
+    if params.scene.payload is not None:
+        words.append(f"+{float(params.scene.payload):g} kg")
+    if (rate := float(params.commanded_rate)) != RATE:
+        words.append(f"{rate:g} rad/s")
+    names = [one for one, ends in vars(params.randomisation).items() if ends is not None]
+    drawn = [name for name in names if name not in ("phase", "crank_rate")]
+    words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
+    if not same_numbers(params.robot.bare, BipedParams.from_bars()):
+        words.append(f"robot of {float(params.robot.bare.total_mass):.3g} kg")
+    return ", ".join(words)
+
+
+def details(task: BipedTask) -> str:
+    """The numbers of the task in a line."""
+    params = task.params
+    floor = {name: in_words(plain(value)) for name, value in vars(params.scene.floor).items()}
+    words = [f"{name} {value}" for name, value in floor.items()] or ["no slip"]
+    numbers = _parts(*task)["numbers"]
+    words += [f"{name} {in_words(plain(value))}" for name, value in numbers.items()]
+    for one in fields(params.randomisation):
+        ends = getattr(params.randomisation, one.name)
+        if ends is not None:
+            words.append(f"{one.name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
+    return ", ".join(words).replace("_", " ")
+
+
+def floor_words(scene: Scene) -> str:
+    """A scene's name where the floor is that of one, else its numbers."""
+    floor = scene.floor
+    for name in SCENES:
+        if same_numbers(Scene.named(name).floor, floor):
+            return name
+    if isinstance(floor, Uniform):
+        return f"mu {float(floor.mu_static):g}/{float(floor.mu_kinetic):g}"
+    if isinstance(floor, Smoothed):
+        return f"smoothed mu {float(floor.mu_kinetic):g}"
+    count = np.shape(floor.mu_static)[-1] if isinstance(floor, Patches) else 0
+    return f"{count} patches"
+
+
+def describe(env: BipedEnv, params: BipedEnvParams) -> dict[str, Json]:
+    """The configuration of an environment as JSON values, for a policy's metadata.
+
+    Static choices, floor, randomisation and every number, of the robot its mass, and the size of
+    the observation, for people; and all of it again in parts, for `read_task`.
+    """
+    parts, scene = _parts(env, params), params.scene
+    return {
+        "environment": type(env).__name__,
+        "choices": {name: plain(value) for name, value in asdict(env).items()},
+        "floor": {"kind": type(scene.floor).__name__}
+        | {name: plain(value) for name, value in vars(scene.floor).items()},
+        "steps": scene.steps,
+        "payload": plain(scene.payload),
+        "randomisation": plain(vars(params.randomisation)),
+        "total_mass": plain(params.robot.total_mass),
+        "observation_size": len(env.observation_bounds(params)[0]),
+        **{name: plain(value) for name, value in parts["numbers"].items()},
+        **task_entry(**parts),
+    }
+
+
+def read_task(metadata: Mapping[str, Json]) -> BipedTask | None:
+    """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
+    return rebuilt_task(metadata, _build, KINDS, NUMBERS, MARK)
+
+
+def _parts(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+    """The arguments of `_build` for a task."""
+    robot = params.robot.bare
+    return {
+        "env": env,
+        "robot": robot,
+        "scene": params.scene,
+        "randomisation": params.randomisation,
+        "dtype": str(jnp.result_type(robot.mass)),
+        "numbers": {name: getattr(params, name) for name in NUMBERS} | params.given_mark,
+    }
+
+
+def _build(env: BipedEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> BipedTask:
+    """The task of its parts. ValueError for parts that will not do."""
+    dtype = jax.dtypes.canonicalize_dtype(dtype)
+    return Task(env, env.make_params(**parts, dtype=dtype, **numbers))

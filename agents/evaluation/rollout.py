@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
@@ -15,6 +15,7 @@ from stickslip.agents.protocol import (
     Controller,
     Env,
     Memory,
+    Memoryless,
     Params,
     Planner,
     Player,
@@ -22,6 +23,7 @@ from stickslip.agents.protocol import (
     State_co,
 )
 from stickslip.dynamics.checks import require_integer, require_kind, shown
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv, pure_step
 from stickslip.envs.params import MOST_STEPS, horizon
 
@@ -136,6 +138,25 @@ def validated(name: str, given: T, kinds: type | tuple[type, ...] = (Controller,
     accepted = "a controller (init, act and validate; help(stickslip.agents.Controller))"
     require_kind(name, given, kinds, accepted if kinds is Controller else f"{accepted} or planner")
     return given.validate()  # pyright: ignore[reportAttributeAccessIssue], a protocol of both
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Idle(Memoryless):
+    """Every action is 0: no torque, or legs held. width: numbers in an action (static)."""
+
+    width: int = field(default=1, metadata={"static": True})
+
+    def validate(self) -> Idle:
+        """Return self, or raise ValueError naming the field."""
+        require_integer("width", self.width, high=10**4)
+        return self
+
+    def act(
+        self, memory: None, obs: Float[Array, " obs"], env_state: object, env_params: object
+    ) -> tuple[None, Float[Array, " act"]]:
+        """See Controller."""
+        return memory, jnp.zeros(self.width, obs.dtype)
 
 
 class _Step(NamedTuple, Generic[State]):

@@ -1,4 +1,4 @@
-"""Measures of any environment's episodes."""
+"""Measures of any environment's episodes, and evaluations during training."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import TEST_SEEDS, Measures, play
+from stickslip.agents.evaluation.evaluate import TEST_SEEDS, Measures, is_random, play
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.evaluation.table import (
     Column,
@@ -18,14 +18,12 @@ from stickslip.agents.evaluation.table import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.machine import TrainingTask
-    from stickslip.agents.protocol import Params, Player, State, Timed
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.training.configuration import Configuration
 
 
 class StandardEpisodes(NamedTuple):
@@ -66,12 +64,11 @@ MEASURES = Measures(keep_of, COLUMNS)
 
 
 def evaluate_policy(
-    task: TrainingTask[FunctionalEnv[State, Params], Params],
-    policy: Player[State, Params],
-    episodes: int,
-    names: Sequence[str],
+    env: AnyEnv, params: Timed, policy: AnyPlayer, config: Configuration, machine: AnyMachine
 ) -> dict[str, float]:
-    """Metrics by name of a policy on a training task, over episodes that training never sees."""
-    seeds = range(TEST_SEEDS, TEST_SEEDS + episodes)
-    played = play(without_resets(task.env), policy, task.tested, seeds, keep_of)
-    return row_of_test(COLUMNS, names, played)
+    """The machine's metrics of a policy by name, over whole episodes that training never sees; one
+    where a reset draws nothing."""
+    measures = machine.measures(env)
+    seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if is_random(params) else 1))
+    played = play(without_resets(env), policy, params, seeds, measures.keep)
+    return row_of_test(measures.columns, machine.evaluated, played)

@@ -125,7 +125,7 @@ def _policy(
     if machine is None or task is None:
         raise RefusedError("it does not say for which task it is")
     numbers = require_entries({name: content.get(name) for name in RULES}, RULES)
-    env, params = without_resets(task.env), task.params()
+    env, params = without_resets(task.env), task.params
     states = machine.state_map(env, params)
     usual = states.grid(params)
     if set(arrays) != (names := {"values", "actions", *_axes(usual)}):

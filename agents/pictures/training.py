@@ -42,12 +42,12 @@ def write_products(
     """Write learning.png, episode.png and the machine's film into the run's directory.
 
     played: the policy's first episode, where it is there already; params: of the episode, by
-    default the tested ones. Return the paths.
+    default those that the policy is for. Return the paths.
     """
     config, directory = trained.config, trained.directory
     machine = machine_of_config(config)
     task = machine.training_task(config)
-    params = task.tested if params is None else params
+    params = task.described if params is None else params
     if played is None:
         played = rollout(task.env, load_policy(trained.policy), params, 0)
     title = f"The {trained.name}" + ("" if config.task is None else f" on {config.task}")

@@ -22,12 +22,18 @@ from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.registry import machine_of_env
-from stickslip.agents.tasks.named import common_task, title_of
-from stickslip.agents.tasks.places import controller_of, machine_of, places_of, read_named
+from stickslip.agents.tasks.players import (
+    common_task,
+    controller_of,
+    machine_of,
+    places_of,
+    read_named,
+)
 from stickslip.agents.view_files import require_new, require_suffix, require_writable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.page import Page, page_text
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import write_whole
 
@@ -37,7 +43,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.machine import AnyMachine, Options
     from stickslip.agents.protocol import AnyEnv, Params, Player, State, Timed
-    from stickslip.agents.tasks.places import Named, Place
+    from stickslip.agents.tasks.players import Named, Place
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.rendering.page import Episode
 
@@ -126,7 +132,7 @@ def view_command(given: Options) -> None:
     files = _files(given, who[0], places[0].label, task)
     require_new(list(files.values()), given["overwrite"])
     require_writable(list(files.values()))
-    lead = [place.line() for place in places] if task is None else [title_of(task)]
+    lead = [place.line() for place in places] if task is None else [task_by_name(task).headline]
     if "html" not in files:
         print(lead[0] if task is None else f"{who[0]}, trained on {lead[0]}")
     played = [one for place in places for one in _play(given, machine, named, place)]

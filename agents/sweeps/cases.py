@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from stickslip.agents.evaluation.rollout import validated
-from stickslip.agents.registry import machine_by_name, machine_of_baseline, machine_of_env
-from stickslip.agents.tasks.places import controller_of, every_option, places_of, read_named
+from stickslip.agents.registry import machine_by_name, machine_of_env
+from stickslip.agents.tasks.players import controller_of, given_flags, places_of, read_named
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name
@@ -57,12 +57,9 @@ def cases_named(
 ) -> tuple[list[Given], str]:
     """The cases of a command line and a description: on named tasks, or on the policies' own task
     changed by options. ValueError where policies have several tasks of their own."""
-    _require_own(who, machine)
+    _require_once(who)
     if tasks:
-        every = every_option().items()
-        given = ["--scene"] * bool(options["scenes"])
-        given += [one.flag for name, (one, _) in every if options[name] is not None]
-        if given:
+        if given := given_flags(options):
             raise ValueError(f"{', '.join(given)} with --task; accepted: one of them, or an --axis")
         named = [task_by_name(one) for one in tasks]
         if others := [one.name for one in named if one.machine != machine.name]:
@@ -104,20 +101,11 @@ def _players(
         return {str(name): validated(f"policies[{name!r}]", one) for name, one in given}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
     names = [policies] if isinstance(policies, str) else list(policies)
-    _require_own(names, machine)
+    _require_once(names)
     read = read_named(names, machine)
     return {name: controller_of(read[name], name, env, params, machine) for name in read}
 
 
-def _require_own(names: Sequence[str], machine: AnyMachine) -> None:
-    """Raise ValueError for a name given twice, and for baselines of another machine."""
-    names = list(names)
-    if twice := next((one for one in names if names.count(one) > 1), None):
+def _require_once(names: Sequence[str]) -> None:
+    if twice := next((one for one in names if list(names).count(one) > 1), None):
         raise ValueError(f"{twice} is given twice; accepted: each policy once")
-    for name in names:
-        owner = machine_of_baseline(name)
-        if owner is not None and owner is not machine:
-            raise ValueError(
-                f"{name!r} is a baseline of the {owner.title}; accepted: "
-                f"{', '.join(machine.baselines)}, or a policy file"
-            )

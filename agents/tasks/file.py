@@ -1,40 +1,48 @@
-"""The task that a policy was made for, as its file keeps it.
+"""The task that a policy was made for, as its file keeps it: exact JSON values of its parts.
 
 A description says in plain words what a reader wants to know, and holds under "task" every part
-from which the same environment and parameters are built again.
+from which the same environment and parameters are built again. Kept are the dataclasses of the
+machines' modules by name and field, arrays with their type, numbers, texts, tuples and None.
+Reading builds nothing else and runs no other code; whether the values make sense is for the
+constructors and for `make_params` to say.
 """
 
 from __future__ import annotations
 
+import base64
 import json
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+import math
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.tasks.values import from_json, to_json
+from stickslip.agents.machine import Task
+from stickslip.agents.registry import machines
 from stickslip.agents.untrusted import LARGEST_TEXT, RefusedError, refusing
-from stickslip.dynamics.checks import require_kind
+from stickslip.dynamics.checks import require_kind, require_known, shown
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
+    from stickslip.agents.machine import AnyTask, Options
+    from stickslip.agents.protocol import AnyEnv
     from stickslip.agents.untrusted import Json
-
-
-class HasParams(Protocol):
-    """Protocol of objects with their environment's parameters."""
-
-    def params(self) -> object:
-        """Built anew; ValueError where they will not do."""
-        ...
-
-
-Task = TypeVar("Task", bound=HasParams)
 
 TASK = "task"
 LONGEST = LARGEST_TEXT - 2**16
 """Characters of a task; what is longer is left out of the file, which then says so."""
+CALLED = "Function"
+"""The shape of a track that holds a function of the user's, which no file can keep."""
+TYPES = ("float32", "float64", "int32", "int64", "bool")
+SHORT = 64
+"""Arrays of more numbers are written as bytes."""
+MOST = 10**5
+"""Whole numbers in a task are at most this: counts of pieces, points and steps."""
 
 
 def plain(value: Any) -> Json:
@@ -67,10 +75,7 @@ def task_entry(**parts: object) -> dict[str, Json]:
 
 
 def read_parts(metadata: Mapping[str, Json], names: tuple[str, ...]) -> dict[str, Any] | None:
-    """The parts of a description's task; None where it has none, as files of old.
-
-    RefusedError for one that is damaged.
-    """
+    """The parts of a description's task; None where it has none, RefusedError for a damaged one."""
     content = metadata.get(TASK)
     if content is None:
         return None
@@ -82,18 +87,17 @@ def read_parts(metadata: Mapping[str, Json], names: tuple[str, ...]) -> dict[str
 
 def rebuilt_task(
     metadata: Mapping[str, Json],
-    build: Callable[..., Task],
-    names: tuple[str, ...],
+    build: Callable[..., AnyTask],
     kinds: Mapping[str, type],
     numbers: Collection[str],
     optional: Collection[str] = (),
-) -> Task | None:
+) -> AnyTask | None:
     """The task in a policy's metadata; None where it has none. ValueError for a damaged one.
 
-    build: makes it of its parts, `names`, which are of these kinds; numbers: what its part of that
-    name holds, optional: what it may hold beside.
+    build: makes it of its parts, those of `kinds`, `dtype` and `numbers`. numbers: names that its
+    part of that name holds; optional: what it may hold beside.
     """
-    parts = read_parts(metadata, names)
+    parts = read_parts(metadata, (*kinds, "dtype", "numbers"))
     if parts is None:
         return None
     with refusing("its task"):
@@ -102,9 +106,37 @@ def rebuilt_task(
         given = parts["numbers"]
         if not isinstance(given, dict) or set(given) - set(optional) != set(numbers):
             raise RefusedError(f"its task's numbers are not {', '.join(numbers)}")
-        task = build(**parts)
-        task.params()  # for what only the environment knows
-        return task
+        return build(**parts)
+
+
+def read_standard_task(metadata: Mapping[str, Json], kind: type[AnyEnv]) -> AnyTask | None:
+    """The same, of a machine whose task is an environment of that class and its parameters."""
+    parts = read_parts(metadata, ("env", "values"))
+    if parts is None:
+        return None
+    with refusing("its task"):
+        require_kind("env", parts["env"], kind, f"a {kind.__name__}")
+        parts["env"].check_params(parts["values"])
+        bounds = parts["env"].observation_bounds(parts["values"])  # for what only it knows
+        if not all(np.all(np.isfinite(one)) for one in bounds):
+            raise RefusedError("its task's observations have no bounds")
+        return Task(parts["env"], parts["values"])
+
+
+def with_fields(values: Any, options: Options) -> Any:
+    """A dataclass with those of its fields that options give."""
+    names = {one.name for one in fields(values)} & options.keys()
+    changed = {name: options[name] for name in names if options[name] is not None}
+    return replace(values, **changed) if changed else values
+
+
+def numbers_in_words(values: Mapping[str, object]) -> str:
+    """Names and numbers, without what is none."""
+    shown = {name: plain(value) for name, value in values.items()}
+    words = [
+        f"{k} {in_words(one)}" for k, one in shown.items() if isinstance(one, int | float | list)
+    ]
+    return ", ".join(words).replace("_", " ")
 
 
 def same_numbers(one: object, other: object) -> bool:
@@ -113,3 +145,84 @@ def same_numbers(one: object, other: object) -> bool:
         return False
     pairs = zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)
     return all(np.array_equal(np.float32(a), np.float32(b)) for a, b in pairs)
+
+
+def to_json(value: object) -> Json:
+    """JSON values. ValueError for what cannot be kept: a user's own class or function."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, tuple | list):
+        return [to_json(one) for one in value]
+    if isinstance(value, dict):
+        return {"named": {str(name): to_json(one) for name, one in value.items()}}
+    if isinstance(value, jax.Array | np.ndarray | np.generic):
+        return _array_to_json(value)
+    name = type(value).__name__
+    if not is_dataclass(value) or name == CALLED or kinds().get(name) is not type(value):
+        raise ValueError(f"{shown(value)} cannot be kept; accepted: what the package defines")
+    entries = {one.name: to_json(getattr(value, one.name)) for one in fields(value) if one.init}
+    return {"kind": name, **entries}
+
+
+def from_json(content: Any) -> Any:
+    """Inverse of `to_json`; lists come back as tuples. ValueError for anything else."""
+    if isinstance(content, list):
+        return tuple(from_json(one) for one in content)
+    if isinstance(content, int) and abs(content) > MOST:
+        raise ValueError(f"{shown(content)} is no whole number up to {MOST}")
+    if not isinstance(content, dict):
+        return content
+    if isinstance(named := content.get("named"), dict):
+        return {name: from_json(one) for name, one in named.items()}
+    if "array" in content:
+        return _array_from_json(**content)
+    entries = dict(content)
+    name = entries.pop("kind", None)
+    if not isinstance(name, str) or name == CALLED or name not in kinds():
+        raise ValueError(f"{shown(name)} is no part of a task")
+    kind = kinds()[name]
+    require_known(entries, [one.name for one in fields(kind) if one.init], f"field of {name}")
+    return kind(**{one: from_json(entry) for one, entry in entries.items()})
+
+
+def kinds() -> dict[str, Any]:
+    """The dataclasses that may be written and read, by name: those of the machines' modules."""
+    return _kinds(tuple(name for machine in machines() for name in machine.modules))
+
+
+@cache
+def _kinds(names: tuple[str, ...]) -> dict[str, Any]:
+    return {
+        one.__name__: one
+        for module in map(import_module, names)
+        for one in vars(module).values()
+        if is_dataclass(one) and isinstance(one, type) and one.__module__ == module.__name__
+    }
+
+
+def _array_to_json(value: jax.Array | np.ndarray | np.generic) -> dict[str, Json]:
+    array = np.asarray(value)
+    if array.dtype.name not in TYPES:
+        raise ValueError(f"numbers of type {array.dtype} cannot be kept; accepted: {TYPES}")
+    short = array.size <= SHORT
+    return {
+        "array": array.tolist() if short else base64.b64encode(array.tobytes()).decode(),
+        "shape": list(array.shape),
+        "type": array.dtype.name,
+        "host": not isinstance(value, jax.Array),
+    }
+
+
+def _array_from_json(array: Any, shape: list[int], type: str, host: bool) -> Any:
+    if type not in TYPES or len(shape) > 4:
+        raise ValueError(f"an array of type {shown(type)} and shape {shown(shape)}")
+    if isinstance(array, str):
+        raw = base64.b64decode(array, validate=True)
+        if math.prod(shape) * np.dtype(type).itemsize != len(raw):
+            raise ValueError(f"an array of shape {shown(shape)} over {len(raw)} bytes")
+        values = np.frombuffer(raw, type).reshape(shape).copy()
+    else:
+        values = np.asarray(array, type).reshape(shape)
+    if not np.all(np.isfinite(values)):
+        raise ValueError("an array with entries that are not finite")
+    return values if host else jnp.asarray(values)

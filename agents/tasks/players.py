@@ -1,27 +1,62 @@
-"""Policies of either kind from their files: networks, and values that are looked ahead to."""
+"""Policies and baselines named on a command line, and the tasks that they are shown on."""
 
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
 
+from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.optimum.file import read_value_metadata, read_value_policy
 from stickslip.agents.optimum.policy import ValuePolicy
-from stickslip.agents.policy.file import policy_path, read_metadata, read_policy
+from stickslip.agents.policy.file import named_task_of, policy_path, read_metadata, read_policy
+from stickslip.agents.policy.network import MLPPolicy
+from stickslip.agents.policy.shipped import shipped_names
+from stickslip.agents.registry import (
+    machine_by_name,
+    machine_of_baseline,
+    machine_of_environment,
+    machines,
+)
+from stickslip.agents.tasks.file import same_numbers
 from stickslip.agents.untrusted import RefusedError
+from stickslip.dynamics.checks import nearest
+from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.machine import AnyMachine, AnyTask, Option, Options
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
     from stickslip.agents.untrusted import Json
 
 
+class Named(NamedTuple):
+    """A policy with what its file says, or a baseline (None, {})."""
+
+    policy: AnyPlayer | None
+    metadata: dict[str, Json]
+
+
+@dataclass
+class Place:
+    """One task with those who are to do it there."""
+
+    label: str
+    details: str
+    params: Timed
+    who: dict[str, AnyEnv] = field(default_factory=dict)
+    """The environment of each, which shows it what it was trained on."""
+    origins: list[str] = field(default_factory=list)
+
+    def line(self) -> str:
+        """Text of the task, and its origin."""
+        return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
+
+
 def read_player(path: Path) -> tuple[AnyPlayer, dict[str, Json]]:
-    """The policy in a file, and what the file says of itself.
+    """The policy in a file, a network or values that are looked ahead to, and the metadata.
 
     ValueError naming the file for one that is damaged or of neither kind.
     """
@@ -37,13 +72,54 @@ def read_about(path: Path) -> dict[str, Json]:
     return read_metadata(path) if found is None else found
 
 
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Inside, what is refused of a file's contents is a ValueError that names the file."""
-    try:
-        yield
-    except RefusedError as error:
-        raise ValueError(f"{path}: {error}") from error
+def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
+    """Policies and baselines by name. ValueError for anything else, and for another machine's."""
+    found: dict[str, Named] = {}
+    for name in who:
+        owner, path = machine_of_baseline(name), policy_path(name)
+        if owner is not None and owner is not machine:
+            raise ValueError(
+                f"{name!r} is a baseline of the {owner.title}; accepted: "
+                f"{', '.join(machine.baselines)}, or a policy file"
+            )
+        if owner is not None:
+            found[name] = Named(None, {})
+            continue
+        if not path.exists():
+            raise ValueError(
+                f"{name!r} is neither a baseline nor a file; accepted: "
+                f"{', '.join(machine.baselines)}, a policy file, the directory of a run with one, "
+                "or a policy of the package (`stickslip policies`)"
+                f"{nearest(name, (*machine.baselines, *shipped_names()))}"
+            )
+        found[name] = Named(*read_player(path))
+        environment = found[name].metadata.get("environment", machine.environment)
+        if environment != machine.environment:
+            raise ValueError(
+                f"{name!r} is a policy of {environment}; accepted: policies of one machine"
+            )
+    return found
+
+
+def machine_of(who: Sequence[str]) -> AnyMachine:
+    """The machine of the first name that is a baseline or a readable policy, else the first one."""
+    for name in who:
+        machine, path = machine_of_baseline(name), policy_path(name)
+        if machine is None and path.is_file():
+            machine = machine_of_environment(read_about(path).get("environment"))
+            return machines()[0] if machine is None else machine
+        if machine is not None:
+            return machine
+    return machines()[0]
+
+
+def controller_of(
+    one: Named, name: str, env: AnyEnv, params: Timed, machine: AnyMachine
+) -> AnyPlayer:
+    """The policy or baseline of a name, for an environment and its parameters."""
+    if one.policy is None:
+        return machine.baseline(name, env)
+    return fitted(one.policy, name, env, params, machine)
 
 
 def fitted(
@@ -65,3 +141,176 @@ def fitted(
             "accepted: a value policy for a task of the same coordinates"
         )
     return replace(policy, env=env)
+
+
+def places_of(
+    named: Mapping[str, Named], options: Options, machine: AnyMachine, viewed: bool = False
+) -> list[Place]:
+    """The tasks: each policy's own with the options' changes, equal ones once, for every scene.
+
+    A baseline is shown on every one of them, on the standard task if there is no policy. options:
+    those of all machines, None where one is not given, and "scenes". viewed: for `view`.
+    """
+    _require_options(options, machine)
+    tasks = {
+        name: _own_task(name, one, machine) for name, one in named.items() if one.policy is not None
+    }
+    if not tasks:
+        tasks = {"": (machine.standard_task(), "the standard task")}
+    places: list[Place] = []
+    for scene in options["scenes"] or [None]:
+        for name, (task, origin) in tasks.items():
+            changed = machine.with_options(task, options, scene, viewed)
+            changed = changed._replace(env=without_resets(changed.env))
+            place = _place_for(places, changed, machine)
+            if place is None:
+                label, details = machine.label(changed, scene), machine.details(changed)
+                place = Place(label, details, changed.params, {"": changed.env})
+                places.append(place)
+            if name:
+                place.who[name] = changed.env
+            place.origins.append(origin + _changes(options, scene))
+    return [_settled(place, named, places) for place in places]
+
+
+def _own_task(name: str, one: Named, machine: AnyMachine) -> tuple[AnyTask, str]:
+    with naming(policy_path(name)):
+        named = named_task_of(one.metadata)
+    metadata = one.metadata if named is None else machine.describe(*named.make())
+    try:
+        task = machine.read_task(metadata)
+    except ValueError as error:
+        raise ValueError(
+            f"{policy_path(name)}: {error}; accepted: a task as training wrote it"
+        ) from error
+    if task is not None:
+        which = "" if named is None else f", {named.name}"
+        return task, f"the own task of {name}{which}"
+    why = one.metadata.get("task_missing")
+    reason = f", {why}" if isinstance(why, str) else ""
+    return machine.standard_task(), f"the standard task: {name} holds none{reason}"
+
+
+def _place_for(places: list[Place], task: AnyTask, machine: AnyMachine) -> Place | None:
+    """The place with exactly these parameters and an environment that computes the same."""
+    for place in places:
+        first = machine.sightless(next(iter(place.who.values())))
+        if first == machine.sightless(task.env) and same_numbers(place.params, task.params):
+            return place
+    return None
+
+
+def _settled(place: Place, named: Mapping[str, Named], places: list[Place]) -> Place:
+    """With the baselines among those who are shown, in the order given, and a label of its own."""
+    first = next(iter(place.who.values()))
+    who = {
+        name: place.who.get(name, first)
+        for name, one in named.items()
+        if one.policy is None or name in place.who
+    }
+    if sum(other.label == place.label for other in places) > 1:
+        owner = next((name for name in place.who if name), "standard")
+        return replace(place, label=f"{place.label} (of {owner})", who=who)
+    return replace(place, who=who)
+
+
+def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
+    """Raise ValueError for places that cannot stand in one table."""
+    units = {machine.unit_of(env) for place in places for env in place.who.values()}
+    if len(units) > 1:
+        raise ValueError(
+            f"policies trained for {' and '.join(sorted(units))} in one table; accepted: policies "
+            "of one criterion, --criterion, or one at a time"
+        )
+
+
+def every_option() -> dict[str, tuple[Option, AnyMachine]]:
+    """The options of all machines by name; of one that several have, the first one's."""
+    found: dict[str, tuple[Option, AnyMachine]] = {}
+    for machine in machines():
+        for option in machine.options():
+            found.setdefault(option.name, (option, machine))
+    return found
+
+
+def given_flags(options: Options) -> list[str]:
+    """The flags that change a task, as they are given."""
+    scene = ["--scene"] if options["scenes"] else []
+    every = every_option().items()
+    return scene + [one.flag for name, (one, _) in every if options[name] is not None]
+
+
+def _changes(options: Options, scene: str | None) -> str:
+    """The options that changed the task, in words."""
+    words = [] if scene is None else [f"--scene {scene}"]
+    for name, (option, _) in every_option().items():
+        if options[name] is not None:
+            words.append(f"{option.flag} {options[name]}")
+    return f" with {' '.join(words)}" if words else ""
+
+
+def _require_options(options: Options, machine: AnyMachine) -> None:
+    """Raise ValueError for options of another machine, or that contradict each other."""
+    own = {option.name for option in machine.options()}
+    for name, (option, other) in every_option().items():
+        if name not in own and options[name] is not None:
+            raise ValueError(
+                f"{option.flag} is for the {other.title}; accepted: a policy or baseline of the "
+                f"{other.title}"
+            )
+    machine.require_options(options)
+
+
+def named_on(name: str, options: Options) -> dict[str, AnyPlayer]:
+    """Players of a named task, by the names of options["who"].
+
+    ValueError for an unknown task, for options that would change it, for the baselines and policies
+    of another machine, and for a policy that observes something else.
+    """
+    task = task_by_name(name)
+    machine = machine_by_name(task.machine)
+    if given := given_flags(options):
+        raise ValueError(
+            f"{', '.join(given)} with --task {task.name}, which is fixed; accepted: one or the "
+            "other"
+        )
+    named = read_named(options["who"], machine)  # before anything is compiled
+    env, params = task.make()
+    seen = len(env.observation_bounds(params)[0])
+    for who, one in named.items():
+        if isinstance(one.policy, MLPPolicy) and one.policy.layer_sizes[0] != seen:
+            raise ValueError(
+                f"{policy_path(who)} observes {one.policy.layer_sizes[0]} numbers, {task.name} "
+                f"has {seen}; accepted: a policy trained on what the task observes"
+            )
+    env = without_resets(env)
+    return {who: controller_of(one, who, env, params, machine) for who, one in named.items()}
+
+
+def common_task(options: Options) -> str | None:
+    """The task options["task"], or else the named one that all policies of options["who"] were
+    trained on: None where there is none, or where an option changes it.
+
+    ValueError for a file that is damaged, and where its task is another one here.
+    """
+    if options.get("task") is not None:
+        return options["task"]
+    if given_flags(options):
+        return None
+    found = []
+    who = options["who"]
+    for name in [who] if isinstance(who, str) else who:
+        if machine_of_baseline(name) is None and (path := policy_path(name)).is_file():
+            with naming(path):
+                found.append(named_task_of(read_about(path)))
+    first = found[0] if found else None
+    return None if first is None or any(one != first for one in found) else first.name
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Inside, what is refused of a file's contents is a ValueError that names the file."""
+    try:
+        yield
+    except RefusedError as error:
+        raise ValueError(f"{path}: {error}") from error

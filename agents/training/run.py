@@ -101,7 +101,7 @@ class _Training:
         self.run, self.config = run, run.config
         self.machine = machine_of_config(run.config)
         self.task = self.machine.training_task(run.config)
-        self.about = self.machine.describe(self.task.env, self.task.tested)
+        self.about = self.machine.describe(self.task.env, self.task.described)
         if run.config.task is not None:
             self.about |= named_task_entry(task_by_name(run.config.task))
         self.period = float(np.asarray(self.task.training.control_period))
@@ -161,7 +161,9 @@ class _Training:
         }
         self.metrics.append(update.timesteps, row)
         self.board.add("train", update.timesteps, row)
-        self.bar.advance(update.timesteps - self.bar_at, self.machine.beside_bar(row))
+        self.bar.advance(
+            update.timesteps - self.bar_at, f"return {row.get('return', math.nan):.2f}"
+        )
         self.bar_at = update.timesteps
 
     def _check_point(self) -> None:

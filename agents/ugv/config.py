@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.training.configuration import entry, group
@@ -15,13 +16,28 @@ from stickslip.agents.training.settings import (
     require_whole_batches,
     shared,
 )
-from stickslip.agents.ugv.names import USUAL
-from stickslip.agents.ugv.tracks import FIXED, GROUND, RANDOM, require_ground
+from stickslip.dynamics.plain_checks import nearest, shown
+from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
     from stickslip.agents.untrusted import Json
 
+FIXED = ("bump", "sinusoid", "ramp", "step", "ditch", "flat", "incline")
+GROUND = "random-bump"
+"""The ground where none is named."""
+TRACK_NAMES = (*RANDOM_TRACKS, *FIXED)
+"""See RandomTrack.named; the others are named tracks with their defaults."""
+USUAL = {
+    "wheel_energy": 300.0,
+    "total_energy": 300.0,
+    "peak_torque": 50.0,
+    "torque_variation": 1e4,
+    "grip": 1000.0,
+    "normal_force": 1000.0,
+    "friction_demand": 0.1,
+}
+"""About what a drive over the default bump costs, in the criterion's unit."""
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
 SB3: dict[str, Json] = {"discount": 0.99}
@@ -56,7 +72,8 @@ class UGVTrainConfig(LearningConfiguration):
     tracks: str = entry(
         GROUND,
         str,
-        f"ground, drawn at each start: {', '.join(RANDOM)}; or {', '.join(FIXED)}; or a file",
+        f"ground, drawn at each start: {', '.join(RANDOM_TRACKS)}; or {', '.join(FIXED)}; or a "
+        "file",
     )
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
     random_friction: tuple[float, float] | None = entry(
@@ -143,3 +160,15 @@ class UGVTrainConfig(LearningConfiguration):
                 f"failure = {self.failure:g} is {self.failure / scale:.3g} in the criterion's unit "
                 f"(reward_scale = {scale:.3g}); accepted: less than {LARGEST:.3g} there"
             )
+
+
+def require_ground(name: str) -> None:
+    """Raise ValueError for what is neither a known name nor looks like a file's.
+
+    Whether a file is there is asked when it is read: a configuration outlives the files it names.
+    """
+    if name not in TRACK_NAMES and not Path(name).suffix:
+        raise ValueError(
+            f"track {shown(name)} is unknown; accepted: {', '.join(TRACK_NAMES)}, or a file of "
+            f"points{nearest(name, TRACK_NAMES)}"
+        )

@@ -8,15 +8,15 @@ from stickslip.agents import load_policy
 from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
+from stickslip.agents.machine import Task
 from stickslip.agents.pictures.plots import plot_comparison
 from stickslip.agents.pictures.training import write_products
 from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.controllers import baseline
 from stickslip.agents.ugv.evaluate import keep_of
-from stickslip.agents.ugv.names import FILM, UGV_BASELINES, ugv_baseline
+from stickslip.agents.ugv.machine import FILM, UGV_BASELINES, VIEWED
 from stickslip.agents.ugv.pictures import as_episode, compared
-from stickslip.agents.ugv.task import UGVParts
-from stickslip.agents.ugv.tracks import VIEWED
-from stickslip.agents.ugv.training import make_ugv_task
+from stickslip.agents.ugv.task import training_task, with_options
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -66,15 +66,15 @@ class UGVDemonstration(Demonstration):
     def show(self, trained: Trained, say: Callable[[str], None]) -> str:
         """See Demonstration."""
         config, directory = trained.config, trained.directory
-        task = make_ugv_task(config)
+        task = training_task(config)
         env, policy = task.env, {trained.name: load_policy(trained.policy)}
-        baselines = {name: ugv_baseline(name, env) for name in UGV_BASELINES}
+        baselines = {name: baseline(name, env) for name in UGV_BASELINES}
         tabled = {name: baselines[name] for name in IN_TABLE} | policy
         count = config.evaluation_episodes  # the policy's program is then compiled already
-        table = evaluate(env, tabled, {config.tracks: task.test}, episodes=count)
+        table = evaluate(env, tabled, {config.tracks: task.tested}, episodes=count)
         say("Planning a drive over one bump ...")
         unchanged = {"friction": None, "criterion": None}
-        bump = UGVParts.of(env, task.test).with_options(unchanged, VIEWED).params()
+        bump = with_options(Task(env, task.tested), unchanged, VIEWED, False).params
         played = {
             name: rollout(env, planned(env, one, bump, 0), bump, 0)
             for name, one in (baselines | policy).items()

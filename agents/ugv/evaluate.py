@@ -3,27 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import Measures
+from stickslip.agents.evaluation.evaluate import TEST_SEEDS, Measures, is_random, play
 from stickslip.agents.evaluation.rollout import first_state, without_resets
-from stickslip.agents.evaluation.table import Column, Interval, fraction_interval, mean_interval
-from stickslip.agents.ugv.plans import Optimum
+from stickslip.agents.evaluation.table import (
+    Column,
+    Interval,
+    fraction_interval,
+    mean_interval,
+    row_of_test,
+)
+from stickslip.agents.ugv.controllers import Optimum
+from stickslip.agents.ugv.machine import EVALUATED
+from stickslip.agents.ugv.task import training_task
 from stickslip.dynamics.status import Status
 from stickslip.optim.posture.bounds import bound_every_drive
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.evaluate import Say
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Columns
+    from stickslip.agents.machine import TrainingTask
+    from stickslip.agents.ugv.config import UGVTrainConfig
+    from stickslip.agents.ugv.controllers import UGVPlayer
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
@@ -31,6 +43,8 @@ if TYPE_CHECKING:
 Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
 CLOSE = 0.05
 """Gap at which a bound is near enough to score against."""
+ANGLES = 21
+"""Of the optimiser's grid for the score during training."""
 GRID, BOUND = ("optimum", "score"), ("bound", "over_bound")
 """Columns of the optimum over the grid, and of the bound."""
 NO_SCORE = 1e-6
@@ -130,33 +144,34 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
     )
 
 
-def ugv_measures(
-    env: UGVEnv, *, optimum: bool = True, bound: bool = False
+def measures(
+    env: UGVEnv, *, task: bool = False, bound: bool = False
 ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """Measures of an environment's episodes, the criterion in its unit.
 
-    optimum: whether to compute the dynamic programme's value for each episode, to score against
-    (best of all paths over its grid, so a continuous policy may come out slightly below 1). bound:
-    whether to compute what no drive can cost less than, some seconds to minutes an episode. No
-    policy scores below 1 against that, but for the rounding of its own cost (2e-4 in single
-    precision); where costs are below zero, as of grip to spare, none above 1. It holds for the
+    Unless they are of a named task, the dynamic programme's value is computed for each episode, to
+    score against (best of all paths over its grid, so a continuous policy may come out slightly
+    below 1). bound: whether to compute what no drive can cost less than, some seconds to minutes an
+    episode. No policy scores below 1 against that, but for the rounding of its own cost (2e-4 in
+    single precision); where costs are below zero, as of grip to spare, none above 1. It holds for
+    the
     episode's ground, friction, start and waypoints, the criterion as the environment counts it at
     these, and any leg angles within range and rate.
     """
     env, columns = without_resets(env), dict(ugv_columns(env.measure.unit))
-    for name in (*(() if optimum else GRID), *(() if bound else BOUND)):
+    for name in (*(GRID if task else ()), *(() if bound else BOUND)):
         del columns[name]
 
     def complete(track: str, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> Add:
         added: dict[str, np.ndarray] = {}
-        if optimum:
+        if not task:
             say(f"dynamic programming on {track}")
             added["optimum"] = optima(env, params, seeds, Optimum())
         if bound:
             added["bound"] = _bounds(env, params, seeds, say)
         return lambda played: played._replace(**added)
 
-    return Measures(keep_of, columns, complete if optimum or bound else None)
+    return Measures(keep_of, columns, None if task and not bound else complete)
 
 
 def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum) -> np.ndarray:
@@ -180,3 +195,42 @@ def _bounds(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], say: Say) -
         except ValueError:  # of such ground nothing is enclosed
             bounds.append(np.nan)
     return np.asarray(bounds)
+
+
+def evaluate_policy(
+    task: TrainingTask[UGVEnv, UGVEnvParams], policy: UGVPlayer, config: UGVTrainConfig
+) -> dict[str, float]:
+    """The reward in the criterion's unit over whole episodes on tracks never trained on, and the
+    cost over the optimiser's on the same tracks: metrics by name."""
+    columns = ugv_columns(task.env.measure.unit)
+    count = config.evaluation_episodes if is_random(task.tested) else 1
+    seeds = range(TEST_SEEDS, TEST_SEEDS + count)
+    played = play(without_resets(task.env), policy, task.tested, seeds, keep_of)
+    played = played._replace(optimum=_optima_of(config, count))
+    return row_of_test(columns, EVALUATED, played)
+
+
+@lru_cache(maxsize=1)
+def _optima_of(config: UGVTrainConfig, count: int) -> np.ndarray:
+    """The optimiser's values on the test tracks, computed once."""
+    task = training_task(config)
+    seeds = range(TEST_SEEDS, TEST_SEEDS + count)
+    return optima(without_resets(task.env), task.tested, seeds, Optimum(ANGLES))
+
+
+def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
+    """Means over training episodes; of the cost, over those that reached the end."""
+    failed = np.asarray(ended["status"] != Status.OK)
+
+    def mean(name: str, rows: np.ndarray) -> float:
+        values = np.asarray(ended["episode_" + name], float)[rows]
+        return float(values.mean()) if len(values) else np.nan
+
+    every = np.ones(len(failed), bool)
+    return {
+        "episodes": len(failed),
+        "return": mean("return", every),
+        "length": mean("length", every),
+        **{name: mean(name, ~failed) for name in ("cost", "wheel_energy", "total_energy")},
+        "failures": float(failed.mean()),
+    }

@@ -15,7 +15,7 @@ from stickslip.agents.pictures.episodes import (
     reward_panels,
     samples,
 )
-from stickslip.agents.ugv.training import make_ugv_task
+from stickslip.agents.ugv.task import training_task
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.rendering.ugv import ugv_drawing
@@ -94,7 +94,7 @@ def compared(env: UGVEnv) -> dict[str, str]:
 
 def learning_panels(config: UGVTrainConfig) -> list[LearningPanel]:
     """Panels of a run's learning curves."""
-    measure = make_ugv_task(config).env.measure
+    measure = training_task(config).env.measure
     name, unit = measure.name.replace("_", " "), measure.unit
     return [
         LearningPanel(f"return of a whole episode [{unit}]", None, "return"),

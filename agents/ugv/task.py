@@ -1,29 +1,33 @@
-"""A task of the UGV in parts: into a policy's file, out of it again, changed by options."""
+"""Tasks of the UGV: of a configuration, into a policy's file, out of it, changed by options."""
 
 from __future__ import annotations
 
 from dataclasses import asdict, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.machine import Task, TrainingTask
 from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_entry
-from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.tracks import FIXED, RANDOM, ground_by_name
-from stickslip.agents.ugv.training import make_ugv_task
-from stickslip.agents.untrusted import Rule
-from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv.names import RANDOM_TRACKS
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
-from stickslip.envs.ugv.randomisation import UGVRandomisation
+from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from typing import TypeAlias
 
     from stickslip.agents.machine import Options
     from stickslip.agents.untrusted import Json
     from stickslip.envs.ugv.params import UGVEnvParams
+
+    UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
 
 NUMBERS = (
     "friction",
@@ -42,95 +46,144 @@ NUMBERS = (
 """Of UGVEnvParams."""
 LIMITS = ("max_torque",)
 """The same, in a task that has them."""
-PARTS = ("env", "vehicle", "track", "randomisation", "dtype", "numbers")
+KINDS = {"env": UGVEnv, "vehicle": UGVParams, "track": Track, "randomisation": UGVRandomisation}
+"""Parts of a task in a file, beside dtype and numbers."""
 FRICTION = 0.8
 """Of the standard task."""
-KNOWN_OF_OLD = ("leg_rate", "spacing", "preview_length", "preview_noise")
-"""Numbers that files without a whole task tell of."""
+SOLVER = PoseSolver(iterations=5, samples=8)
+"""Of training: unrolled, which suits batches; exact to rounding on such ground."""
 
 
-class UGVParts(NamedTuple):
-    """Arguments of `UGVEnv.make_params`."""
+class Ground(NamedTuple):
+    """A track, and what is drawn in its place for every episode, if anything."""
 
-    env: UGVEnv
-    vehicle: UGVParams
     track: Track
-    randomisation: UGVRandomisation
-    dtype: str
-    numbers: dict[str, Any]
-    """By the names of NUMBERS, and of LIMITS where there are any; None for the default of start,
-    end and failure_penalty."""
-
-    @classmethod
-    def of(cls, env: UGVEnv, params: UGVEnvParams) -> UGVParts:
-        """The parts of a task."""
-        numbers = {name: getattr(params, name) for name in NUMBERS}
-        limits = {name: getattr(params, name) for name in LIMITS}
-        numbers |= {name: limit for name, limit in limits.items() if limit is not None}
-        dtype = str(jnp.result_type(params.start))
-        return cls(env, params.vehicle, params.track, params.randomisation, dtype, numbers)
-
-    def params(self) -> UGVEnvParams:
-        """The environment's parameters. ValueError for parts that will not do."""
-        # Evenly spaced already: rounding must not add a step.
-        numbers = self.numbers | {"spacing": self.numbers["spacing"] * (1 + 1e-6)}
-        params = self.env.make_params(
-            vehicle=self.vehicle,
-            track=self.track,
-            randomisation=self.randomisation,
-            dtype=jax.dtypes.canonicalize_dtype(self.dtype),
-            **numbers,
-        )
-        if self.numbers["start"] is None:
-            return params
-        kept = ("spacing", "start", "end", "start_angles")
-        return params.replace(**{name: self.numbers[name] for name in kept})
-
-    def with_options(self, options: Options, scene: str | None) -> UGVParts:
-        """The task with what options ask for instead; what one of them sets is no longer drawn.
-
-        options: friction, criterion, each None where it is not given. scene: a ground.
-        """
-        task, numbers, drawn = self, dict(self.numbers), self.randomisation
-        if scene is not None:
-            ground = ground_by_name(scene)
-            drawn = replace(drawn, track=ground.drawn)
-            task = task._replace(track=ground.track)
-            numbers |= {"start": None, "end": None, "failure_penalty": None}
-        if options["friction"] is not None:
-            numbers["friction"], drawn = options["friction"], replace(drawn, friction=None)
-        if options["criterion"] is not None:
-            task = task._replace(env=replace(task.env, criterion=options["criterion"]))
-            numbers["failure_penalty"] = None
-        return task._replace(randomisation=drawn, numbers=numbers)
-
-    def label(self, scene: str | None) -> str:
-        """The ground in a word or two, and what else is not as in the standard task."""
-        words = [scene or ground_words(self)]
-        if self.randomisation.friction is not None:
-            words.append("random friction")
-        elif np.float32(self.numbers["friction"]) != np.float32(FRICTION):
-            words.append(f"mu {float(self.numbers['friction']):g}")
-        if not same_numbers(self.vehicle, UGVParams()):
-            words.append(f"vehicle of {float(self.vehicle.weight / self.vehicle.gravity):.3g} kg")
-        return ", ".join(words)
-
-    def details(self) -> str:
-        """The numbers of the task in a line."""
-        words = [self.env.criterion, f"preview of {self.env.preview} points"]
-        for name, value in self.numbers.items():
-            if value is not None and name != "start_angles":
-                words.append(f"{name} {float(value):.4g}")
-        ends = self.randomisation.friction
-        if ends is not None:
-            words.append(f"friction drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
-        return ", ".join(words).replace("_", " ")
+    drawn: RandomTrack | None = None
 
 
-def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Json]:
+def ground_by_name(name: str) -> Ground:
+    """The ground of that name, or from the file of that name. ValueError listing the names."""
+    require_ground(name)
+    if name in RANDOM_TRACKS:
+        return Ground(Track.flat(), RandomTrack.named(name))
+    if name in FIXED:
+        return Ground(Track.named(name))
+    from stickslip.optim.posture.track_file import read_track
+
+    return Ground(read_track(Path(name)))
+
+
+def standard_task() -> UGVTask:
+    """The task of the default configuration."""
+    env, _, tested, _ = training_task(UGVTrainConfig())
+    return Task(replace(env, autoreset="disabled"), tested)
+
+
+def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
+    """Build the task. ValueError for an unknown ground or numbers that do not go together.
+
+    Tested is the reward in the criterion's unit, from the standard start. A named task is what it
+    is; but for a factor on all rewards of training episodes, and what the configuration says of
+    their starts and of failing.
+    """
+    if config.task is not None:
+        made, params = task_by_name(config.task).make("same_step")
+        env = cast("UGVEnv", made)
+        scale = config.reward_scale or 1 / USUAL[env.criterion]
+        training = params.replace(reward_scale=scale)
+        if config.failure is not None:
+            training = training.replace(failure_penalty=config.failure / scale)
+        if config.random_start is not None:
+            drawn = replace(params.randomisation, start_angles=_radians(config.random_start))
+            training = training.replace(randomisation=drawn)
+        return TrainingTask(env, training, params, params)
+    env = UGVEnv(config.criterion, config.preview, SOLVER)
+    ground = ground_by_name(config.tracks)
+    start = np.radians(config.start_angle)
+    common: dict[str, Any] = {
+        "track": ground.track,
+        "friction": config.friction,
+        "leg_rate": config.leg_rate,
+        "spacing": config.spacing,
+        "start_angles": (start, start),
+        "preview_length": config.preview_length,
+        "preview_noise": config.preview_noise,
+    }
+    drawn = UGVRandomisation(ground.drawn, config.random_friction)
+    tested = env.make_params(randomisation=drawn, **common)
+    scale = config.reward_scale or 1 / USUAL[config.criterion]
+    if config.random_start is not None:
+        drawn = replace(drawn, start_angles=_radians(config.random_start))
+    training = env.make_params(
+        randomisation=drawn,
+        reward_scale=scale,
+        failure_penalty=(config.failure or 0.0) / scale,
+        **common,
+    )
+    return TrainingTask(env, training, tested, tested)
+
+
+def _radians(degrees: tuple[float, float]) -> tuple[float, float]:
+    low, high = np.radians(degrees)
+    return float(low), float(high)
+
+
+def with_options(task: UGVTask, options: Options, scene: str | None, viewed: bool) -> UGVTask:
+    """See Machine; what an option sets is no longer drawn.
+
+    options: friction, criterion. scene: a ground.
+    """
+    parts = _parts(*task)
+    numbers, drawn = dict(parts["numbers"]), task.params.randomisation
+    if scene is not None:
+        ground = ground_by_name(scene)
+        parts["track"], drawn = ground.track, replace(drawn, track=ground.drawn)
+        numbers |= {"start": None, "end": None, "failure_penalty": None}
+    if options["friction"] is not None:
+        numbers["friction"], drawn = options["friction"], replace(drawn, friction=None)
+    if options["criterion"] is not None:
+        parts["env"] = replace(task.env, criterion=options["criterion"])
+        numbers["failure_penalty"] = None
+    return _build(**parts | {"numbers": numbers, "randomisation": drawn})
+
+
+def label(task: UGVTask, scene: str | None) -> str:
+    """The ground in a word or two, and what else is not as in the standard task."""
+    params, words = task.params, [scene or _ground_words(task.params)]
+    if params.randomisation.friction is not None:
+        words.append("random friction")
+    elif np.float32(params.friction) != np.float32(FRICTION):
+        words.append(f"mu {float(params.friction):g}")
+    if not same_numbers(params.vehicle, UGVParams()):
+        mass = params.vehicle.weight / params.vehicle.gravity
+        words.append(f"vehicle of {float(mass):.3g} kg")
+    return ", ".join(words)
+
+
+def _ground_words(params: UGVEnvParams) -> str:
+    """The name of a ground where it is that one, else the kind of its shape."""
+    if (drawn := params.randomisation.track) is not None:
+        same = (one for one in RANDOM_TRACKS if same_numbers(RandomTrack.named(one), drawn))
+        return next(same, "random")
+    same = (one for one in FIXED if same_numbers(Track.named(one), params.track))
+    return next(same, type(params.track.shape).__name__.lower())
+
+
+def details(task: UGVTask) -> str:
+    """The numbers of the task in a line."""
+    words = [task.env.criterion, f"preview of {task.env.preview} points"]
+    for name, value in _parts(*task)["numbers"].items():
+        if value is not None and name != "start_angles":
+            words.append(f"{name} {float(value):.4g}")
+    if (ends := task.params.randomisation.friction) is not None:
+        words.append(f"friction drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
+    return ", ".join(words).replace("_", " ")
+
+
+def describe(env: UGVEnv, params: UGVEnvParams) -> dict[str, Json]:
     """The configuration of an environment as JSON values, for a policy's metadata: for people, and
     in parts for `read_task`."""
-    task, ranges = UGVParts.of(env, params), params.randomisation
+    parts, ranges = _parts(env, params), params.randomisation
     drawn = None if ranges.track is None else plain(vars(ranges.track))
     return {
         "environment": type(env).__name__,
@@ -139,38 +192,39 @@ def describe_ugv(env: UGVEnv, params: UGVEnvParams) -> dict[str, Json]:
         "randomisation": plain(vars(ranges) | {"track": drawn}),
         "vehicle": plain(vars(params.vehicle)),
         "observation_size": len(env.observation_bounds(params)[0]),
-        **{name: plain(value) for name, value in task.numbers.items()},
-        **task_entry(**task._asdict()),
+        **{name: plain(value) for name, value in parts["numbers"].items()},
+        **task_entry(**parts),
     }
 
 
-def read_task(metadata: Mapping[str, Json]) -> UGVParts | None:
+def read_task(metadata: Mapping[str, Json]) -> UGVTask | None:
     """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
-    kinds = {"env": UGVEnv, "vehicle": UGVParams, "track": Track} | {
-        "randomisation": UGVRandomisation
+    return rebuilt_task(metadata, _build, KINDS, NUMBERS, LIMITS)
+
+
+def _parts(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+    """The arguments of `_build` for a task."""
+    numbers = {name: getattr(params, name) for name in NUMBERS}
+    limits = {name: getattr(params, name) for name in LIMITS}
+    return {
+        "env": env,
+        "vehicle": params.vehicle,
+        "track": params.track,
+        "randomisation": params.randomisation,
+        "dtype": str(jnp.result_type(params.start)),
+        "numbers": numbers | {name: one for name, one in limits.items() if one is not None},
     }
-    return rebuilt_task(metadata, UGVParts, PARTS, kinds, NUMBERS, LIMITS)
 
 
-def standard_task(metadata: Mapping[str, Json]) -> UGVParts:
-    """The standard task, with what a policy's file tells of: criterion, preview, some numbers."""
-    choices = metadata.get("choices")
-    known = choices if isinstance(choices, dict) else {}
-    asked = {name: known[name] for name in ("criterion", "preview") if name in known}
-    asked |= {name: metadata[name] for name in KNOWN_OF_OLD if name in metadata}
-    if "spacing" in asked:
-        asked["spacing"] = Rule(float, "way of a step", low=0).require("spacing", asked["spacing"])
-        asked["spacing"] *= 1 + 1e-6
-    task = make_ugv_task(UGVTrainConfig.of(**asked))
-    return UGVParts.of(replace(task.env, autoreset="disabled"), task.test)
+def _build(env: UGVEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> UGVTask:
+    """The task of its parts. ValueError for parts that will not do.
 
-
-def ground_words(task: UGVParts) -> str:
-    """The name of a ground where it is that one, else the kind of its shape."""
-    drawn = task.randomisation.track
-    if drawn is not None:
-        return next((name for name, one in RANDOM.items() if same_numbers(one, drawn)), "random")
-    for name in FIXED:
-        if same_numbers(Track.named(name), task.track):
-            return name
-    return type(task.track.shape).__name__.lower()
+    numbers: None for the default of start, end and failure_penalty.
+    """
+    # Evenly spaced already: rounding must not add a step.
+    spaced = {**numbers, "spacing": numbers["spacing"] * (1 + 1e-6)}
+    params = env.make_params(**parts, dtype=jax.dtypes.canonicalize_dtype(dtype), **spaced)
+    if numbers["start"] is not None:
+        kept = ("spacing", "start", "end", "start_angles")
+        params = params.replace(**{name: numbers[name] for name in kept})
+    return Task(env, params)

@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.tasks.measure import EPISODES, rounded
 from stickslip.agents.evaluation.evaluate import is_random
 from stickslip.agents.evaluation.rollout import first_state, without_resets
-from stickslip.agents.ugv.plans import Optimum
+from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.steady import bound_steady_reward

@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stickslip.agents.biped.controllers import controller_by_name
-from stickslip.agents.biped.names import STOPPING
+from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.biped.state_map import BipedStates
 from stickslip.agents.evaluation.evaluate import is_random, play
-from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.rollout import Idle, without_resets
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.table import mean_interval
-from stickslip.agents.idle import Idle
 from stickslip.agents.optimum import Ahead, Improved, solve
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path
 from stickslip.agents.registry import machine_by_name
-from stickslip.agents.ugv.plans import Optimum
+from stickslip.agents.ugv.controllers import Optimum
 
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.standard import StandardEpisodes

@@ -75,6 +75,11 @@ class TaskDefinition:
         return NAMESPACE + self.name
 
     @property
+    def headline(self) -> str:
+        """Name and title."""
+        return f"{self.name}: {self.title}"
+
+    @property
     def max_episode_steps(self) -> int:
         """Control steps of a whole episode."""
         limit, period = (self.parameters.get(name) for name in ("time_limit", "control_period"))

@@ -122,7 +122,7 @@ COMMANDS = {
     "demo": Command(
         "train a machine on a task of its own and compare it",
         "flags:demo_flags",
-        "agents.commands:demo_command",
+        "agents.demo:demo_command",
         {
             "stickslip demo": "the biped on a floor too slippery for constant speed",
             "stickslip demo ugv --time-limit 120": "the UGV, with two minutes of training",

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents import StandardMachine
+from stickslip.agents import Machine
 from stickslip.agents.machine import Option
 from stickslip.agents.protocol import Memoryless
 from stickslip.agents.training.configuration import group
@@ -126,7 +126,7 @@ class MassConfig(StandardConfig):
     machine = "mass"
 
 
-class MassMachine(StandardMachine[MassEnv, MassParams, MassConfig]):
+class MassMachine(Machine[MassEnv, MassParams, MassConfig]):
     """The mass as a machine."""
 
     name = title = "mass"

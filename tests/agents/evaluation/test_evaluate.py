@@ -17,12 +17,12 @@ from scipy.stats import t as student
 from stickslip.agents import evaluate
 from stickslip.agents.biped.controllers import ComputedTorque, ConstantTorque
 from stickslip.agents.biped.evaluate import COLUMNS, MIN_DISTANCE, Episodes
-from stickslip.agents.biped.scenes import SCENES, scene_by_name
 from stickslip.agents.evaluation import table as statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.ugv.evaluate import UGVEpisodes, ugv_columns
 from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.names import SCENES
 from stickslip.envs import BipedEnv, GymEnv, Randomisation
 from stickslip.records.files import write_whole
 
@@ -245,7 +245,7 @@ def test_intervals_of_few_or_equal_episodes():
 
 def test_every_scene_has_a_name():
     for name in SCENES:
-        scene_by_name(name).validate()
-    assert scene_by_name("slippery") == Scene.uniform(0.06, 0.05)
+        Scene.named(name).validate()
+    assert Scene.named("slippery") == Scene.uniform(0.06, 0.05)
     with pytest.raises(ValueError, match="'slippery', 'grip', 'firm'"):
-        scene_by_name("mud")
+        Scene.named("mud")

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from stickslip.agents.evaluation.evaluate import play
-from stickslip.agents.evaluation.rollout import episode_key, horizon, without_resets
+from stickslip.agents.evaluation.rollout import Idle, episode_key, horizon, without_resets
 from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.idle import Idle
 from stickslip.agents.optimum import Improved
 from tests.agents.optimum.masses import ENV as RESETTING
 from tests.agents.optimum.masses import PARAMS

@@ -7,8 +7,8 @@ import pytest
 from stickslip.agents import read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.evaluate import Episodes
 from stickslip.agents.registry import machine_of_env
+from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.evaluate import UGVEpisodes
-from stickslip.agents.ugv.plans import Optimum
 from stickslip.envs import BipedEnv, UGVEnv
 from tests.agents.mass import MassEnv, Pull
 from tests.agents.sweeps.masses import TASK, WHO, swept

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from stickslip.agents import evaluate_task, load_policy
+from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.training import make_task
 from stickslip.agents.evaluation.evaluate import TEST_SEEDS
 from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import every_field
 from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import train
+from stickslip.agents.ugv import task as ugv_task
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.training import make_ugv_task
 from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import TASKS, known_of, task_by_name
 
@@ -35,7 +35,7 @@ def assert_same(one: object, other: object, rtol: float = 0.0) -> None:
 
 def test_the_biped_trains_on_exactly_the_task():
     env, params = task_by_name("BipedIceSeen-v0").make("same_step")
-    made = make_task(TrainConfig.of(task="BipedIceSeen-v0"))
+    made = biped_task.training_task(TrainConfig.of(task="BipedIceSeen-v0"))
     assert made.env == env
     for one in (made.training, made.tested):
         assert_same(one, params)
@@ -43,7 +43,7 @@ def test_the_biped_trains_on_exactly_the_task():
 
 def test_the_ugv_trains_on_exactly_the_task_but_for_a_factor_on_its_rewards():
     env, params = task_by_name("UGVLowGrip-v1").make("same_step")
-    made = make_ugv_task(UGVTrainConfig.of(task="UGVLowGrip-v1", reward_scale=0.25))
+    made = ugv_task.training_task(UGVTrainConfig.of(task="UGVLowGrip-v1", reward_scale=0.25))
     assert made.env == env
     assert_same(made.tested, params)
     assert float(made.training.reward_scale) == 0.25
@@ -54,7 +54,7 @@ def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
     _, params = task_by_name("BipedPayload-v0").make("same_step")
     given = {"start_rate": 4.0, "episode_time": 1.5, "tracking_weight": 2.0, "fall_penalty": 0.0}
     config = TrainConfig.of(task="BipedPayload-v0", **given)
-    made = make_task(config)
+    made = biped_task.training_task(config)
     assert_same(made.tested, params)
     drawn, own = made.training.randomisation, params.randomisation
     assert drawn.crank_rate == (0.0, 4.0)
@@ -65,7 +65,7 @@ def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
     assert float(made.training.slip_weight) == float(params.slip_weight)
 
     ground = UGVTrainConfig.of(task="UGVRough-v1", random_start=(60.0, 120.0), failure=3.0)
-    ugv, tested = make_ugv_task(ground), task_by_name("UGVRough-v1").make("same_step")[1]
+    ugv, tested = ugv_task.training_task(ground), task_by_name("UGVRough-v1").make("same_step")[1]
     assert_same(ugv.tested, tested)
     np.testing.assert_allclose(ugv.training.randomisation.start_angles, np.radians([60, 120]))
     scaled = ugv.training.failure_penalty * ugv.training.reward_scale

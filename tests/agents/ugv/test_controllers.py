@@ -11,8 +11,13 @@ import pytest
 from stickslip.agents import evaluate
 from stickslip.agents.evaluation.rollout import first_state, rollout
 from stickslip.agents.policy.network import MLPPolicy
-from stickslip.agents.ugv.controllers import FixedPosture, FollowPath, LevelBody
-from stickslip.agents.ugv.plans import Optimum, RecedingHorizon
+from stickslip.agents.ugv.controllers import (
+    FixedPosture,
+    FollowPath,
+    LevelBody,
+    Optimum,
+    RecedingHorizon,
+)
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import solve
 from tests.envs.ugv.helpers import task

@@ -15,9 +15,8 @@ from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import train
-from stickslip.agents.ugv.config import LEGS, UGVTrainConfig
-from stickslip.agents.ugv.tracks import TRACK_NAMES, ground_by_name
-from stickslip.agents.ugv.training import make_ugv_task
+from stickslip.agents.ugv.config import LEGS, TRACK_NAMES, UGVTrainConfig
+from stickslip.agents.ugv.task import ground_by_name, training_task
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import UGVParams
 
@@ -83,13 +82,13 @@ def test_a_run_goes_on_where_it_was(run: Trained, tmp_path: Path):
 
 
 def test_the_training_reward_is_the_criterion_scaled():
-    task = make_ugv_task(UGVTrainConfig.of(reward_scale=0.01, failure=5.0))
+    task = training_task(UGVTrainConfig.of(reward_scale=0.01, failure=5.0))
     assert float(task.training.reward_scale) == pytest.approx(0.01)
     assert float(task.training.failure_penalty) == pytest.approx(500.0)
-    assert float(task.test.reward_scale) == 1.0
-    drawn = make_ugv_task(UGVTrainConfig.of(random_start=(60, 120))).training
+    assert float(task.tested.reward_scale) == 1.0
+    drawn = training_task(UGVTrainConfig.of(random_start=(60, 120))).training
     assert np.allclose(drawn.randomisation.start_angles, np.radians([60, 120]))
-    widest = make_ugv_task(UGVTrainConfig.of(start_angle=30.0, random_start=(30, 150)))
+    widest = training_task(UGVTrainConfig.of(start_angle=30.0, random_start=(30, 150)))
     assert np.allclose(widest.training.randomisation.start_angles, np.radians([30, 150]))
 
 
