@@ -61,7 +61,7 @@ COMMANDS = {
             "stickslip evaluate biped-ice crank-speed-pi": (
                 "a policy of the package beside a baseline"
             ),
-            "stickslip evaluate crank-speed-pi --scene wet firm --payload 2": (
+            "stickslip evaluate crank-speed-pi --scene wet,firm --payload 2": (
                 "on two floors, with a load"
             ),
             "stickslip evaluate --task UGVBump-v1 level-body --json": (

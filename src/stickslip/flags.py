@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.agents.policy.shipped import shipped_names, shipped_titles
 from stickslip.agents.registry import machine_among, machines
 from stickslip.envs.tasks.definition import TASKS
-from stickslip.parser import Names, add_tables, completes, flag_of, truth
+from stickslip.parser import add_tables, completes, flag_of, truth
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -317,20 +317,16 @@ def _shipped() -> dict[str, Mapping[str, str]]:
 def _add_scene(parser: Parser, many: bool) -> None:
     """Add the scene and changes of the task, machine by machine."""
     every = machines()
-    names = [name for machine in every for name in machine.scenes]
-    several: dict[str, Any] = {"action": Names, "names": names}
-    how: dict[str, Any] = several if many else {"nargs": 1}
     usual = [machine.usual_scene(viewed=not many) for machine in every if machine.scenes]
+    about = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
     scene = parser.add_argument(
         "--scene",
         dest="scenes",
-        metavar="NAME",
-        **how,
-        help="floor or ground, see below (default: the policy's own; for baselines alone "
-        f"{' or '.join(usual)})"
-        + ("; more names may follow, and the flag may come again" if many else ""),
+        metavar="NAME,..." if many else "NAME",
+        type=lambda text: text.split(",") if many else [text],
+        help=f"floor or ground, see below {about}",
     )
-    completes(scene, names)
+    completes(scene, (name for machine in every for name in machine.scenes))
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")
         for option in machine.options(viewed=not many):

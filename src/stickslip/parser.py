@@ -8,22 +8,80 @@ from __future__ import annotations
 import argparse
 import re
 import shutil
-import sys
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
-from typing import Any, NoReturn
+from dataclasses import MISSING, field, fields
+from itertools import takewhile
+from typing import Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
-from stickslip.completing import files
 from stickslip.dynamics.plain_checks import nearest, require_known, shown
 
-MEAN_RATES = {"--mean-rate", "--commanded-rate", "--speed"}
-"""What somebody may call a mean crank rate."""
-SETTING = re.compile(r"[A-Za-z][\w-]*=")
-"""How a word begins that gives a setting."""
+T = TypeVar("T")
 
 
-class _Once(argparse.Action):
+def option(default: Any = MISSING, about: str = "", **how: Any) -> Any:
+    """A field of a dataclass of options, see `add_options`.
+
+    how: setting=True for `--set`; names: completed by shells; group: title in the help; flag: where
+    it is not the field's name; and options of `add_argument`.
+    """
+    metadata = {"about": about, "how": how}
+    if default is MISSING:
+        return field(metadata=metadata, kw_only=True)
+    if isinstance(default, list):
+        return field(default_factory=list, metadata=metadata, kw_only=True)
+    return field(default=default, metadata=metadata, kw_only=True)
+
+
+def add_options(parser: Parser, kind: type) -> None:
+    """Add a flag or a setting for each field of a dataclass of options.
+
+    bool: a switch, --no-NAME where it is true by default. list[X]: one or more values. tuple[X, X]:
+    two values. X | None: a value. A default that is not None ends the help.
+    """
+    hints = get_type_hints(kind)
+    groups: dict[str, argparse._ArgumentGroup] = {}
+    for one in fields(kind):
+        how: dict[str, Any] = dict(one.metadata["how"])
+        name, about = one.name, one.metadata["about"].replace("%", "%%")
+        setting, names = how.pop("setting", False), how.pop("names", ())
+        title, flag = how.pop("group", ""), how.pop("flag", flag_of(name))
+        default = [] if one.default is MISSING and one.default_factory is list else one.default
+        how |= _form(hints[name], default, setting) | how
+        if default is MISSING:
+            how["required"] = True
+        elif isinstance(default, int | float | str) and not isinstance(default, bool):
+            about += f" (default: {default})"
+        if setting:
+            completes(parser.add_setting(name, help=about, **how), names)
+            continue
+        if default is True:
+            flag = f"--no-{flag[2:]}"
+        if title and title not in groups:
+            groups[title] = parser.add_argument_group(title)
+        where = groups[title] if title else parser
+        completes(where.add_argument(flag, dest=name, help=about, **how), names)
+
+
+def options_of(kind: type[T], flags: Mapping[str, Any]) -> T:
+    """The dataclass of options from parsed flags by name."""
+    return kind(**{one.name: flags[one.name] for one in fields(kind)})  # type: ignore[arg-type]
+
+
+def _form(hint: Any, default: Any, setting: bool) -> dict[str, Any]:
+    """Options of `add_argument` for a type."""
+    if hint is bool and not setting:
+        return {"action": "store_false" if default is True else "store_true"}
+    found: dict[str, Any] = {} if default is MISSING else {"default": default}
+    inner = next((one for one in get_args(hint) if one is not type(None)), hint)
+    kind = inner if get_origin(hint) not in (list, tuple) else hint
+    if get_origin(kind) in (list, tuple):
+        found["nargs"] = "+" if get_origin(kind) is list else len(get_args(kind))
+        inner = get_args(kind)[0]
+    return found | {"type": truth if inner is bool else inner}
+
+
+class _Once(argparse._StoreAction):
     """Refuses an option that is given twice, of which argparse would take the last."""
 
     given = False
@@ -33,69 +91,39 @@ class _Once(argparse.Action):
         parser: argparse.ArgumentParser,
         namespace: argparse.Namespace,
         values: Any,
-        option: str | None = None,
+        option_string: str | None = None,
     ) -> None:
-        if option is not None and self.given:
+        if option_string is not None and self.given:
             parser.error(f"{'/'.join(self.option_strings)} is given twice")
         self.given = True
-        super().__call__(parser, namespace, values, option)
-
-
-class _StoreOnce(_Once, argparse._StoreAction):
-    pass
-
-
-class _SwitchOnce(_Once, argparse.BooleanOptionalAction):
-    pass
-
-
-class Names(argparse._AppendAction):
-    """An option of one value that may be given again, or followed by more of the `names` it knows.
-
-    What follows its value and is no such name is not its own: `--scene wet firm run` takes two.
-    """
-
-    def __init__(self, *arguments: Any, names: Sequence[str], **options: Any):
-        super().__init__(*arguments, **options)
-        self.names = tuple(names)
+        super().__call__(parser, namespace, values, option_string)
 
 
 class _Set(argparse.Action):
-    """Hands `name=value` to the setting of that name, or to the flag that takes a value."""
+    """Hands each `name=value` to the setting of that name, or to the flag that takes a value."""
 
     def __call__(
         self,
         parser: argparse.ArgumentParser,
         namespace: argparse.Namespace,
-        values: object,
-        option: str | None = None,
+        values: Any,
+        option_string: str | None = None,
     ) -> None:
-        name, equals, text = str(values).partition("=")
-        name = name.replace("-", "_")
-        if not equals:
-            raise argparse.ArgumentError(self, f"{shown(values)}; accepted: NAME=VALUE")
-        action = parser._option_string_actions.get(flag_of(name))
-        if not isinstance(action, argparse._StoreAction):
-            settings = parser.settings if isinstance(parser, Parser) else {}
-            require_known([name], settings, "setting")
-            action = settings[name]
-        words = [text] if action.nargs is None else text.split(",")
-        if isinstance(action.nargs, int) and len(words) != action.nargs:
-            accepted = f"{action.nargs} values with a comma between them"
-            raise argparse.ArgumentError(action, f"{shown(text)}; accepted: {accepted}")
-        action(parser, namespace, parser._get_values(action, words), option)
-
-
-def flag_of(name: str) -> str:
-    """The flag of a name: --na-me of na_me."""
-    return "--" + name.replace("_", "-")
-
-
-def truth(text: str) -> bool:
-    """The value of a setting that is true or false."""
-    if text not in ("true", "false"):
-        raise argparse.ArgumentTypeError(f"{shown(text)}; accepted: true, false")
-    return text == "true"
+        for word in values:
+            name, equals, text = word.partition("=")
+            name = name.replace("-", "_")
+            if not equals:
+                raise argparse.ArgumentError(self, f"{shown(word)}; accepted: NAME=VALUE")
+            action = parser._option_string_actions.get(flag_of(name))
+            if not isinstance(action, argparse._StoreAction):
+                settings = parser.settings if isinstance(parser, Parser) else {}
+                require_known([name], settings, "setting")
+                action = settings[name]
+            words = [text] if action.nargs is None else text.split(",")
+            if isinstance(action.nargs, int) and len(words) != action.nargs:
+                accepted = f"{action.nargs} values with a comma between them"
+                raise argparse.ArgumentError(action, f"{shown(text)}; accepted: {accepted}")
+            action(parser, namespace, parser._get_values(action, words), option_string)
 
 
 class _Help(argparse.HelpFormatter):
@@ -126,8 +154,7 @@ class Parser(argparse.ArgumentParser):
         options = {"formatter_class": _Help, "allow_abbrev": False} | options
         super().__init__(*arguments, **options)
         for name in (None, "store"):
-            self.register("action", name, _StoreOnce)
-        self.register("action", argparse.BooleanOptionalAction, _SwitchOnce)
+            self.register("action", name, _Once)
         self.settings: dict[str, argparse.Action] = {}
         self._shown_last: argparse._ArgumentGroup | None = None
 
@@ -137,14 +164,15 @@ class Parser(argparse.ArgumentParser):
             self.add_argument(
                 "--set",
                 action=_Set,
+                nargs="+",
                 default=argparse.SUPPRESS,
                 metavar="NAME=VALUE",
-                help="one of the settings below; more may follow, and the flag may come again",
+                help="settings below; the flag may come again",
             )
             self._shown_last = self.add_argument_group("settings, as --set NAME=VALUE")
         if options.get("type") is truth:
             options["metavar"] = "BOOL"
-        action = _StoreOnce([name], dest=name, **options)
+        action = _Once([name], dest=name, **options)
         self.settings[name] = action
         self._shown_last._group_actions.append(action)
         if action.default is not argparse.SUPPRESS:
@@ -152,79 +180,58 @@ class Parser(argparse.ArgumentParser):
         return action
 
     def format_help(self) -> str:
-        """As ever, with the settings behind all flags."""
+        """Format the help with the settings behind all flags."""
         self._action_groups.sort(key=lambda group: group is self._shown_last)
         return super().format_help()
 
-    def parse_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
-        """As ever; an option that the command does not have is told first, with the nearest."""
-        words = list(sys.argv[1:] if args is None else args)
-        command = self._command_in(words)
-        words, passed_on = _split(words, command)
-        known = {*self._option_string_actions, *command._option_string_actions}
-        for word in words[: words.index("--") if "--" in words else None]:
-            name = word.partition("=")[0]
-            if name.startswith("--") and name not in known:
-                near = _nearest(name, known, command.settings)
-                command.error(f"unrecognized arguments: {name[:200]}{near}")
-        words = _names_last(_settings_apart(words), command)
-        words = _values_joined(words, command._option_string_actions)
-        return super().parse_args([*words, *passed_on], namespace)
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
+        """Parse; unknown options are refused before all else, with the nearest known one.
 
-    def _command_in(self, words: Sequence[str]) -> Parser:
-        """The parser of the command that is called, or this one."""
-        for action in self._actions:
-            if isinstance(action, argparse._SubParsersAction):
-                return next((action.choices[one] for one in words if one in action.choices), self)
-        return self
+        A value may begin with a minus, as in `--torque -crank_rate`.
+        """
+        self._negative_number_matcher = re.compile("-[^-]")
+        self._has_negative_number_optionals: list[bool] = []
+        if self._subparsers is None:
+            self._require_known(list(args or ()))
+        return super().parse_known_args(args, namespace)
+
+    def _require_known(self, words: Sequence[str]) -> None:
+        words = list(takewhile(lambda word: word != "--", words))
+        if any(one.nargs == argparse.REMAINDER for one in self._actions):
+            words = list(takewhile(lambda word: word.startswith("-"), words))
+        for word in words:
+            name = word.partition("=")[0]
+            if name.startswith("--") and name not in self._option_string_actions:
+                self.error(f"unrecognized arguments: {name[:200]}{self._nearest(name)}")
+
+    def _nearest(self, name: str) -> str:
+        flags = {flag_of(one): f"--set {one}=VALUE" for one in self.settings}
+        if name in flags:
+            return f"; accepted: {flags[name]}"
+        found = nearest(name, self._option_string_actions.keys() | flags.keys())
+        for flag, setting in flags.items():
+            found = found.replace(f" {flag}?", f" {setting}?")
+        return found
 
     def error(self, message: str) -> NoReturn:
         """Report an error; argparse calls this."""
         raise ValueError(f"{message} (see {self.prog} --help)")
 
 
-def _split(words: list[str], command: argparse.ArgumentParser) -> tuple[list[str], Sequence[str]]:
-    """Split the words into this parser's own and those that are passed on unread."""
-    if any(one.nargs == argparse.REMAINDER for one in command._actions):
-        begins = words.index(command.prog.split()[-1]) + 1
-        for place in range(begins, len(words)):
-            if not words[place].startswith("-"):
-                return words[: place + 1], words[place + 1 :]
-    return words, ()
+def flag_of(name: str) -> str:
+    """The flag of a name: --na-me of na_me."""
+    return "--" + name.replace("_", "-")
 
 
-def _nearest(name: str, known: set[str], settings: Iterable[str]) -> str:
-    """See `nearest`; the mean crank rate is a gait's, or what a walker is commanded."""
-    if other := [one for one in known if {one, name} <= MEAN_RATES]:
-        return f" (did you mean {other[0]}?)"
-    flags = {flag_of(one): f"--set {one}=VALUE" for one in settings}
-    if name in flags:
-        return f"; accepted: {flags[name]}"
-    found = nearest(name, known | flags.keys())
-    for flag, setting in flags.items():
-        found = found.replace(f" {flag}?", f" {setting}?")
-    return found
-
-
-def _settings_apart(words: Sequence[str]) -> list[str]:
-    """The words with `--set a=1 b=2` as `--set=a=1 --set=b=2`."""
-    found: list[str] = []
-    inside = False
-    for place, word in enumerate(words):
-        if word == "--":
-            return [*found, *words[place:]]
-        if inside and SETTING.match(word):
-            if found[-1] == "--set":
-                found.pop()
-            found.append(f"--set={word}")
-        else:
-            found.append(word)
-            inside = word == "--set"
-    return found
+def truth(text: str) -> bool:
+    """The value of a setting that is true or false."""
+    if text not in ("true", "false"):
+        raise argparse.ArgumentTypeError(f"{shown(text)}; accepted: true, false")
+    return text == "true"
 
 
 def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str, str]]) -> None:
-    """Names and what each means, by title, at the end of a command's help."""
+    """Add tables of names and meanings, by title, at the end of a command's help."""
     width = max(60, shutil.get_terminal_size().columns - 2)
     blocks = []
     for title, rows in tables.items():
@@ -237,65 +244,20 @@ def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str
 
 
 def add_examples(parser: argparse.ArgumentParser, examples: Mapping[str, str]) -> None:
-    """Command lines, and what each is for, at the end of a command's help, behind the tables."""
+    """Add command lines and their purposes at the end of a command's help, behind the tables."""
     blocks = "\n".join(f"  {about}:\n    {line}" for line, about in examples.items())
     rest = f"{parser.epilog}\n\n" if parser.epilog else ""
     parser.epilog = f"{rest}examples:\n{blocks}"
 
 
 def completes(action: argparse.Action | None, names: Iterable[str]) -> None:
-    """Names that a shell offers for an argument; where none begins as what is typed, it offers
-    files. None: nothing to complete."""
+    """Offer names for an argument in shells; where none begins as what is typed, files."""
     known = tuple(names)
 
     def beginning(prefix: str, **_: object) -> list[str]:
-        return [name for name in known if name.startswith(prefix)] or files(prefix)
+        from argcomplete.completers import FilesCompleter
 
-    if action is not None:
+        return [name for name in known if name.startswith(prefix)] or FilesCompleter()(prefix)
+
+    if action is not None and known:
         action.completer = beginning  # type: ignore[attr-defined], argcomplete looks for it
-
-
-def _values_joined(words: Sequence[str], known: Mapping[str, argparse.Action]) -> list[str]:
-    """The words with a value that begins with a minus joined to its option: argparse would take it
-    for an option (`--torque -crank_rate`)."""
-    found: list[str] = []
-    for word in words:
-        action = known.get(found[-1]) if found else None
-        takes_one = isinstance(action, argparse._StoreAction) and action.nargs is None
-        if takes_one and word.startswith("-") and word not in known and "--" not in found:
-            found[-1] += f"={word}"
-        else:
-            found.append(word)
-    return found
-
-
-def _names_last(words: Sequence[str], command: argparse.ArgumentParser) -> list[str]:
-    """The words with each value of a Names option behind all others, and the option before it.
-
-    What follows a name there, looks like a name misspelt and is no file, is refused.
-    """
-    others: list[str] = []
-    named: list[str] = []
-    option: Names | None = None
-    begun = False
-    for place, word in enumerate(words):
-        if word == "--":
-            return [*others, *named, *words[place:]]
-        if word.startswith("-"):
-            action = command._option_string_actions.get(word)
-            option, begun = (action if isinstance(action, Names) else None), False
-            (others if option is None else named).append(word)
-        elif option is None:
-            others.append(word)
-        elif not begun:
-            named.append(word)
-            begun = True
-        elif word in option.names:
-            named += [option.option_strings[0], word]
-        else:
-            if (near := nearest(word, option.names)) and not Path(word).exists():
-                flag = option.option_strings[0]
-                command.error(f"argument {flag}: {shown(word)} is unknown{near}")
-            others.append(word)
-            option = None
-    return [*others, *named]

@@ -161,7 +161,7 @@ def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.Monk
     assert main(["train", "biped", "--out", "a run", "--resume", "--no-pictures"]) == OK
     assert "Trained 128 steps" in capsys.readouterr().out
     table = ["evaluate", "a run", "constant-torque", "--episodes", "2", "--out", "table"]
-    assert main([*table, "--scene", "slippery", "wet"]) == OK
+    assert main([*table, "--scene", "slippery,wet"]) == OK
     printed = capsys.readouterr().out
     assert printed.count("constant torque") == 2
     assert Path("table/evaluation.csv").read_text().count("\n") == 5

@@ -56,7 +56,7 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     assert np.all(np.isfinite(tests["return"]))
     assert {"duration", "policy_loss"} <= metrics.keys()
     assert main(["train", "mass", "--out", "run", "--resume", "--no-pictures"]) == OK
-    command = ["evaluate", "run", "pull", "--scene", "patchy", "even", "--mu", "0.2"]
+    command = ["evaluate", "run", "pull", "--scene", "patchy,even", "--mu", "0.2"]
     capsys.readouterr()
     assert main([*command, "--episodes", "4", "--out", "table"]) == OK
     shown = capsys.readouterr().out

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.cli import OK, WRONG_INPUT, main
-from stickslip.completing import SHELLS
+from stickslip.flags import HOW
 
 pytest.importorskip("argcomplete")
 PROGRAM = f'#!/bin/sh\nexec "{sys.executable}" -m stickslip.cli "$@"\n'
@@ -103,7 +103,7 @@ def test_zsh_completes_a_line_as_it_is_typed(there: Path):
     terminal.close(force=True)
 
 
-@pytest.mark.parametrize("shell", SHELLS)
+@pytest.mark.parametrize("shell", HOW)
 def test_every_shell_has_a_script_that_asks_the_program(capsys, shell: str):
     assert main(["completion", shell]) == OK
     said = capsys.readouterr().out

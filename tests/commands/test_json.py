@@ -88,11 +88,9 @@ def test_a_refusal_leaves_standard_output_empty(capsys):
 
 
 def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):
-    from stickslip.optimise import command
+    from stickslip.optimise import ugv
 
-    monkeypatch.setattr(
-        command, "optimise_ugv_command", lambda given: Content(status=NOTHING_FOUND)
-    )
+    monkeypatch.setattr(ugv, "optimise_ugv_command", lambda given: Content(status=NOTHING_FOUND))
     assert main(["optimise", "ugv", "--json"]) == NOTHING_FOUND
     assert strict(capsys.readouterr().out) == {
         "command": "optimise",

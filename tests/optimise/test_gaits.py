@@ -70,10 +70,7 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
         ("--set reserve=1", "reserve = 1.0"),
         ("--set feedback=-1", "feedback = -1.0"),
         ("--payload nan", "payload = nan"),
-        ("--set gravity=0", "gravity = 0.0"),
         ("--mean-rates 3", "did you mean --mean-rate"),
-        ("--speed 3", "did you mean --mean-rate"),
-        ("--commanded-rate 3", "did you mean --mean-rate"),
     ],
 )
 def test_wrong_input_is_refused_in_a_line(arguments: str, said: str, capsys):
@@ -82,11 +79,3 @@ def test_wrong_input_is_refused_in_a_line(arguments: str, said: str, capsys):
     assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
     assert re.search(said, line), line
     assert not Path("runs").exists()
-
-
-def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):
-    Path("run").mkdir()
-    Path("run/notes").write_text("mine")
-    assert main([*SMALL, "--out=run"]) == WRONG_INPUT
-    assert "run exists" in capsys.readouterr().err
-    assert [one.name for one in Path("run").iterdir()] == ["notes"]

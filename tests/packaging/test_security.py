@@ -11,7 +11,7 @@ from stickslip.agents import untrusted
 from stickslip.agents.optimum import file as value_file
 from stickslip.agents.policy import file as policy_file
 from stickslip.optim.posture import track_file
-from stickslip.simulate import expression
+from stickslip.simulate import torque
 from tests.packaging.test_package_list import package_folders
 
 ROOT = Path(__file__).parents[2]
@@ -29,7 +29,7 @@ LIMITS = {
         f"{untrusted.DEEPEST} levels",
         f"{untrusted.LONGEST_NUMBER} characters",
     ),
-    "torque as arithmetic": (f"{expression.LONGEST:,} characters", f"{expression.DEEPEST} levels"),
+    "torque as arithmetic": (f"{torque.LONGEST:,} characters", f"{torque.DEEPEST} levels"),
     "tables of a run": (f"{untrusted.LARGEST_TABLE // MIB} MiB",),
     "track (": (
         f"{track_file.MOST_BYTES // MIB} MiB",

@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.optim import CRITERIA, PostureProblem
-from stickslip.simulate.posture import read_posture
+from stickslip.simulate.ugv import read_posture
 
 HELD = ["simulate", "ugv", "--angles", "60", "90", "--set", "spacing=1"]
 

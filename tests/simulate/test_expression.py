@@ -6,7 +6,7 @@ import jax
 import pytest
 
 from stickslip.dynamics.biped import BipedState
-from stickslip.simulate.expression import ACCEPTED, DEEPEST, FUNCTIONS, LONGEST, STATE, Expression
+from stickslip.simulate.torque import ACCEPTED, DEEPEST, FUNCTIONS, LONGEST, STATE, Expression
 
 AT = BipedState(phase=2.0, steps=3, crank_rate=1.5, foot_position=-0.2, foot_velocity=0.0, time=0.7)
 NAMES = {"t": 0.7, "phase": 2.0, "crank_angle": 2.0 + 3 * math.pi, "crank_rate": 1.5}
@@ -44,11 +44,6 @@ def test_every_function_takes_as_many_values_as_it_says():
             Expression(f"{name}({', '.join(['0.5'] * (count + 1))})")
 
 
-def test_the_same_text_is_the_same_law_to_a_compiler():
-    assert Expression("t + 1") == Expression("t + 1")
-    assert hash(Expression("t + 1")) != hash(Expression("t + 2"))
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -65,11 +60,6 @@ def test_the_same_text_is_the_same_law_to_a_compiler():
         ("1e999", "is no finite number"),
         ("9" * 400, "is no finite number"),
         ("sin(t, where=1)", "sin takes 1 value, not where="),
-        ("1/0", r"'1 / 0' comes to inf; accepted: constants that are finite"),
-        ("1 + log(-1) * t", r"'log\(-1\)' comes to nan"),
-        ("10**400", "comes to inf"),
-        ("2 - 1/0 + t", "comes to -?inf"),
-        ("t if 1 > 0 % 0 else 2", "comes to nan"),
         ("sin(*[1])", "is not accepted"),
         ("t := 3", "accepted: arithmetic"),
         ("t;t", "accepted: arithmetic"),

@@ -9,8 +9,8 @@ import pytest
 from stickslip.agents.view_files import require_makeable, require_writable
 from stickslip.cli import WRONG_INPUT, main
 from stickslip.optim.columns import columns_of
-from stickslip.simulate.posture import read_posture
 from stickslip.simulate.torque import Recorded, torque_of
+from stickslip.simulate.ugv import read_posture
 
 HEAD = "time [s],torque [N m]\n"
 

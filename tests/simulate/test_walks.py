@@ -28,8 +28,8 @@ from stickslip.dynamics.biped import (
     simulate,
 )
 from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
-from stickslip.simulate import biped, names, walk, walk_table
-from stickslip.simulate.expression import Expression
+from stickslip.simulate import biped, flags, output, walk, walk_table
+from stickslip.simulate.torque import Expression
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
 HOW = ["--set", "integrator=semi_implicit", "step=0.0025"]  # the quickest to compile
@@ -176,7 +176,7 @@ def test_no_file_is_replaced_unasked(capsys):
 
 
 @pytest.mark.parametrize(
-    ("flags", "said"),
+    ("words", "said"),
     [
         ("--torque nan", "accepted: a finite torque"),
         ("--torque x", "'x' is unknown; accepted: arithmetic"),
@@ -200,8 +200,8 @@ def test_no_file_is_replaced_unasked(capsys):
         ("--seconds 1", "required: --torque"),
     ],
 )
-def test_wrong_input_is_refused_in_one_line_and_nothing_is_written(capsys, flags: str, said: str):
-    assert main(["simulate", "biped", *flags.split()]) == WRONG_INPUT
+def test_wrong_input_is_refused_in_one_line_and_nothing_is_written(capsys, words: str, said: str):
+    assert main(["simulate", "biped", *words.split()]) == WRONG_INPUT
     line = capsys.readouterr().err
     assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
     assert said in line
@@ -237,10 +237,10 @@ def test_an_integrator_that_gives_up_is_said_in_words_and_by_the_status(capsys, 
 
 
 def test_names_in_the_help_are_those_of_the_library():
-    assert tuple(names.SETTINGS) == tuple(PRESETS)
-    assert tuple(names.FIDELITIES) == tuple(FIDELITIES)
-    assert tuple(names.INTEGRATORS) == tuple(INTEGRATORS)
-    assert tuple(names.STATUS) == tuple(status.name for status in Status)
+    assert tuple(flags.SETTINGS) == tuple(PRESETS)
+    assert tuple(flags.FIDELITIES) == tuple(FIDELITIES)
+    assert tuple(flags.INTEGRATORS) == tuple(INTEGRATORS)
+    assert tuple(output.STATUS) == tuple(status.name for status in Status)
 
 
 class Told(NamedTuple):

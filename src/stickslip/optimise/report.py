@@ -25,6 +25,7 @@ ENERGIES = {
 }
 """Positive work only, none recovered. The first alone says little: legs that lift the vehicle
 spare its wheels."""
+STATIONS = "stations.csv"
 FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg angle"
 """Columns of a drive that say what it is; all others follow from them."""
 NOTABLE = 0.05

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from textwrap import shorten
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.agents.biped.task import floor_words
-from stickslip.agents.view_files import require_new, require_suffix, require_writable
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene, recommend
 from stickslip.dynamics.biped import (
@@ -24,102 +22,98 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.trade.check_batch import precision
 from stickslip.dynamics.checks import require_number
 from stickslip.dynamics.scene import SceneOptions
-from stickslip.envs.rendering.extras import require
 from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import Bar
+from stickslip.parser import options_of
 from stickslip.records.content import Content
-from stickslip.simulate.files import table_path, write_table
-from stickslip.simulate.names import WHOLE
+from stickslip.simulate.flags import WalkOptions
+from stickslip.simulate.output import output_paths, print_summary, write_table
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import periods, walked
-from stickslip.simulate.walk_table import event_table, meaning_of, walk_summary, walk_table
+from stickslip.simulate.walk_table import (
+    WHOLE,
+    event_table,
+    meaning_of,
+    walk_summary,
+    walk_table,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from stickslip.dynamics import Setting
-    from stickslip.records.table import Table
-    from stickslip.simulate.flags import WalkFlags
     from stickslip.simulate.walk import Walk
 
 SECONDS = 6.0
 """Walked unless something else is said."""
 
 
-def simulate_biped_command(given: WalkFlags) -> Content:
+def simulate_biped_command(flags: Mapping[str, Any]) -> Content:
     """Walk, print the summary and write the rows; NOTHING_FOUND where the walk ends early.
 
     Whatever is wrong is refused before anything is computed. A walk that ends early is written as
     far as it went.
     """
-    torque = torque_of(given["torque"], columns_of(given["columns"]))
+    given = options_of(WalkOptions, flags)
+    torque = torque_of(given.torque, columns_of(given.columns))
     setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
         scene, robot = scene_of(given), BipedParams.from_bars()
-    if given["joints"]:
+    if given.joints:
         scene = replace(scene, outputs="joints")
-    seconds = given["seconds"]
+    seconds = given.seconds
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS
-    count, _ = periods(seconds, given["period"])
-    out = table_path(given["out"], given["overwrite"])
-    picture = picture_path(given["plot"], given["overwrite"])
-    require_writable([path for path in (out, picture) if path is not None])
+    count, _ = periods(seconds, given.period)
+    out, picture = output_paths(given.out, given)
     with Bar("walking", 2 * count, "period", True) as bar:
-        walk = walked(robot, scene, state, torque, seconds, given["period"], setting, bar)
+        walk = walked(robot, scene, state, torque, seconds, given.period, setting, bar)
     if not walk.count:
         raise ValueError(
-            f"--torque {given['torque']}: {meaning_of(walk)}; accepted: one whose first period is "
+            f"--torque {given.torque}: {meaning_of(walk)}; accepted: one whose first period is "
             "finite; nothing is written"
         )
-    summary = walk_summary(walk, seconds)
-    print_summary(summary)
-    promise = promise_of(given, setting, walk)
-    if promise is not None:
-        print(f"{'promise':<{_width(summary)}}  {promise}")
-    written = [write_table(out, walk_table(walk), given["overwrite"])]
+    summary, promise = walk_summary(walk, seconds), promise_of(given, setting, walk)
+    print_summary(summary, promise)
+    written = [write_table(out, walk_table(walk), given.overwrite)]
     if picture is not None:
         from stickslip.simulate.picture import plot_walk
 
-        title = f"Torque {_shown_torque(given['torque'])}, floor: {floor_words(scene)}"
-        if walk.status.name not in WHOLE:
-            gone = float(walk.trajectory.final.time - walk.trajectory.states.time[0])
-            title += f": {walk.status.name} after {gone:.3g} s"
-        written.append(plot_walk(walk, scene, picture, title))
+        written.append(plot_walk(walk, scene, picture, _title(given.torque, scene, walk)))
     print(f"Written: {', '.join(map(str, written))}")
     about = {"setting": _in_words(setting), "files": list(map(str, written))}
     about |= {} if promise is None else {"promise": promise}
-    tables = {"summary": summary, "events": event_table(walk)}
     status = OK if walk.status.name in WHOLE else NOTHING_FOUND
-    return Content(tables, about, status=status)
+    return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
 
 
-def _shown_torque(text: str) -> str:
-    """A number with its unit; a file or arithmetic as it was given."""
+def _title(torque: str, scene: Scene, walk: Walk) -> str:
+    """Title of the picture: a number with its unit; a file or arithmetic as it was given."""
     try:
-        float(text)
+        text = f"{float(torque):g} N m"
     except ValueError:
-        return shorten(text, 60)
-    return f"{text} N m"
+        text = shorten(torque, 60)
+    title = f"Torque {text}, floor: {floor_words(scene)}"
+    if walk.status.name in WHOLE:
+        return title
+    gone = float(walk.trajectory.final.time - walk.trajectory.states.time[0])
+    return f"{title}: {walk.status.name} after {gone:.3g} s"
 
 
-def scene_of(given: WalkFlags) -> Scene:
+def scene_of(given: WalkOptions) -> Scene:
     """The floor and the load. ValueError for flags that contradict each other."""
-    static, kinetic, edges = (given[name] for name in ("mu_static", "mu_kinetic", "edges"))
-    ratio = given["kinetic_ratio"]
-    options = SceneOptions(
-        payload=given["payload"], steps="one" if given["one_step"] else "continuous"
-    )
+    static, kinetic, edges = given.mu_static, given.mu_kinetic, given.edges
+    ratio = given.kinetic_ratio
+    options = SceneOptions(payload=given.payload, steps="one" if given.one_step else "continuous")
     if static is None:
         others = {"--mu-kinetic": kinetic, "kinetic_ratio": ratio, "--edges": edges}
         for flag, value in others.items():
             if value is not None:
                 raise ValueError(f"{flag} without --mu-static; accepted: both, or neither")
-        return Scene.named(given["scene"] or "slippery", **options)
-    if given["scene"] is not None:
+        return Scene.named(given.scene or "slippery", **options)
+    if given.scene is not None:
         raise ValueError(
-            f"--scene {given['scene']} with --mu-static; accepted: one of them, both say which "
-            "floor"
+            f"--scene {given.scene} with --mu-static; accepted: one of them, both say which floor"
         )
     if ratio is not None:
         if kinetic is not None:
@@ -141,69 +135,42 @@ def _one(flag: str, values: Sequence[float]) -> float:
     )
 
 
-def setting_of(given: WalkFlags) -> Setting:
+def setting_of(given: WalkOptions) -> Setting:
     """Setting of the walk. ValueError for flags that contradict each other."""
-    if given["tolerance"] is not None:
-        if given["setting"] is not None:
-            raise ValueError(
-                f"--setting {given['setting']} with --tolerance; accepted: one of them"
-            )
-        found = recommend(given["tolerance"], scene_of(given)).setting
+    if given.tolerance is not None:
+        if given.setting is not None:
+            raise ValueError(f"--setting {given.setting} with --tolerance; accepted: one of them")
+        found = recommend(given.tolerance, scene_of(given)).setting
     else:
-        found = PRESETS[given["setting"] or "exact"]
-    if given["fidelity"] is not None:
-        found = replace(found, fidelity=FIDELITIES[given["fidelity"]])
-    if given["integrator"] is not None:
-        found = replace(found, integrator=INTEGRATORS[given["integrator"]], dt=PRESETS["fast"].dt)
-    if given["step"] is not None:
+        found = PRESETS[given.setting or "exact"]
+    if given.fidelity is not None:
+        found = replace(found, fidelity=FIDELITIES[given.fidelity])
+    if given.integrator is not None:
+        found = replace(found, integrator=INTEGRATORS[given.integrator], dt=PRESETS["fast"].dt)
+    if given.step is not None:
         if isinstance(found.integrator, EventExact):
             raise ValueError(
                 "step with the integrator event_exact, which chooses its own steps; accepted: "
                 "another integrator"
             )
-        found = replace(found, dt=given["step"])
-    return found if given["dtype"] is None else replace(found, dtype=given["dtype"])
+        found = replace(found, dt=given.step)
+    return found if given.dtype is None else replace(found, dtype=given.dtype)
 
 
-def state_of(given: WalkFlags) -> BipedState:
+def state_of(given: WalkOptions) -> BipedState:
     """Initial state of the walk."""
     return BipedState(
-        phase=np.float64(SUPPORT_START if given["phase"] is None else given["phase"]),
-        crank_rate=np.float64(given["crank_rate"]),
-        foot_velocity=np.float64(given["foot_velocity"]),
+        phase=np.float64(SUPPORT_START if given.phase is None else given.phase),
+        crank_rate=np.float64(given.crank_rate),
+        foot_velocity=np.float64(given.foot_velocity),
     ).validate()
 
 
-def picture_path(text: str | None, overwrite: bool) -> Path | None:
-    """Path of the picture, if one is requested; checks that matplotlib is installed."""
-    if text is None:
-        return None
-    path = Path(text)
-    require_suffix(path, (".png",))
-    require_new([path], overwrite)
-    require("matplotlib.figure")
-    return path
-
-
-def print_summary(summary: Table) -> None:
-    """A line a number, with its unit; nothing is said of what is not there."""
-    width = _width(summary)
-    for column, value in zip(summary.columns, summary.rows[0], strict=True):
-        if value is not None:
-            unit = "" if column.unit == "-" else f" {column.unit}"
-            text = f"{value:.6g}" if isinstance(value, float) else str(value)
-            print(f"{column.name.replace('_', ' '):<{width}}  {text}{unit}")
-
-
-def _width(summary: Table) -> int:
-    return max(len(column.name) for column in summary.columns)
-
-
-def promise_of(given: WalkFlags, setting: Setting, walk: Walk) -> str | None:
+def promise_of(given: WalkOptions, setting: Setting, walk: Walk) -> str | None:
     """Promise of the setting for --tolerance, and whether it covers the walk; None without."""
-    if given["tolerance"] is None:
+    if given.tolerance is None:
         return None
-    found = recommend(given["tolerance"], scene_of(given))
+    found = recommend(given.tolerance, scene_of(given))
     if setting != found.setting:
         return None
     states = walk.trajectory.states

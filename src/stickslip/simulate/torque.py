@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import ast
+import math
+import sys
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.checks import nearest, require_number, shown
 from stickslip.optim.columns import ColumnSpec, accepted_table, read_columns
-from stickslip.simulate.expression import ACCEPTED, Expression
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
-    from jaxtyping import Float
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped import BipedState
+    from stickslip.dynamics.numeric import Number
 
 FILES = (".csv", ".npy")
 LONGEST_NAME = 255
@@ -23,6 +30,47 @@ LONGEST_NAME = 255
 COLUMNS = (ColumnSpec("time", "s", ("t",)), ColumnSpec("torque", "N m", ("T", "tau", "M")))
 OF_AN_ARRAY = "an .npy of [rows, 2], finite numbers, times [s] that increase, or a .csv, "
 OF_A_FILE = OF_AN_ARRAY + accepted_table(COLUMNS)
+LONGEST, DEEPEST = 1000, 40
+"""Characters of arithmetic, and levels of it."""
+LARGEST = sys.float_info.max
+STATE: dict[str, Callable[[BipedState], Number]] = {
+    "t": lambda state: state.time,
+    "phase": lambda state: state.phase,
+    "crank_angle": lambda state: state.crank_angle,
+    "crank_rate": lambda state: state.crank_rate,
+    "foot_position": lambda state: state.foot_position,
+    "foot_velocity": lambda state: state.foot_velocity,
+    "steps": lambda state: state.steps,
+}
+"""Variables along a walk."""
+CONSTANTS = {"pi": math.pi}
+ONE = ("sin", "cos", "tan", "tanh", "exp", "log", "sqrt", "abs", "sign", "floor")
+FUNCTIONS = dict.fromkeys(ONE, 1) | {"min": 2, "max": 2, "clip": 3}
+"""Number of arguments."""
+NUMPY = {"min": "minimum", "max": "maximum"}
+"""Names of functions in NumPy and JAX, where they differ."""
+OPERATORS: dict[type[ast.AST], str] = {
+    ast.Add: "add",
+    ast.Sub: "subtract",
+    ast.Mult: "multiply",
+    ast.Div: "divide",
+    ast.Mod: "mod",
+    ast.Pow: "power",
+    ast.UAdd: "positive",
+    ast.USub: "negative",
+    ast.Lt: "less",
+    ast.LtE: "less_equal",
+    ast.Gt: "greater",
+    ast.GtE: "greater_equal",
+    ast.And: "logical_and",
+    ast.Or: "logical_or",
+    ast.Not: "logical_not",
+}
+"""Names in NumPy and JAX."""
+ACCEPTED = (
+    f"arithmetic of numbers, {', '.join((*STATE, *CONSTANTS))}, with + - * / % **, comparisons, "
+    f"`a if c else b` and {', '.join(FUNCTIONS)}"
+)
 
 
 @dataclass(frozen=True)
@@ -108,3 +156,100 @@ def _array(path: Path) -> Float[np.ndarray, "n 2"]:
             f"accepted: {OF_A_FILE}"
         )
     return found
+
+
+@dataclass(frozen=True)
+class Expression:
+    """A torque [N m] of a BipedState, for `simulate`: "0.8 + 0.3 * sin(2 * crank_angle)".
+
+    Hashable by its text, so that the same text is compiled once. Nothing of the text is ever run:
+    its parts are looked up, one by one; ValueError for others than ACCEPTED.
+    """
+
+    text: str
+
+    def __post_init__(self):
+        if len(self.text) > LONGEST:
+            count = len(self.text)
+            raise ValueError(f"torque of {count} characters; accepted: up to {LONGEST}")
+        names = dict.fromkeys(STATE, 1.0) | CONSTANTS
+        try:
+            with np.errstate(all="ignore"):
+                _value(self._parsed(), names, np)
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            why = error.msg if isinstance(error, SyntaxError) else str(error)
+            text = shown(self.text)
+            raise ValueError(f"torque {text}: {why}; accepted: {ACCEPTED}") from None
+
+    def __call__(self, state: BipedState) -> Float[Array, ""]:
+        """The torque in a state."""
+        dtype = jnp.asarray(state.phase).dtype
+        names = {name: jnp.asarray(of(state), dtype) for name, of in STATE.items()}
+        names |= {name: jnp.asarray(value, dtype) for name, value in CONSTANTS.items()}
+        return jnp.asarray(_value(self._parsed(), names, jnp), dtype)
+
+    def _parsed(self) -> ast.expr:
+        return ast.parse(self.text.strip(), mode="eval").body
+
+
+def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0) -> Any:
+    """Value of a node with the functions of NumPy or JAX; ValueError for one not accepted."""
+    if depth > DEEPEST:
+        raise ValueError(f"it is nested deeper than {DEEPEST}")
+
+    def values(*parts: ast.AST) -> list[Any]:
+        return [_value(part, names, library, depth + 1) for part in parts]
+
+    match node:
+        case ast.Constant(value=bool()):
+            pass
+        case ast.Constant(value=int() | float() as number) if abs(number) <= LARGEST:
+            return library.asarray(float(number), library.asarray(names["pi"]).dtype)
+        case ast.Name(id=name) if name in names:
+            return names[name]
+        case ast.BinOp():
+            return _chained(node, values, library)
+        case ast.UnaryOp(op=op, operand=a) if type(op) in OPERATORS:
+            return getattr(library, OPERATORS[type(op)])(*values(a))
+        case ast.BoolOp(op=op, values=parts):
+            return reduce(getattr(library, OPERATORS[type(op)]), values(*parts))
+        case ast.Compare(left=a, ops=[op], comparators=[b]) if type(op) in OPERATORS:
+            return getattr(library, OPERATORS[type(op)])(*values(a, b))
+        case ast.IfExp(test=test, body=a, orelse=b):
+            return library.where(*values(test, a, b))
+        case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if FUNCTIONS.get(name) == len(
+            args
+        ):
+            return getattr(library, NUMPY.get(name, name))(*values(*args))
+    raise ValueError(_refusal(node))
+
+
+def _chained(node: ast.BinOp, values: Callable[..., list[Any]], library: Any) -> Any:
+    """Value of a + b - c, in a loop: long sums are no deeper than short ones."""
+    parts: list[tuple[ast.operator, ast.expr]] = []
+    left: ast.expr = node
+    while isinstance(left, ast.BinOp):
+        if type(left.op) not in OPERATORS:
+            raise ValueError(_refusal(left))
+        parts.append((left.op, left.right))
+        left = left.left
+    (found,) = values(left)
+    for op, right in reversed(parts):
+        found = getattr(library, OPERATORS[type(op)])(found, *values(right))
+    return found
+
+
+def _refusal(node: ast.AST) -> str:
+    """Message about a node that is not accepted."""
+    match node:
+        case ast.Name(id=name):
+            return f"{shown(name)} is unknown{nearest(name, (*STATE, *CONSTANTS, *FUNCTIONS))}"
+        case ast.Call(func=ast.Name(id=name), args=args):
+            if name in FUNCTIONS:
+                count = FUNCTIONS[name]
+                given = ", ".join(f"{one.arg}=" for one in node.keywords) or len(args)
+                return f"{name} takes {count} value{'s' if count > 1 else ''}, not {given}"
+            return f"{shown(name)} is no function here{nearest(name, FUNCTIONS)}"
+        case ast.Constant(value=value):
+            return f"{shown(value)} is no finite number"
+    return f"{shown(ast.unparse(node))} is not accepted"

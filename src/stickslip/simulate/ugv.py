@@ -4,91 +4,103 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.view_files import require_writable
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, PostureProblem
-from stickslip.optimise.ground import track_of
-from stickslip.optimise.products import limit_of
-from stickslip.optimise.report import UNITS, stations_table
+from stickslip.optim.columns import ColumnSpec, accepted_table, read_columns
+from stickslip.optimise.report import (
+    FRONT_LEG,
+    FRONT_WHEEL,
+    REAR_LEG,
+    STATIONS,
+    UNITS,
+    stations_table,
+)
+from stickslip.optimise.shared import limit_of, track_of
+from stickslip.parser import options_of
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table
-from stickslip.simulate.biped import picture_path, print_summary
-from stickslip.simulate.files import table_path, write_table
-from stickslip.simulate.names import STATUS
-from stickslip.simulate.posture import read_posture
+from stickslip.simulate.flags import DriveOptions
+from stickslip.simulate.output import STATUS, output_paths, print_summary, write_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
+
+    from jaxtyping import Float
 
     from stickslip.optim import Station
-    from stickslip.simulate.flags import DriveFlags
 
+COLUMNS = (
+    ColumnSpec(FRONT_WHEEL, "m", ("x",)),
+    ColumnSpec(REAR_LEG, "rad", ("rear",)),
+    ColumnSpec(FRONT_LEG, "rad", ("front",)),
+)
+OF_OPTIMISE = f"{STATIONS} of `stickslip optimise ugv`, its directory, or "
 SPACING = 0.1
 """Of waypoints [m], unless something else is said."""
 
 
-def simulate_ugv_command(given: DriveFlags) -> Content:
+def simulate_ugv_command(flags: Mapping[str, Any]) -> Content:
     """Evaluate a drive, print and write it; NOTHING_FOUND where it breaks a constraint.
 
     Whatever is wrong is refused before anything is computed; a drive that cannot be driven is
     written all the same, each waypoint with its status.
     """
-    out = table_path(given["out"], given["overwrite"])
-    picture = picture_path(given["plot"], given["overwrite"])
+    given = options_of(DriveOptions, flags)
+    out, picture = output_paths(given.out, given)
     problem, x = drive_of(given)
-    require_writable([path for path in (out, picture) if path is not None])
     stations, found = problem.stations(x), problem.evaluate(x)
     missed = found.residuals
     summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
     print_summary(summary)
-    print("\n" + _shown(criteria).terminal(), end="")
+    print("\n" + criteria.rounded(6).terminal(), end="")
     for name, by in missed.items():
         if by > 0 and not found.feasible:
             print(f"misses {name} by {by:.3g} {UNITS[name]}")
-    written = [write_table(out, stations_table(stations), given["overwrite"])]
+    written = [write_table(out, stations_table(stations), given.overwrite)]
     if picture is not None:
         from stickslip.optimise.picture import draw_drive
         from stickslip.paper.drawing import png
 
-        title = f"Over {given['track']}, friction {given['friction']:g}"
+        title = f"Over {given.track}, friction {given.friction:g}"
         content = png(draw_drive(problem, x), title)
-        written.append(write_whole(picture, content, overwrite=given["overwrite"]))
+        written.append(write_whole(picture, content, overwrite=given.overwrite))
     print(f"Written: {', '.join(map(str, written))}")
     tables = {"summary": summary, "criteria": criteria}
     about = {"feasible": found.feasible, "missed": missed, "files": list(map(str, written))}
     return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 
-def drive_of(given: DriveFlags) -> tuple[PostureProblem, np.ndarray]:
+def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
     """The problem whose constraints the drive is held to, and its leg angles, flat.
 
     ValueError for flags that contradict each other, and for angles beyond the legs' range.
     """
-    if (given["posture"] is None) == (given["angles"] is None):
+    if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    track = track_of(given["track"], given["track_options"], given["columns"])
+    track = track_of(given.track, given.track_options, given.columns)
     limits = {
-        "leg_rate": limit_of("leg_rate", given["leg_rate"], "rad/m"),
-        "max_torque": limit_of("--max-torque", given["max_torque"], "N m"),
-        "friction": given["friction"],
+        "leg_rate": limit_of("leg_rate", given.leg_rate, "rad/m"),
+        "max_torque": limit_of("--max-torque", given.max_torque, "N m"),
+        "friction": given.friction,
     }
-    places = {"start": given["start"], "end": given["end"]}
-    if given["posture"] is not None:
-        for name, value in (("spacing", given["spacing"]), *places.items()):
+    places = {"start": given.start, "end": given.end}
+    if given.posture is not None:
+        for name, value in (("spacing", given.spacing), *places.items()):
             if value is not None:
                 raise ValueError(f"{name} with --posture, which has waypoints of its own")
-        posture = read_posture(given["posture"])
+        posture = read_posture(given.posture)
         return PostureProblem(UGVParams(), track, posture.x, **limits), posture.angles.reshape(-1)
-    spacing = SPACING if given["spacing"] is None else given["spacing"]
+    spacing = SPACING if given.spacing is None else given.spacing
     problem = PostureProblem.along(track, spacing=spacing, **places, **limits)
-    return problem, np.tile(_held(given["angles"] or (), problem), len(problem.x))
+    return problem, np.tile(_held(given.angles or (), problem), len(problem.x))
 
 
 def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
@@ -138,6 +150,23 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
     return Table(list(row), [list(row.values())])
 
 
-def _shown(criteria: Table) -> Table:
-    rows = [[name, f"{value:.6g}", unit] for name, value, unit in criteria.rows]
-    return Table(criteria.columns, rows)
+class Posture(NamedTuple):
+    """Leg angles [K, 2] [rad], rear and front, with the front wheel at x [K] [m]."""
+
+    x: Float[np.ndarray, "K"]
+    angles: Float[np.ndarray, "K 2"]
+
+
+def read_posture(text: str) -> Posture:
+    """The drive in a file. ValueError naming the file and the line of what will not do."""
+    path = Path(text)
+    path = path / STATIONS if path.is_dir() else path
+    if path.suffix.lower() != ".csv":
+        raise ValueError(
+            f"{path} ends in {path.suffix!r}; accepted: {OF_OPTIMISE}a .csv, "
+            f"{accepted_table(COLUMNS)}"
+        )
+    found = read_columns(path, COLUMNS, also=OF_OPTIMISE)
+    if len(found) < 2:
+        raise ValueError(f"{path}: one row; accepted: 2 or more")
+    return Posture(found[:, 0], found[:, 1:])

@@ -23,14 +23,13 @@ from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
 from stickslip.dynamics.biped.trade.setting import own_time
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.status import Status
-from stickslip.simulate.torque import Recorded
+from stickslip.simulate.torque import Expression, Recorded
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.dynamics import Scene, Setting
     from stickslip.optim.progress import Bar
-    from stickslip.simulate.expression import Expression
 
 PIECE = 500
 """The most periods of one program's run."""

@@ -15,7 +15,7 @@ from stickslip.dynamics.once import run_once
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.reward import centre_of_mass
 from stickslip.records.table import Column, Table
-from stickslip.simulate.names import FALLS, STATUS
+from stickslip.simulate.output import STATUS
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from stickslip.simulate.walk import Walk
 
 
+FALLS = ("TOPPLE", "LIFT_OFF")
+WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
+"""Statuses of a walk that came to the end of what was asked."""
 NO_WAY = 0.1
 """Of a step: below it nothing is said per metre."""
 

@@ -1,16 +1,24 @@
-"""The track that the command line names: one of TRACKS with its numbers, or a file."""
+"""Input and output of the commands of machines: tracks, limits, folders of files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from stickslip.agents.view_files import require_folder as require_no_file
+from stickslip.agents.view_files import require_makeable
+from stickslip.dynamics.checks import shown
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim.columns import columns_of
 from stickslip.optim.posture.track_file import read_track
+from stickslip.records.files import write_whole
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
 
 OPTION = "name=value, the value a number, several with commas between, or a word"
+NO_LIMIT = "none"
 
 
 def track_of(name: str, options: Iterable[str] = (), columns: str | None = None) -> Track:
@@ -19,7 +27,7 @@ def track_of(name: str, options: Iterable[str] = (), columns: str | None = None)
     options: "name=value" each; of Track.named, or `interpolation` for a file. columns: of a file,
     "x=HEAD,y=HEAD". ValueError for what is unknown, OSError where the file cannot be read.
     """
-    given = options_of(options)
+    given = track_options_of(options)
     for key, value in given.items():
         if isinstance(value, tuple) and key != "band":
             raise ValueError(f"--track-option {key} = {value}; accepted: one value")
@@ -42,7 +50,7 @@ def track_of(name: str, options: Iterable[str] = (), columns: str | None = None)
     return read_track(path, **given, columns=columns_of(columns))
 
 
-def options_of(words: Iterable[str]) -> dict[str, Any]:
+def track_options_of(words: Iterable[str]) -> dict[str, Any]:
     """name=value words as names and numbers, tuples of numbers or text; the last one counts."""
     found = {}
     for word in words:
@@ -62,3 +70,39 @@ def _number(text: str) -> int | float | str:
         except ValueError:
             continue
     return text.strip()
+
+
+def limit_of(flag: str, text: str, unit: str) -> float | None:
+    """A limit, or None for none; ValueError naming the flag."""
+    if text == NO_LIMIT:
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"{flag} {shown(text)}; accepted: a number > 0 [{unit}], or {NO_LIMIT}"
+        ) from None
+
+
+def require_folder(out: Path, overwrite: bool) -> Path:
+    """The folder for the files; ValueError if something is there and may not be replaced."""
+    require_no_file(out)
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
+    if not overwrite and out.is_dir() and any(out.iterdir()):
+        raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
+    require_makeable(out)
+    return out
+
+
+def write_all(
+    out: Path, files: Mapping[str, bytes | str], usual: tuple[str, ...], overwrite: bool
+) -> None:
+    """Write the files, each whole, and say where. usual: names of all that a command may write;
+    overwriting, nothing of an earlier result stays beside this one."""
+    if overwrite:
+        for name in set(usual) - set(files):
+            (out / name).unlink(missing_ok=True)
+    for name, content in files.items():
+        write_whole(out / name, content, overwrite=overwrite)
+    print(f"{', '.join(files)}: {out}", file=sys.stderr)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
@@ -14,16 +16,21 @@ from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.objective import goal_of
 from stickslip.optim.options import require_scalar
 from stickslip.optim.progress import say_stage
-from stickslip.optimise.flags import GaitFlags
+from stickslip.optimise.flags import GaitOptions
 from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows
-from stickslip.optimise.products import limit_of, require_folder, write_all
 from stickslip.optimise.report import table
+from stickslip.optimise.shared import limit_of, require_folder, write_all
+from stickslip.parser import options_of
 from stickslip.records.content import Content
 from stickslip.records.table import json_text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
+FILES = ("out", "overwrite", "pictures")
 NOT_WALKED = (
     "no replay walks this gait, on the edge of what the model covers; the settings min_normal, "
     "zmp and reserve keep away from it"
@@ -31,90 +38,81 @@ NOT_WALKED = (
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
-def optimise_gait_command(flags: GaitFlags) -> Content:
+def optimise_gait_command(flags: Mapping[str, Any]) -> Content:
     """Find a gait, replay it, print and write it; NOTHING_FOUND without one.
 
     Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
     only result.json. Wrong input is refused before anything is computed or written.
     """
-    problem = gait_problem_of(flags)
-    out = _folder(flags)
-    require_scalar("feedback", flags["feedback"], low=0.0, accepted="a finite number >= 0 [1/rad]")
-    if flags["pictures"]:
+    given = options_of(GaitOptions, flags)
+    problem = gait_problem_of(given)
+    out = _folder(given)
+    require_scalar("feedback", given.feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
+    if given.pictures:
         require("matplotlib.figure")
     result = solve(problem, progress=True)
-    replays = _replays(problem, result, flags)
+    replays = _replays(problem, result, given)
     print(table(gait_rows(problem, result, replays)), end="")
     if replays and all(one.status > Status.SLIP_ONSET for one in replays.values()):
         print(f"warning: {NOT_WALKED}", file=sys.stderr)
-    found = gait_content(problem, result, replays, _asked(flags))
+    asked = {name: value for name, value in asdict(given).items() if name not in FILES}
+    found = gait_content(problem, result, replays, asked)
     files: dict[str, bytes | str] = {RESULT: json_text(found)}
     if result.gait is not None:
         files[NODES] = gait_csv(problem, result)
-        if flags["pictures"]:
-            say_stage("drawing")
-            from stickslip.optimise.gait_picture import draw_gait
-            from stickslip.paper.drawing import png
-
-            unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
-            title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
-            files[PICTURE] = png(draw_gait(problem, result), title)
-    write_all(out, files, (NODES, RESULT, PICTURE), flags["overwrite"])
+        if given.pictures:
+            files[PICTURE] = _picture(problem, result)
+    write_all(out, files, (NODES, RESULT, PICTURE), given.overwrite)
     written = {"files": [str(out / name) for name in files]}
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
     status = OK if result.gait is not None else NOTHING_FOUND
     return Content(facts=found | written, units=units, status=status)
 
 
-def gait_problem_of(flags: GaitFlags) -> GaitProblem:
+def _picture(problem: GaitProblem, result: GaitResult) -> bytes:
+    from stickslip.optimise.gait_picture import draw_gait
+    from stickslip.paper.drawing import png
+
+    say_stage("drawing")
+    unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
+    title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
+    return png(draw_gait(problem, result), title)
+
+
+def gait_problem_of(given: GaitOptions) -> GaitProblem:
     """The problem that the flags describe."""
-    require_scalar("payload", flags["payload"], low=0.0, accepted="a finite mass >= 0 [kg]")
-    require_scalar("gravity", flags["gravity"], low=0.0, strict=True, accepted="finite, > 0")
+    require_scalar("payload", given.payload, low=0.0, accepted="a finite mass >= 0 [kg]")
+    require_scalar("gravity", given.gravity, low=0.0, strict=True, accepted="finite, > 0")
     share = "a share from 0 to below 1"
-    require_scalar("reserve", flags["reserve"], low=0.0, high=0.999, accepted=share)
-    robot = BipedParams.from_bars(payload=flags["payload"], gravity=flags["gravity"])
+    require_scalar("reserve", given.reserve, low=0.0, high=0.999, accepted=share)
+    robot = BipedParams.from_bars(payload=given.payload, gravity=given.gravity)
     mu: list[float] | float | None = None
-    if flags["mu"] is not None:
-        for one in flags["mu"]:
+    if given.mu is not None:
+        for one in given.mu:
             require_scalar("mu", one, low=0.0, accepted="a finite number >= 0")
-        left = [one * (1 - flags["reserve"]) for one in flags["mu"]]
+        left = [one * (1 - given.reserve) for one in given.mu]
         mu = left[0] if len(left) == 1 else left
-    objective, torque = (
-        _objective(flags["objective"]),
-        limit_of("--torque-limit", flags["torque_limit"], "N m"),
-    )
-    walk, end = flags["steps"], flags["end"]
-    if walk is None:
-        for name, value in (("start", flags["start"]), ("end", end)):
-            if value is not None:
-                raise ValueError(f"{name} without --steps; accepted: with a walk of --steps N")
-        if isinstance(mu, list):
-            raise ValueError(f"mu has shape ({len(mu)},); accepted: one number without --steps")
-        return GaitProblem.periodic(
-            robot,
-            objective,
-            mu=mu,
-            torque_limit=torque,
-            mean_rate=flags["mean_rate"],
-            min_normal=flags["min_normal"],
-            zmp=flags["zmp"],
-            copper_loss=flags["copper_loss"],
-            steps=flags["cells"],
-        )
-    return GaitProblem.transfer(
-        robot,
-        walk,
-        objective,
-        start_rate=0.0 if flags["start"] is None else flags["start"],
-        end_rate=end,
-        mu=mu,
-        torque_limit=torque,
-        mean_rate=flags["mean_rate"],
-        min_normal=flags["min_normal"],
-        zmp=flags["zmp"],
-        copper_loss=flags["copper_loss"],
-        steps=flags["cells"],
-    )
+    objective = _objective(given.objective)
+    torque = limit_of("--torque-limit", given.torque_limit, "N m")
+    limits = {
+        "mu": mu,
+        "torque_limit": torque,
+        "mean_rate": given.mean_rate,
+        "min_normal": given.min_normal,
+        "zmp": given.zmp,
+        "copper_loss": given.copper_loss,
+        "steps": given.cells,
+    }
+    if given.steps is not None:
+        start = 0.0 if given.start is None else given.start
+        ends = {"start_rate": start, "end_rate": given.end}
+        return GaitProblem.transfer(robot, given.steps, objective, **ends, **limits)
+    for name, value in (("start", given.start), ("end", given.end)):
+        if value is not None:
+            raise ValueError(f"{name} without --steps; accepted: with a walk of --steps N")
+    if isinstance(mu, list):
+        raise ValueError(f"mu has shape ({len(mu)},); accepted: one number without --steps")
+    return GaitProblem.periodic(robot, objective, **limits)
 
 
 def _objective(text: str) -> str | dict[str, float]:
@@ -136,15 +134,14 @@ def _objective(text: str) -> str | dict[str, float]:
     return found
 
 
-def _replays(problem: GaitProblem, result: GaitResult, flags: GaitFlags) -> dict[str, Replay]:
+def _replays(problem: GaitProblem, result: GaitResult, given: GaitOptions) -> dict[str, Replay]:
     """The gait walked open loop and with feedback, on a floor of the friction asked for; of several
     frictions the foot is held, and the replay says how much it used."""
     if result.gait is None or not result.best.duration < float("inf"):
         return {}
-    given = flags["mu"]
-    mu = given[0] if given is not None and len(set(given)) == 1 else None
+    mu = given.mu[0] if given.mu is not None and len(set(given.mu)) == 1 else None
     steps = WALKED if problem.is_periodic else None
-    kinds = {"open loop": 0.0, f"feedback {flags['feedback']:g}/rad": float(flags["feedback"])}
+    kinds = {"open loop": 0.0, f"feedback {given.feedback:g}/rad": float(given.feedback)}
     return {
         name: replay(
             problem.params, result.best, mu=mu, feedback=gain, walk_steps=steps, zmp=problem.zmp
@@ -153,13 +150,8 @@ def _replays(problem: GaitProblem, result: GaitResult, flags: GaitFlags) -> dict
     }
 
 
-def _asked(flags: GaitFlags) -> dict[str, object]:
-    files = ("out", "overwrite", "pictures", "machine", "command", "json", "keep_programs")
-    return {name: value for name, value in flags.items() if name not in files}
-
-
-def _folder(flags: GaitFlags) -> Path:
+def _folder(given: GaitOptions) -> Path:
     """Directory of the files; ValueError if it exists and may not be replaced."""
-    default = f"biped-{flags['objective'].replace('=', '').replace(',', '-')}"
-    out = Path("runs", default) if flags["out"] is None else Path(flags["out"])
-    return require_folder(out, flags["overwrite"])
+    default = f"biped-{given.objective.replace('=', '').replace(',', '-')}"
+    out = Path("runs", default) if given.out is None else Path(given.out)
+    return require_folder(out, given.overwrite)

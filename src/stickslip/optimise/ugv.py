@@ -1,0 +1,167 @@
+"""`stickslip optimise ugv`: build a posture problem, solve it, print and write what came out."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from dataclasses import asdict
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.commands import NOTHING_FOUND, OK
+from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.plain_checks import MEMORY_LIMIT
+from stickslip.dynamics.ugv import PoseSolver, Track
+from stickslip.envs.rendering.extras import require
+from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
+from stickslip.optim.progress import say_stage
+from stickslip.optim.solving import methods_of, options_of_method
+from stickslip.optimise.flags import PostureOptions
+from stickslip.optimise.report import (
+    STATIONS,
+    energies,
+    result_content,
+    result_units,
+    rows,
+    stations_table,
+    table,
+    warnings,
+)
+from stickslip.optimise.shared import (
+    limit_of,
+    require_folder,
+    track_of,
+    track_options_of,
+    write_all,
+)
+from stickslip.parser import options_of
+from stickslip.records.content import Content
+from stickslip.records.table import json_text
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+RESULT, PICTURE = "result.json", "drive.png"
+ASKED = (
+    *("track", "track_options", "columns", "method"),
+    *("spacing", "start", "end", "angles", "polish", "seed"),
+)
+"""Options that result.json repeats; the others stand in its problem."""
+SPACING, MOST_WAYPOINTS, POLISHED = 0.1, 5000, 2000
+"""Waypoints are SPACING [m] apart, or more where there would be more than MOST_WAYPOINTS; a path of
+more than POLISHED is not polished, unless it is asked for."""
+NEEDS = {"cma": "cma"}
+"""Packages of an extra, by the method."""
+
+
+def optimise_ugv_command(flags: Mapping[str, Any]) -> Content:
+    """Solve a posture problem, print and write the drive; NOTHING_FOUND without one.
+
+    Writes DIR/stations.csv, result.json and drive.png, each under a temporary name first; without
+    a drive only result.json. Wrong input is refused before anything is computed or written.
+    """
+    given = options_of(PostureOptions, flags)
+    out = _folder(given)
+    require_choice("criterion", given.criterion, tuple(CRITERIA))
+    require_choice("method", given.method, tuple(METHODS))
+    with _less_memory_named():
+        problem = problem_of(given)
+    if given.pictures:
+        require("matplotlib.figure")
+    if given.method in NEEDS:
+        import_module(NEEDS[given.method])  # where it is missing, nothing is computed in vain
+    options = _method_options(given, problem)
+    with _less_memory_named():
+        result = solve(problem, given.method, progress=True, **options)
+    spent = energies(problem, result.x)
+    print(table(rows(problem, result, spent)), end="")
+    for warning in warnings(problem, result):
+        print(f"warning: {warning}", file=sys.stderr)
+    asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
+    found = result_content(problem, result, spent, {name: asked[name] for name in ASKED})
+    files: dict[str, bytes | str] = {RESULT: json_text(found)}
+    if result.x is not None:
+        files[STATIONS] = stations_table(problem.stations(result.x)).csv()
+        if given.pictures:
+            files[PICTURE] = _picture(problem, result, Path(given.track).name)
+    write_all(out, files, (STATIONS, RESULT, PICTURE), given.overwrite)
+    written = {"files": [str(out / name) for name in files]}
+    status = OK if result.x is not None else NOTHING_FOUND
+    return Content(facts=found | written, units=result_units(problem), status=status)
+
+
+def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
+    """Options of the method. ValueError for one that it does not take."""
+    options: dict[str, Any] = {
+        name: getattr(given, name)
+        for name in ("angles", "seed")
+        if getattr(given, name) is not None
+    }
+    taken = options_of_method(methods_of(problem)[given.method])
+    for name in options:
+        if name not in taken:
+            raise ValueError(f"--{name} with --method {given.method}; accepted: without it")
+    polish = given.polish
+    return options | {"polish": len(problem.x) <= POLISHED if polish is None else polish}
+
+
+@contextmanager
+def _less_memory_named() -> Iterator[None]:
+    """Add to a refusal for want of memory which settings ask for less."""
+    try:
+        yield
+    except ValueError as error:
+        if MEMORY_LIMIT not in str(error):
+            raise
+        less = "a greater spacing, start and end nearer together, fewer angles, polish=false"
+        raise ValueError(f"{error}; less takes {less}") from error
+
+
+def spacing_of(track: Track, given: PostureOptions) -> float:
+    """Requested spacing, or the default for the track's length: see SPACING [m]."""
+    if given.spacing is not None:
+        return given.spacing
+    ends = (given.start, track.start), (given.end, track.end)
+    start, end = (float(np.asarray(of if given is None else given)) for given, of in ends)
+    return max(SPACING, (end - start) / (MOST_WAYPOINTS - 1))
+
+
+def problem_of(given: PostureOptions) -> PostureProblem:
+    """The problem that the flags describe."""
+    track = track_of(given.track, given.track_options, given.columns)
+    return PostureProblem.along(
+        track,
+        given.criterion,
+        spacing=spacing_of(track, given),
+        start=given.start,
+        end=given.end,
+        leg_rate=limit_of("leg_rate", given.leg_rate, "rad/m"),
+        friction=given.friction,
+        max_torque=limit_of("--max-torque", given.max_torque, "N m"),
+        start_angles=given.start_angles,
+        end_angles=given.end_angles,
+        solver=PoseSolver(overlap=given.overlap),
+    )
+
+
+def _folder(given: PostureOptions) -> Path:
+    """Directory of the files; ValueError if it exists and may not be replaced."""
+    default = f"ugv-{Path(given.track).stem}-{given.criterion}-{given.method}"
+    out = Path("runs", default) if given.out is None else Path(given.out)
+    return require_folder(out, given.overwrite)
+
+
+def _picture(problem: PostureProblem, result: PostureResult, track: str) -> bytes:
+    from stickslip.optimise.picture import draw_result
+    from stickslip.paper.drawing import png
+
+    say_stage("drawing")
+    name = problem.criterion.name.replace("_", " ")
+    unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
+    off_grid = result.details.get("grid_value", result.value) != result.value
+    how = f"{result.method} and scp" if off_grid else result.method
+    title = f"{name} {result.value:.5g}{unit} over {track}, by {how}"
+    return png(draw_result(problem, result), title)
