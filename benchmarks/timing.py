@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.dynamics.one_kernel import SWITCH
+from stickslip.dynamics.kernels.one_kernel import SWITCH
 
 CORES = 2
 """A batch is split over this many threads."""
@@ -61,7 +61,7 @@ def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
 
 @contextmanager
 def without_kernels() -> Iterator[None]:
-    """Whatever is traced inside is left as XLA takes it: see `stickslip.dynamics.fused`."""
+    """Whatever is traced inside is left as XLA takes it: see `stickslip.dynamics.kernels.fused`."""
     before = os.environ.get(SWITCH)
     jax.clear_caches()
     os.environ[SWITCH] = "off"

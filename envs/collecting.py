@@ -19,7 +19,7 @@ from stickslip.dynamics.checks import (
     require_known,
     require_memory,
 )
-from stickslip.dynamics.fused_scan import fused_scan
+from stickslip.dynamics.kernels.fused import fused_scan
 from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
 

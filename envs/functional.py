@@ -24,8 +24,8 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_known,
 )
-from stickslip.dynamics.fused import fused
-from stickslip.dynamics.lanes import where_needed
+from stickslip.dynamics.kernels.fused import fused
+from stickslip.dynamics.kernels.lanes import where_needed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -30,7 +30,7 @@ from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit, i
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
 from stickslip.dynamics.biped.stepping.walk import Walk, entry_status, start
 from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.fused import fused
+from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.numeric import (
     Number,
     Numbers,

@@ -1,4 +1,4 @@
-"""Batches of poses as one kernel: see stickslip.dynamics.fused."""
+"""Batches of poses as one kernel: see stickslip.dynamics.kernels.fused."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.dynamics.fused import fused
+from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.numeric import float_type
 
 if TYPE_CHECKING:

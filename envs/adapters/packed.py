@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
-from stickslip.dynamics.fused import fused
+from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.adapters.packing import Codec, Shared, as_words, chosen, row_of, split
 from stickslip.envs.adapters.results import Columns, Results

@@ -19,12 +19,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.batch_axes import jvp_in_front
 from stickslip.dynamics.biped.drive import System, Torque
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.stepping.trial import Trial, attempt
 from stickslip.dynamics.biped.stepping.walk import END, Walk, bounds, hand_over, note, slips_freely
-from stickslip.dynamics.lanes import thinning_while
+from stickslip.dynamics.kernels.batch_axes import jvp_in_front
+from stickslip.dynamics.kernels.lanes import compacting_while
 from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
@@ -39,7 +39,7 @@ def advance(spec: RK4Split | EventExact, system: System, walk: Walk) -> Walk:
     Derivatives, forward and reverse, are those of the same trials with the bound as their number:
     the instants of events move with the inputs, so the jumps of the sensitivities are included.
     """
-    pending = thinning_while(
+    pending = compacting_while(
         lambda _, pending: pending.going, partial(_round, spec), system, _first(system, walk)
     )
     return settle(spec, system, pending.walk, pending.trial)

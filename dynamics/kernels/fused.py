@@ -12,7 +12,7 @@ does not use are dropped from it before.
 
 from __future__ import annotations
 
-from functools import cache, cached_property, lru_cache, partial, wraps
+from functools import cached_property, lru_cache, partial, wraps
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
@@ -20,16 +20,20 @@ import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
 from jax.extend.core import Primitive, jaxpr_as_fun
 
-from stickslip.dynamics.batch_axes import jvp_in_front
-from stickslip.dynamics.grouping import KERNEL
-from stickslip.dynamics.jax_versions import register, register_thinning, thinned, works
-from stickslip.dynamics.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
+from stickslip.dynamics.kernels.batch_axes import jvp_in_front
+from stickslip.dynamics.kernels.grouping import KERNEL
+from stickslip.dynamics.kernels.jax_interface import (
+    register,
+    register_dead_code_rule,
+    without_unread,
+)
+from stickslip.dynamics.kernels.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Sequence
 
     from jax.extend.core import ClosedJaxpr, JaxprEqn
-    from jaxtyping import Array
+    from jaxtyping import Array, Bool
 
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
@@ -39,7 +43,7 @@ if TYPE_CHECKING:
 
 BLOCK, LARGE_BLOCK = 64, 128
 """Members of a batch that go through the kernel together; the second is faster for large batches
-and takes twice as long to compile, since `thinning_while` then thins out."""
+and takes twice as long to compile, since `compacting_while` then compacts its lanes."""
 LARGE = 1024
 """Members of a large batch."""
 LARGEST_CUT = 2**13
@@ -49,8 +53,16 @@ GRAIN = 8
 REMEMBERED = 128
 """Kernels that are not built anew when another program needs them."""
 
+MOST_STEPS = 32
+"""Steps in a kernel; with more of them, rows no longer fit the nearest cache."""
+LEAST_STEPS = 16
+"""Least number of steps where they divide the scan evenly; otherwise some steps of kernels are left
+out."""
+
 Result = TypeVar("Result")
 Entry = TypeVar("Entry")
+Carry = TypeVar("Carry")
+Row = TypeVar("Row")
 
 
 def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
@@ -62,13 +74,6 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     Members do not see each other: a batch gives what each gives alone, up to roundings. Derivatives
     are those of the function itself, not fused.
     """
-    return _fused(function, fixed, _works)
-
-
-def _fused(
-    function: Callable[..., Result], fixed: int, works: Callable[[], bool]
-) -> Callable[..., Result]:
-    """works: whether there are kernels at all, asked when the function is called."""
     traced_once = jax.jit(function, static_argnums=tuple(range(fixed)))
 
     @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -96,8 +101,6 @@ def _fused(
         # Without jit its user wants to see the function's own numbers.
         if jax.config.jax_disable_jit:  # pyright: ignore[reportAttributeAccessIssue]
             return function(*arguments)
-        if not works():
-            return traced_once(*arguments)
         traced = traced_once.trace(*arguments).jaxpr
         hidden = any(isinstance(constant, Tracer) for constant in traced.consts)
         if hidden or len(traced.in_avals) != len(jax.tree.leaves(arguments[fixed:])):
@@ -126,7 +129,7 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
         return run_as_one_kernel(traced, leaves, read)
 
     def less(needed: Flags) -> Less:
-        rest, kept = thinned(traced, needed)
+        rest, kept = without_unread(traced, needed)
         return _kernel(rest, _those(keys, kept), off), tuple(kept)
 
     return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals), less)
@@ -256,13 +259,7 @@ def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEq
 
 
 register(kernel_p, _batched, _at_once, _in_kernels)
-register_thinning(kernel_p, _needed)
-
-
-@cache
-def _works() -> bool:
-    """True if this JAX supports kernels."""
-    return works(kernel_p, partial(_fused, fixed=0, works=lambda: True))
+register_dead_code_rule(kernel_p, _needed)
 
 
 def _block(size: int, most: int) -> int:
@@ -323,3 +320,69 @@ def cut(leaf: Array, count: int, block: int) -> Array:
         last = jnp.broadcast_to(leaf[-1:], (missing, *leaf.shape[1:]))
         leaf = jnp.concatenate([leaf, last])
     return leaf.reshape(count, block, *leaf.shape[1:])
+
+
+def fused_scan(
+    step: Callable[..., tuple[Carry, Row]],
+    fixed: Fixed,
+    shared: object,
+    carry: Carry,
+    values: object = None,
+    *,
+    length: int,
+) -> tuple[Carry, Row]:
+    """Scan step(*fixed, shared, carry, value) -> (carry, row) in one kernel: the last carry
+    and the rows, every leaf [length, ...].
+
+    step, fixed: hashable, the same from call to call, or all is compiled again. shared: a pytree of
+    arrays. values: a pytree of arrays [length, ...], or None, which every step is then given. For
+    one member: batch with vmap. Where a step cannot be in a kernel (see `fused`), this is a scan.
+    """
+    if length == 0:
+        return jax.lax.scan(partial(step, *fixed, shared), carry, values, length=0)
+    size = _steps_of_a_kernel(length)
+    count = -(-length // size)
+
+    def one(carry: Carry, part: tuple[object, Array]) -> tuple[Carry, Row]:
+        return _several(step, fixed, size, length % size == 0, shared, carry, *part)
+
+    parts = jax.tree.map(lambda leaf: cut(leaf, count, size), values)
+    wanted = jnp.arange(count * size).reshape(count, size) < length
+    carry, rows = jax.lax.scan(one, carry, (parts, wanted), length=count)
+    return carry, jax.tree.map(lambda leaf: _joined(leaf)[:length], rows)
+
+
+def _steps_of_a_kernel(length: int) -> int:
+    even = (
+        size for size in range(min(length, MOST_STEPS), LEAST_STEPS - 1, -1) if length % size == 0
+    )
+    return next(even, -(-length // -(-length // MOST_STEPS)))
+
+
+@partial(fused, fixed=4)
+def _several(
+    step: Callable[..., tuple[Carry, Row]],
+    fixed: Fixed,
+    size: int,
+    every: bool,
+    shared: object,
+    carry: Carry,
+    values: object,
+    wanted: Bool[Array, " size"],
+) -> tuple[Carry, Row]:
+    """Steps in one kernel, those that are wanted. every: whether all are."""
+    one = partial(step, *fixed, shared)
+
+    def chosen(carry: Carry, part: tuple[object, Array]) -> tuple[Carry, Row]:
+        value, is_wanted = part
+        rows = jax.eval_shape(one, carry, value)[1]
+        blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), rows)
+        return jax.lax.cond(is_wanted, one, lambda carry, _: (carry, blank), carry, value)
+
+    if every:
+        return jax.lax.scan(one, carry, values, length=size)
+    return jax.lax.scan(chosen, carry, (values, wanted))
+
+
+def _joined(leaf: Array) -> Array:
+    return leaf.reshape(-1, *leaf.shape[2:])

@@ -21,7 +21,7 @@ import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend.core import Literal
 
-from stickslip.dynamics.jax_versions import constants_of, is_traced, unclosed
+from stickslip.dynamics.kernels.jax_interface import constants_of, is_traced, unclosed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -45,9 +45,9 @@ FREE = (
 )
 """Primitives that cost nothing where their result is used: repeated at will."""
 KERNEL = "stickslip_kernel"
-"""The name of the primitive that stands for a fused function (see stickslip.dynamics.fused)."""
+"""The name of the primitive that stands for a fused function (see kernels/fused.py)."""
 IN_FRONT = "stickslip_in_front"
-"""That of the primitive that only says where a batch is (see stickslip.dynamics.batch_axes)."""
+"""That of the primitive that only says where a batch is (see kernels/batch_axes.py)."""
 DISSOLVED = {
     "jit": "jaxpr",
     "pjit": "jaxpr",

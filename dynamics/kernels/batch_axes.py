@@ -9,15 +9,15 @@ agree, gives wrong derivatives.
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import jax.numpy as jnp
 from jax.extend.core import Primitive
+from jax.interpreters import ad
 
-from stickslip.dynamics.grouping import IN_FRONT
-from stickslip.dynamics.jax_versions import refusal, register
+from stickslip.dynamics.kernels.grouping import IN_FRONT
+from stickslip.dynamics.kernels.jax_interface import register
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -33,19 +33,7 @@ def jvp_in_front(
 ) -> tuple[Tree, Tree]:
     """`jax.jvp`, for a rule of a function that has the batch first in all its results where any of
     its arguments has one, as calls of `custom_vmap`, kernels and loops do.
-
-    Raises NotImplementedError where there is a batch and the JAX at hand does not take the rules of
-    `in_front_p`: without them derivatives might be wrong.
     """
-    if _refused() is not None:
-        _alone(_mark(primals))
-        return jax.jvp(function, tuple(primals), tuple(tangents))
-    return _jvp(function, primals, tangents)
-
-
-def _jvp(
-    function: Callable[..., Tree], primals: Sequence[object], tangents: Sequence[object]
-) -> tuple[Tree, Tree]:
     value, slope = jax.jvp(function, tuple(primals), tuple(tangents))
     mark = _mark(primals)
     return jax.tree.map(lambda leaf: _in_front(leaf, mark), value), jax.tree.map(_in_front, slope)
@@ -95,8 +83,6 @@ def _batched(operands: Sequence[Array], axes: Sequence[int | None]) -> tuple[Arr
 
 
 def _slope(primals: Sequence[Array], tangents: Sequence[object]) -> tuple[Array, object]:
-    from jax.interpreters import ad
-
     slope = tangents[0]
     if type(slope) is not ad.Zero:
         slope = in_front_p.bind(slope)
@@ -109,47 +95,3 @@ def _back(cotangent: Array, leaf: object) -> list[Array]:
 
 
 register(in_front_p, _batched, _itself, slope=_slope, back=_back)
-
-
-@cache
-def _refused() -> Exception | None:
-    """Reason why this JAX does not support the operation, or None."""
-    return refusal(in_front_p, _tried)
-
-
-def _tried() -> bool:
-    """True if the gradient of a small batch inside jit, whose value has it last, is right."""
-    turn, points = jnp.array([[1.0, 2.0], [3.0, 5.0]]), jnp.array([[0.5, 0.7], [1.1, 1.3]])
-    weights = jnp.array([[1.0, 10.0], [100.0, 1000.0]])
-
-    @jax.custom_batching.custom_vmap
-    def value(x: Array) -> Array:
-        return jnp.dot(turn, x) ** 2
-
-    @value.def_vmap
-    def _many(size: int, batched: list[bool], x: Array) -> tuple[Array, bool]:
-        return (x @ turn.T) ** 2, True
-
-    def slow(x: Array) -> Array:
-        return jnp.dot(turn, x) ** 2
-
-    quick = jax.custom_jvp(value)
-    quick.defjvp(lambda primals, tangents: _jvp(slow, primals, tangents))
-    found = jax.grad(jax.jit(lambda x: jnp.sum(weights * jax.vmap(quick)(x))))(points)
-    wanted = (weights * 2 * (points @ turn.T)) @ turn
-    return bool(jnp.allclose(found, wanted, rtol=1e-4))
-
-
-@jax.custom_batching.custom_vmap
-def _alone(mark: Array) -> Array:
-    """The values without a batch axis."""
-    return mark
-
-
-@_alone.def_vmap
-def _not_alone(size: int, batched: list[bool], mark: Array) -> tuple[Array, bool]:
-    del size, batched, mark
-    raise NotImplementedError(
-        f"derivatives of a batch with JAX {jax.__version__}, which stickslip has not been tried "
-        f"with ({_refused()}); accepted: derivatives of one member at a time, or an older JAX"
-    )

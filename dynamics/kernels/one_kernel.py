@@ -11,8 +11,8 @@ import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
 from jax.extend.core import jaxpr_as_fun
 
-from stickslip.dynamics.grouping import KERNEL, LOOPS, grouped, opened
-from stickslip.dynamics.jax_versions import changing, is_traced, unclosed
+from stickslip.dynamics.kernels.grouping import KERNEL, LOOPS, grouped, opened
+from stickslip.dynamics.kernels.jax_interface import changing, is_traced, unclosed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

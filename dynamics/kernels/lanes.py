@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.batch_axes import jvp_in_front
+from stickslip.dynamics.kernels.batch_axes import jvp_in_front
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -26,23 +26,23 @@ Args = TypeVar("Args")
 Carry = TypeVar("Carry")
 Tree = TypeVar("Tree")
 
-THINNING = 4
+COMPACTION = 4
 """Factor between the sizes of successive batches."""
 SMALLEST, LARGEST = 128, 256
 """Batches below and above run to their end together: looking up costs more than it saves."""
 
 
-def thinning_while(
+def compacting_while(
     going: Callable[[Args, Carry], Array],
     body: Callable[[Args, Carry], Carry],
     args: Args,
     carry: Carry,
 ) -> Carry:
-    """`lax.while_loop` of carry = body(args, carry) while going(args, carry); thins out under vmap.
+    """`lax.while_loop` of carry = body(args, carry) while going(args, carry), compacted under vmap.
 
     Where most members need one round and a few need many, the members still going are gathered
-    into a batch several times smaller, which runs on alone and thins out in turn; results go back
-    in place.
+    into a batch several times smaller, which runs on alone and is compacted in turn; results go
+    back in place.
     args: everything else that the functions read, as pytrees of arrays (no closures over traced
     values). Not differentiable in reverse mode, as any while loop of unknown length.
     """
@@ -132,7 +132,7 @@ class _Lanes(Generic[Args, Carry]):
             going, after = active(carry), self.body(args, carry)
             return _choose(going, after, carry)
 
-        smaller = size // THINNING
+        smaller = size // COMPACTION
         if not SMALLEST <= size <= LARGEST:
             return jax.lax.while_loop(lambda now: jnp.any(active(now)), everyone, carry)
 
