@@ -56,9 +56,8 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     configuration = TrainConfig
     modules = (
         "stickslip.dynamics.biped.params",
-        "stickslip.dynamics.biped.fidelity",
-        "stickslip.dynamics.biped.coefficients.table",
-        "stickslip.dynamics.biped.coefficients.series",
+        "stickslip.dynamics.biped.model",
+        "stickslip.dynamics.biped.tables",
         "stickslip.dynamics.biped.stepping.integrators",
         "stickslip.dynamics.biped.trade.settings",
         "stickslip.dynamics.scene",

@@ -19,7 +19,7 @@ from stickslip.dynamics.biped.trade.walk_check import Path, walk_errors
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.dynamics.biped.fidelity import Fidelity
+    from stickslip.dynamics.biped.model import Fidelity
     from stickslip.dynamics.biped.trade.setting import Setting
 
 FINE = Table(64, 9)

@@ -1,4 +1,4 @@
-"""Stick, slip and the ground's force: the reduced equations of MODEL 1.4, once.
+"""Stick, slip and the ground's force: the reduced equations of MODEL 1.4, and one instant's status.
 
 Every caller (forces at an instant, integrators, environments) solves the motion here. The mode is
 a number: 0 sticks, +1 slides forwards, -1 slides backwards.
@@ -6,21 +6,28 @@ a number: 0 sticks, +1 slides forwards, -1 slides backwards.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import jax.numpy as jnp
 
+from stickslip.dynamics.biped.joints.inertia import JointInertia
+from stickslip.dynamics.biped.model import loaded_params
+from stickslip.dynamics.numeric import all_finite
+from stickslip.dynamics.scene import Floor, Grip, Patches, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
-    from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia
-    from stickslip.dynamics.biped.coefficients.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.joints.inertia import DifferencedInertia
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.params import BipedParams
 
     Coefficients = ReducedInertia | DifferencedInertia
+    from jax.typing import DTypeLike
+
+    from stickslip.dynamics.scene import Scene
 
 
 EDGE_ROUNDINGS = 64
@@ -175,3 +182,182 @@ def zero_moment_point(
     """Zero-moment point, from the ankle forwards [m]; 0 where there is no force."""
     pressed = normal_force > 0
     return jnp.where(pressed, moment_of_ground / jnp.where(pressed, normal_force, 1.0), 0.0)
+
+
+class Friction(NamedTuple):
+    """Friction coefficients [-] where the foot stands."""
+
+    mu_static: Float[Array, ""]
+    mu_kinetic: Float[Array, ""]
+
+
+def patch_at(
+    floor: Floor, position: Float[Array, ""], direction: Float[Array, ""]
+) -> Int[Array, ""]:
+    """Index of the patch under a floor position [m]; on an edge, the one it moves into."""
+    if not isinstance(floor, Patches):
+        return jnp.zeros_like(position, jnp.int32)
+    edges = jnp.asarray(floor.edges)
+    passed = (edges < position) | ((edges == position) & (direction >= 0))
+    return jnp.sum(passed, dtype=jnp.int32)
+
+
+@overload
+def friction_on(
+    floor: Uniform | Patches | Smoothed, patch: Int[Array, ""], dtype: DTypeLike
+) -> Friction: ...
+@overload
+def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None: ...
+def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None:
+    """The coefficients on one patch; None on a floor without slip."""
+    if isinstance(floor, Grip):
+        return None
+    if isinstance(floor, Smoothed):
+        coefficient = jnp.asarray(floor.mu_kinetic, dtype)
+        return Friction(coefficient, coefficient)
+    if isinstance(floor, Uniform):
+        return Friction(jnp.asarray(floor.mu_static, dtype), jnp.asarray(floor.mu_kinetic, dtype))
+    return Friction(
+        jnp.asarray(floor.mu_static, dtype)[patch], jnp.asarray(floor.mu_kinetic, dtype)[patch]
+    )
+
+
+def smoothed_direction(floor: Smoothed, velocity: Float[Array, ""]) -> Float[Array, ""]:
+    """Smoothed sign of the sliding velocity, between -1 and 1."""
+    return jnp.tanh(velocity / jnp.asarray(floor.slip_speed, velocity.dtype))
+
+
+def edge_ahead(
+    floor: Patches, patch: Int[Array, ""], direction: Float[Array, ""], dtype: DTypeLike
+) -> Float[Array, ""]:
+    """Floor position of the edge the foot moves towards [m]; infinite past the outermost."""
+    edges = jnp.asarray(floor.edges, dtype)
+    infinite = jnp.full((1,), jnp.inf, dtype)
+    bounds = jnp.concatenate([-infinite, edges, infinite])
+    return bounds[jnp.where(direction >= 0, patch + 1, patch)]
+
+
+class Torque(NamedTuple):
+    """The motor's torque is given."""
+
+    torque: Float[Array, ""]
+
+
+class CrankMotion(NamedTuple):
+    """The crank's acceleration is given; the motor's torque follows from it."""
+
+    crank_acceleration: Float[Array, ""]
+
+
+Drive = Torque | CrankMotion
+
+
+class System(NamedTuple):
+    """Constants of one call; an instant has no duration [s]."""
+
+    model: BipedModel
+    scene: Scene
+    drive: Drive
+    duration: Array
+    max_rate: Array | None = None
+    """Crank rate beyond which a walk ends as a RUNAWAY [rad/s]; None: no such end."""
+
+    def still(self, inertia: Coefficients, crank_rate: Float[Array, ""]) -> Motion:
+        """The motion with the foot held at rest."""
+        model, drive = self.model, self.drive
+        if isinstance(drive, Torque):
+            return sticking(model, inertia, crank_rate, drive.torque)
+        zero = jnp.zeros_like(crank_rate)
+        return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
+
+    def motion(
+        self,
+        friction: Friction | None,
+        mode: Float[Array, ""],
+        inertia: Coefficients,
+        crank_rate: Float[Array, ""],
+        foot_velocity: Float[Array, ""],
+    ) -> Motion:
+        """The motion in a mode; on a smoothed floor the velocity takes the mode's place.
+
+        friction None: the foot cannot slip.
+        """
+        if friction is None:
+            return self.still(inertia, crank_rate)
+        model, drive, floor, slides = self.model, self.drive, self.scene.floor, None
+        if isinstance(floor, Smoothed):
+            mode = smoothed_direction(floor, foot_velocity)
+            slides = jnp.ones_like(mode, bool)
+        law = mode, friction.mu_kinetic, slides
+        if isinstance(drive, Torque):
+            return moving(model, inertia, crank_rate, drive.torque, *law)
+        return prescribed(model, inertia, crank_rate, drive.crank_acceleration, *law)
+
+    def tiny(self):
+        """A time too short to matter in the working precision [s]."""
+        return 8 * jnp.finfo(self.duration.dtype).eps * self.duration
+
+
+class Instant(NamedTuple):
+    """Everything about one instant; zmp and joint_forces None where they are not asked for."""
+
+    motion: Motion
+    mode: Float[Array, ""]
+    zmp: Float[Array, ""] | None
+    status: Int[Array, ""]
+    joint_forces: Float[Array, " 68"] | None
+
+
+def at_instant(
+    system: System,
+    friction: Friction | None,
+    theta: Float[Array, ""],
+    crank_rate: Float[Array, ""],
+    foot_velocity: Float[Array, ""],
+    outputs: str = "forces",
+) -> Instant:
+    """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
+    model, floor = system.model, system.scene.floor
+    inertia = model.inertia.at(theta)
+    motion = system.still(inertia, crank_rate)
+    mode = jnp.zeros_like(motion.crank_acceleration)
+    onset = jnp.zeros_like(mode, bool)
+    if isinstance(floor, Smoothed):
+        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
+        direction = smoothed_direction(floor, foot_velocity)
+        mode = jnp.where(jnp.abs(direction) > jnp.tanh(1.0), jnp.sign(direction), mode)
+    elif friction is not None:
+        mode = mode_of(motion, foot_velocity, friction.mu_static)
+        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
+        onset = (foot_velocity == 0) & (mode != 0)
+    zmp, joints = None, None
+    accelerations = motion.crank_acceleration, motion.foot_acceleration
+    if outputs != "state":
+        at = model.inertia.moment_at(theta)
+        moment = ankle_moment(model, at, crank_rate, *accelerations)
+        zmp = zero_moment_point(moment, motion.normal_force)
+    if outputs == "joints":
+        joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
+    numbers = (theta, crank_rate, foot_velocity, system.drive, friction)
+    numbers += (*accelerations, motion.friction_force, motion.normal_force, zmp, joints)
+    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
+
+
+def _status(
+    model: BipedModel,
+    motion: Motion,
+    zmp: Float[Array, ""] | None,
+    onset: Bool[Array, ""],
+    numbers: tuple[object, ...],
+) -> Int[Array, ""]:
+    """The Status of one instant, the gravest status last. zmp None: toppling is not checked.
+
+    numbers: all that was given and all that came out.
+    """
+    status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
+    if zmp is not None:
+        off_foot = (zmp > model.toe) | (zmp < -model.heel)
+        status = jnp.where(off_foot, fall_under(model, motion.normal_force), status)
+    status = jnp.where(motion.normal_force <= 0, Status.LIFT_OFF, status)
+    status = jnp.where((motion.solvability > 0) & model.closes, status, Status.NO_SOLUTION)
+    return jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)

@@ -6,30 +6,28 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, ov
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.bodies.joint_inertia import JointInertia
-from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
-from stickslip.dynamics.biped.coefficients.table import ExactInertia
 from stickslip.dynamics.biped.contact import (
-    Motion,
+    Friction,
+    System,
+    Torque,
     ankle_moment,
-    fall_under,
+    at_instant,
     ground_force,
-    mode_of,
     motor_torque,
     zero_moment_point,
 )
-from stickslip.dynamics.biped.drive import System, Torque
-from stickslip.dynamics.biped.floor import Friction, smoothed_direction
+from stickslip.dynamics.biped.inertia import ExactInertia, inertia_and_moment
+from stickslip.dynamics.biped.joints.inertia import JointInertia
 from stickslip.dynamics.biped.links import closing_margin
-from stickslip.dynamics.biped.model import BipedModel, Fidelity, loaded_params, prepare
+from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import Number, all_finite, float_type
-from stickslip.dynamics.scene import OUTPUTS, Scene, Smoothed, Uniform
+from stickslip.dynamics.scene import OUTPUTS, Scene, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int, Real
+    from jaxtyping import Array, Float, Int, Real
 
     from stickslip.dynamics.biped.params import BipedParams
 
@@ -177,71 +175,6 @@ def forward_dynamics(
         status=instant.status,
         joint_forces=instant.joint_forces,
     )
-
-
-class Instant(NamedTuple):
-    """Everything about one instant; zmp and joint_forces None where they are not asked for."""
-
-    motion: Motion
-    mode: Float[Array, ""]
-    zmp: Float[Array, ""] | None
-    status: Int[Array, ""]
-    joint_forces: Float[Array, " 68"] | None
-
-
-def at_instant(
-    system: System,
-    friction: Friction | None,
-    theta: Float[Array, ""],
-    crank_rate: Float[Array, ""],
-    foot_velocity: Float[Array, ""],
-    outputs: str = "forces",
-) -> Instant:
-    """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
-    model, floor = system.model, system.scene.floor
-    inertia = model.inertia.at(theta)
-    motion = system.still(inertia, crank_rate)
-    mode = jnp.zeros_like(motion.crank_acceleration)
-    onset = jnp.zeros_like(mode, bool)
-    if isinstance(floor, Smoothed):
-        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
-        direction = smoothed_direction(floor, foot_velocity)
-        mode = jnp.where(jnp.abs(direction) > jnp.tanh(1.0), jnp.sign(direction), mode)
-    elif friction is not None:
-        mode = mode_of(motion, foot_velocity, friction.mu_static)
-        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
-        onset = (foot_velocity == 0) & (mode != 0)
-    zmp, joints = None, None
-    accelerations = motion.crank_acceleration, motion.foot_acceleration
-    if outputs != "state":
-        at = model.inertia.moment_at(theta)
-        moment = ankle_moment(model, at, crank_rate, *accelerations)
-        zmp = zero_moment_point(moment, motion.normal_force)
-    if outputs == "joints":
-        joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
-    numbers = (theta, crank_rate, foot_velocity, system.drive, friction)
-    numbers += (*accelerations, motion.friction_force, motion.normal_force, zmp, joints)
-    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
-
-
-def _status(
-    model: BipedModel,
-    motion: Motion,
-    zmp: Float[Array, ""] | None,
-    onset: Bool[Array, ""],
-    numbers: tuple[object, ...],
-) -> Int[Array, ""]:
-    """The Status of one instant, the gravest status last. zmp None: toppling is not checked.
-
-    numbers: all that was given and all that came out.
-    """
-    status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
-    if zmp is not None:
-        off_foot = (zmp > model.toe) | (zmp < -model.heel)
-        status = jnp.where(off_foot, fall_under(model, motion.normal_force), status)
-    status = jnp.where(motion.normal_force <= 0, Status.LIFT_OFF, status)
-    status = jnp.where((motion.solvability > 0) & model.closes, status, Status.NO_SOLUTION)
-    return jnp.where(all_finite(numbers), status, Status.NON_FINITE).astype(jnp.int32)
 
 
 def _floats(tree: object, *values: Number) -> list[Array]:

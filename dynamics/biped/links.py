@@ -21,8 +21,10 @@ from stickslip.dynamics.once import run_once
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.biped.mechanism.linkage import Linkage
     from stickslip.dynamics.numeric import Number, Numeric
+
+Linkage = Any
+"""A BipedParams: its module imports this one."""
 
 BODIES = (
     *(str(number) for number in range(1, 14)),

@@ -1,4 +1,8 @@
-"""A robot made ready for stepping: its inertia functions and the few constants beside them."""
+"""Fidelities, and a robot prepared for stepping: its inertia functions and a few constants.
+
+Whatever the fidelity, the reduced equations (contact.py), the friction switching and the
+integrators are the same; it says where their coefficients M, P and Y come from.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.fidelity import (
-    FIDELITIES,
-    Fidelity,
-    Inertia,
-    inertia_of,
-    require_fidelity,
-)
+from stickslip.dynamics.biped.inertia import ExactInertia
+from stickslip.dynamics.biped.joints.inertia import JointInertia
 from stickslip.dynamics.biped.links import (
     as_batch,
     exchange_mismatch,
@@ -23,14 +22,22 @@ from stickslip.dynamics.biped.links import (
     step_length,
 )
 from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.tables import (
+    Chebyshev,
+    SeriesInertia,
+    Table,
+    TableInertia,
+    fit_series,
+    fit_table,
+)
 from stickslip.dynamics.brief import brief, short_repr
-from stickslip.dynamics.checks import as_number, require_kind
+from stickslip.dynamics.checks import as_number, nearest, require_kind, shown
 from stickslip.dynamics.derived import (
     holds_numbers,
     rebuilt,
     settle,
 )
-from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
+from stickslip.dynamics.numeric import Numeric, float_type, require_numeric, require_one
 from stickslip.dynamics.once import run_once
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import PAYLOAD
@@ -40,11 +47,78 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia
-    from stickslip.dynamics.biped.coefficients.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.joints.inertia import DifferencedInertia
+    from stickslip.dynamics.biped.params import BipedParams
 
-    Derived = tuple[Inertia, Array, Array, Array, Array]
-    """Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
+
+Inertia = JointInertia | ExactInertia | TableInertia | SeriesInertia
+Derived = tuple[Inertia, jax.Array, jax.Array, jax.Array, jax.Array]
+"""Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The full Newton-Euler system, solved for the coefficients at every call (eqs. 18, 28, 36)."""
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """M, P, Y exact, by differentiating the closed linkage."""
+
+
+@dataclass(frozen=True)
+class Paper:
+    """The paper's: the full system with forward differences (eqs. 23-25 as they should read).
+
+    step: the paper's D, a crank angle [rad].
+    """
+
+    step: float = 1e-3
+
+    def __post_init__(self):
+        accepted = "a crank angle in (0, 0.5] rad"
+        step = require_one("step", self.step, low=0.0, strict=True, high=0.5, accepted=accepted)
+        settle(self, step=step)
+
+
+Fidelity = str | Joint | Reduced | Table | Chebyshev | Paper
+"""A name out of FIDELITIES, or one of their classes with other settings."""
+
+FIDELITIES: dict[str, Fidelity] = {
+    "joint": Joint(),
+    "reduced": Reduced(),
+    "table": Table(),
+    "chebyshev": Chebyshev(),
+    "paper": Paper(),
+}
+"""Fidelities by name, with default settings."""
+
+
+def require_fidelity(fidelity: Fidelity) -> Joint | Reduced | Table | Chebyshev | Paper:
+    """The fidelity's settings; ValueError for an unknown one."""
+    if isinstance(fidelity, Joint | Reduced | Table | Chebyshev | Paper):
+        return fidelity
+    if not isinstance(fidelity, str) or fidelity not in FIDELITIES:
+        raise ValueError(
+            f"fidelity = {shown(fidelity)} is unknown; accepted: "
+            f"{', '.join(map(repr, FIDELITIES))} or an instance such as Table(...)"
+            f"{nearest(fidelity, FIDELITIES)}"
+        )
+    return FIDELITIES[fidelity]  # type: ignore[return-value]
+
+
+def inertia_of(params: BipedParams, fidelity: Fidelity) -> Inertia:
+    """The inertia functions of a robot. Pure: under vmap every member gets its own table."""
+    spec = require_fidelity(fidelity)
+    if isinstance(spec, Table):
+        return fit_table(params, spec)
+    if isinstance(spec, Chebyshev):
+        return fit_series(params, spec)
+    if isinstance(spec, Reduced):
+        return ExactInertia(params)
+    return JointInertia(params, spec.step if isinstance(spec, Paper) else None)
+
 
 Asked = TypeVar("Asked")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -10,26 +10,30 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.drive import CrankMotion, Drive, System, Torque
-from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
-from stickslip.dynamics.biped.floor import friction_on
-from stickslip.dynamics.biped.forces import Instant, at_instant
-from stickslip.dynamics.biped.model import BipedModel, prepare
-from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.state import BipedState, Contact, Events
-from stickslip.dynamics.biped.stepping.boundary import (
-    TIME_STEP,
-    require_exchange,
-    require_kinds,
-    require_rest_on_grip,
-    require_room,
-    require_scalars,
+from stickslip.dynamics.biped.contact import (
+    CrankMotion,
+    Drive,
+    Instant,
+    System,
+    Torque,
+    at_instant,
+    friction_on,
 )
+from stickslip.dynamics.biped.links import exchange_mismatch
+from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare, require_fidelity
+from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory
 from stickslip.dynamics.biped.stepping.integrate import advance
 from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit, integrator_of
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
 from stickslip.dynamics.biped.stepping.walk import Walk, entry_status, start
-from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_kind,
+    require_memory,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.numeric import (
     Number,
@@ -40,8 +44,8 @@ from stickslip.dynamics.numeric import (
     require_numeric,
     require_one,
 )
-from stickslip.dynamics.pytrees import register_pytree
-from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.once import run_once
+from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 from stickslip.dynamics.sums import clock
 from stickslip.dynamics.transfers import moves_numbers
@@ -49,52 +53,14 @@ from stickslip.dynamics.transfers import moves_numbers
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Array, Float, Int, Real
+    from jaxtyping import Array, Float, Real
+
+    from stickslip.dynamics.biped.stepping.integrators import Integrator
+    from stickslip.dynamics.numeric import Number
 
 
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
-
-
-@register_pytree
-@dataclass(frozen=True)
-class Trajectory:
-    """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
-
-    After a terminal status the last state and contact stand to the end, with nothing more done in
-    the steps: work, positive_work, slide_distance and switches 0 and no events, so that sums are
-    those of the walk.
-    """
-
-    states: BipedState
-    torques: Float[Array, " n"]
-    contacts: Contact
-
-    @property
-    def final(self) -> BipedState:
-        """The last state."""
-        return jax.tree.map(lambda leaf: leaf[-1], self.states)
-
-    @property
-    def status(self) -> Status | Int[Array, ""]:
-        """The most severe Status of the walk; an integer inside a trace."""
-        gravest = jnp.max(self.contacts.status)
-        return Status(int(gravest)) if is_concrete(gravest) else gravest
-
-    def events(self) -> list[tuple[float, str, float]]:
-        """(time [s], "slip" | "stick" | "exchange" | "patch", crank angle [rad]) in order.
-
-        For one walk, not a batch, and an integrator with record_events=True; else ValueError.
-        """
-        events = self.contacts.events
-        if events is None or np.ndim(events.kinds) != 2:
-            raise ValueError(
-                "events need one walk simulated with integrator=RK4Split(record_events=True), or "
-                "another integrator's record_events=True"
-            )
-        used = np.asarray(events.kinds) != EventKind.NONE
-        rows = (np.asarray(column)[used].tolist() for column in jax.tree.leaves(events))
-        return [(t, EventKind(k).name.lower(), angle) for t, k, angle in zip(*rows, strict=True)]
 
 
 def step(
@@ -334,3 +300,65 @@ def _events(walk: Walk, end) -> Events | None:
     if walk.log is None:
         return None
     return Events(end - walk.log.left, walk.log.kinds, walk.log.angles)
+
+
+_mismatch = run_once(exchange_mismatch)
+
+TIME_STEP = "a finite time step > 0 [s]"
+
+
+def require_kinds(params: object, scene: object, state: object) -> Scene:
+    """The scene, built where it is a name, or ValueError for arguments of another kind, and for
+    text and lists inside of them."""
+    accepted = "a BipedParams, or a BipedModel from `prepare`"
+    require_kind("params", params, (BipedParams, BipedModel), accepted)
+    scene = scene_of(scene)
+    require_kind("state", state, BipedState, "a BipedState")
+    if isinstance(params, BipedParams):
+        require_numeric(**vars(params))
+    return scene.validate()
+
+
+def require_scalars(params: BipedParams | BipedModel, **values: Number) -> None:
+    """Raise ValueError for a batch where one robot or walk is meant."""
+    crank = (params.params if isinstance(params, BipedModel) else params).crank
+    for name, value in (values | {"params.crank": crank}).items():
+        if np.shape(value):
+            raise ValueError(
+                f"{name} has shape {np.shape(value)}; accepted: one number (batch with vmap)"
+            )
+
+
+def require_room(duration: float, dt: Number, scene: Scene, spec: Integrator) -> None:
+    """Raise ValueError for more steps than memory holds."""
+    numbers = 24 + (68 if scene.outputs == "joints" else 0)
+    numbers += 3 * spec.log_size if spec.record_events else 0
+    require_memory(f"dt = {shown(dt)}", "steps", duration / float(dt), 8 * numbers)
+
+
+def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
+    """Raise ValueError if a linkage with an impact at the exchange is to walk on."""
+    if isinstance(params, BipedModel) or scene.steps == "one" or not is_concrete(params):
+        return
+    if np.ndim(params.crank) > 0:
+        return  # a batch: Status.NO_EXCHANGE tells the members apart
+    with jax.ensure_compile_time_eval():  # a robot of plain numbers inside the caller's own jit
+        mismatch = float(_mismatch(params))
+    accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
+    if not mismatch < accepted:
+        raise ValueError(
+            f"this linkage breaks the exchange of support: the other foot is off flat rest, or the "
+            f"crank's centre off its axis, by {mismatch:.3g} (crank lengths or rad); "
+            f"accepted: below {accepted:.1g}, or a scene with "
+            'steps="one"'
+        )
+
+
+def require_rest_on_grip(scene: Scene, state: BipedState) -> None:
+    """Raise ValueError for a foot that moves on a floor without slip."""
+    if not isinstance(scene.floor, Grip) or not is_concrete(state):
+        return
+    if np.any(np.asarray(state.foot_velocity) != 0):
+        raise ValueError(
+            f"foot_velocity = {shown(state.foot_velocity)} on a grip floor; accepted: 0 [m/s]"
+        )

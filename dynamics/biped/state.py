@@ -1,16 +1,19 @@
-"""The biped's state and the contact report of a step."""
+"""The biped's state, the contact report of a step, and a walk's trajectory."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -59,8 +62,6 @@ class BipedState:
 
     def validate(self) -> BipedState:
         """Return self, or raise ValueError naming a field that no walk can have."""
-        from stickslip.dynamics.checks import is_concrete, require_number
-
         require_numeric(**vars(self))
         accepted = "a whole number of exchanges, below 2^31"
         require_number("steps", self.steps, low=-(2.0**31), high=2.0**31 - 1, accepted=accepted)
@@ -76,8 +77,6 @@ class BipedState:
 
         A phase that is no number passes: a step says NON_FINITE.
         """
-        from stickslip.dynamics.checks import is_concrete
-
         require_numeric(**vars(self))
         if is_concrete(self.phase):
             phase, slack = np.asarray(self.phase), 1e-6
@@ -134,3 +133,44 @@ class Events:
     times: Float[Array, " events"]
     kinds: Int[Array, " events"]
     crank_angles: Float[Array, " events"]
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Trajectory:
+    """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
+
+    After a terminal status the last state and contact stand to the end, with nothing more done in
+    the steps: work, positive_work, slide_distance and switches 0 and no events, so that sums are
+    those of the walk.
+    """
+
+    states: BipedState
+    torques: Float[Array, " n"]
+    contacts: Contact
+
+    @property
+    def final(self) -> BipedState:
+        """The last state."""
+        return jax.tree.map(lambda leaf: leaf[-1], self.states)
+
+    @property
+    def status(self) -> Status | Int[Array, ""]:
+        """The most severe Status of the walk; an integer inside a trace."""
+        gravest = jnp.max(self.contacts.status)
+        return Status(int(gravest)) if is_concrete(gravest) else gravest
+
+    def events(self) -> list[tuple[float, str, float]]:
+        """(time [s], "slip" | "stick" | "exchange" | "patch", crank angle [rad]) in order.
+
+        For one walk, not a batch, and an integrator with record_events=True; else ValueError.
+        """
+        events = self.contacts.events
+        if events is None or np.ndim(events.kinds) != 2:
+            raise ValueError(
+                "events need one walk simulated with integrator=RK4Split(record_events=True), or "
+                "another integrator's record_events=True"
+            )
+        used = np.asarray(events.kinds) != EventKind.NONE
+        rows = (np.asarray(column)[used].tolist() for column in jax.tree.leaves(events))
+        return [(t, EventKind(k).name.lower(), angle) for t, k, angle in zip(*rows, strict=True)]

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
+    Fixed = tuple[Hashable, ...]
     Flags = tuple[bool, ...]
     """Flag of each result, or each argument: it is needed."""
     Less = tuple["_Kernel", Flags] | None

@@ -14,9 +14,8 @@ from stickslip.dynamics.biped import (
     RK4Split,
     floor_position,
 )
-from stickslip.dynamics.biped.drive import Torque
-from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
-from stickslip.dynamics.biped.floor import edge_ahead, friction_on, patch_at
+from stickslip.dynamics.biped.contact import Torque, edge_ahead, friction_on, patch_at
+from stickslip.dynamics.biped.model import Fidelity, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.biped.stepping.integrators import Integrator
 from stickslip.dynamics.biped.trade.settings import Setting, setting_of

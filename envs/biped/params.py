@@ -15,8 +15,8 @@ from stickslip.dynamics.biped import (
     BipedParams,
     prepare,
 )
-from stickslip.dynamics.biped.fidelity import Fidelity
-from stickslip.dynamics.biped.stepping.boundary import require_exchange
+from stickslip.dynamics.biped.model import Fidelity
+from stickslip.dynamics.biped.simulation import require_exchange
 from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Real
 
-    from stickslip.dynamics.biped.fidelity import Inertia
+    from stickslip.dynamics.biped.model import Inertia
     from stickslip.dynamics.numeric import Number
 
 

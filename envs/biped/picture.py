@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped import floor_position
-from stickslip.dynamics.biped.floor import friction_on, patch_at
+from stickslip.dynamics.biped.contact import friction_on, patch_at
 from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot, drawn_scene

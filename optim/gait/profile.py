@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
-from stickslip.dynamics.biped.coefficients.inertia import inertia_and_moment
+from stickslip.dynamics.biped.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.numeric import read_only

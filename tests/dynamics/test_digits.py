@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped.floor import edge_ahead, friction_on
+from stickslip.dynamics.biped.contact import edge_ahead, friction_on
 from stickslip.dynamics.ugv import UGVParams
 
 GIVEN = {

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics import Grip, Patches, Scene, Smoothed, Status, Uniform, biped
-from stickslip.dynamics.biped.stepping.boundary import require_kinds
+from stickslip.dynamics.biped.simulation import require_kinds
 from tests.fuzz.values import (
     ABOVE,
     ANY_ONE,

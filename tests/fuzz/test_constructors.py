@@ -27,7 +27,7 @@ NO_CONSTRUCTORS = {
     "InverseDynamics", "Kinematics", "LegPins", "NewtonEuler", "Recommendation", "ReducedInertia",
     "Setting", "Trajectory", "UGVEnvParams", "UGVEnvState", "Equilibrium", "Forces", "Pose",
     "Result", "PostureResult", "DriveBound", "Evaluation", "Station", "OptimStatus",
-    "FunctionalEnv", "condition_number", "exchange_mismatch",
+    "FunctionalEnv", "exchange_mismatch",
     "floor_position", "forward_dynamics", "ground_moment", "inverse_dynamics", "kinematics",
     "newton_euler", "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
     "place", "wheel_turns", "station", "Odometer", "Collected", "WheelContact",

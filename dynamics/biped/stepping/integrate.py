@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.drive import System, Torque
+from stickslip.dynamics.biped.contact import System, Torque
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.stepping.trial import Trial, attempt
 from stickslip.dynamics.biped.stepping.walk import END, Walk, bounds, hand_over, note, slips_freely

@@ -7,27 +7,26 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS
-from stickslip.dynamics.biped.floor import edge_ahead, friction_on
-from stickslip.dynamics.biped.stepping.crossing import Crossing, first_crossing, parabola_slope
-from stickslip.dynamics.biped.stepping.ends import (
-    Ending,
-    Sample,
-    first_ending,
-    grounds_of,
-    lever_at,
-)
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, edge_ahead, friction_on
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
 from stickslip.dynamics.biped.stepping.stages import (
+    Crossing,
     Taken,
     classical_step,
     cone_margin,
     dormand_prince_step,
+    first_crossing,
+    parabola_slope,
 )
 from stickslip.dynamics.biped.stepping.walk import (
     END,
+    Ending,
+    Sample,
     Walk,
     bounds,
+    first_ending,
+    grounds_of,
+    lever_at,
     mode_at,
     slips_freely,
     status_at,
@@ -39,9 +38,8 @@ from stickslip.dynamics.status import EventKind, Status
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
-    from stickslip.dynamics.biped.contact import Coefficients, Motion
-    from stickslip.dynamics.biped.drive import System
-    from stickslip.dynamics.biped.stepping.ends import Ground
+    from stickslip.dynamics.biped.contact import Coefficients, Motion, System
+    from stickslip.dynamics.biped.stepping.walk import Ground
 
 
 class Trial(NamedTuple):

@@ -13,14 +13,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.floor import friction_on
-from stickslip.dynamics.biped.stepping.ends import Sample, ground_at, lever_at
+from stickslip.dynamics.biped.contact import friction_on
 from stickslip.dynamics.biped.stepping.integrators import RK4, Euler, Unsplit
 from stickslip.dynamics.biped.stepping.stages import classical_step
 from stickslip.dynamics.biped.stepping.walk import (
+    Sample,
     Walk,
     bounds,
+    ground_at,
     hand_over,
+    lever_at,
     mode_at,
     note,
     on_its_patch,
@@ -32,8 +34,7 @@ from stickslip.dynamics.status import EventKind, Status
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
-    from stickslip.dynamics.biped.contact import Motion
-    from stickslip.dynamics.biped.drive import System
+    from stickslip.dynamics.biped.contact import Motion, System
 
 
 class _Reached(NamedTuple):

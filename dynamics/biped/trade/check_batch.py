@@ -19,8 +19,7 @@ from stickslip.dynamics.scene import Patches
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Sequence
 
-    from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.model import BipedModel, Fidelity
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.state import BipedState
     from stickslip.dynamics.scene import Scene

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from stickslip.dynamics.biped.coefficients.table import Table
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.tables import Table
 from stickslip.dynamics.biped.trade.setting import Setting
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))

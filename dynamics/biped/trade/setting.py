@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.fidelity import Fidelity, require_fidelity
+from stickslip.dynamics.biped.model import Fidelity, require_fidelity
 from stickslip.dynamics.biped.stepping.integrators import EventExact, Integrator, integrator_of
 from stickslip.dynamics.checks import require_choice, require_number
 

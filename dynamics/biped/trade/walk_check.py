@@ -14,11 +14,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.coefficients.table import Table
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.simulation import require_exchange, require_rest_on_grip, simulate
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.stepping.integrators import EventExact, Integrator
+from stickslip.dynamics.biped.tables import Table
 from stickslip.dynamics.biped.trade.check_batch import WalkBatch, gathered, precision, timed
 from stickslip.dynamics.biped.trade.sensitivity import amplification
 from stickslip.dynamics.biped.trade.setting import Setting, own_time
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
     from numpy.typing import ArrayLike
 
-    from stickslip.dynamics.biped.fidelity import Fidelity
-    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.model import BipedModel, Fidelity
     from stickslip.dynamics.numeric import Number, Numbers
 
 SENSITIVE = 1e3

@@ -11,7 +11,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, prepare, simulate
-from stickslip.dynamics.one_kernel import SWITCH
+from stickslip.dynamics.kernels.one_kernel import SWITCH
 
 INSTRUCTION = re.compile(r"^\s+(?:ROOT )?%?[\w.\-]+ = [^=]*? ([a-z][a-z0-9\-]*)\(", re.MULTILINE)
 BOOKKEEPING = {

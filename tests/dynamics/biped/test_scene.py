@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import BipedState, floor_position, simulate, step
-from stickslip.dynamics.biped.floor import patch_at
+from stickslip.dynamics.biped.contact import patch_at
 from tests.dynamics.biped.helpers import (
     FINE,
     RECORDING,

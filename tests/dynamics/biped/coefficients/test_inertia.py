@@ -16,8 +16,8 @@ from stickslip.dynamics.biped import (
     Table,
     kinematics,
 )
-from stickslip.dynamics.biped.coefficients.table import fit_table
 from stickslip.dynamics.biped.model import load, loaded_params, unit_payload
+from stickslip.dynamics.biped.tables import fit_table
 from tests.dynamics.biped.helpers import (
     FINE,
     default_model,

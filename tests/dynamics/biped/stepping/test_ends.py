@@ -25,7 +25,7 @@ from stickslip.dynamics.biped import (
     own_time,
     prepare,
 )
-from stickslip.dynamics.biped.drive import Torque
+from stickslip.dynamics.biped.contact import Torque
 from stickslip.dynamics.biped.simulation import stepped
 
 pytestmark = pytest.mark.long

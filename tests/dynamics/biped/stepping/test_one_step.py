@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import RK4, Euler, RK4Split, SemiImplicitEuler, step
-from stickslip.dynamics.biped.drive import System, Torque
+from stickslip.dynamics.biped.contact import System, Torque
 from stickslip.dynamics.biped.stepping import integrate
 from stickslip.dynamics.biped.stepping import stages as tableaux
 from stickslip.dynamics.biped.stepping.walk import Walk, start

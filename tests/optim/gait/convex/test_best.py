@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import BipedParams, kinematics
-from stickslip.dynamics.biped.coefficients.inertia import body_masses
+from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.optim import GaitProblem, OptimStatus, solve
 from stickslip.optim.gait.convex.program import program_of
 from tests.optim.gait.helpers import LIMIT, periodic, quickest_on_a_lattice, robot, solved, transfer

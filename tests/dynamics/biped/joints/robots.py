@@ -1,7 +1,7 @@
-"""Random robots and instants for the Newton-Euler tests; every system compiled once per solver."""
+"""Random robots and instants for the Newton-Euler tests."""
 
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import jax
@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, reduced_inertia
-from stickslip.dynamics.biped.bodies.newton_euler import GIVEN, SYSTEMS, NewtonEuler, newton_euler
-from stickslip.dynamics.biped.bodies.whole_system import WHOLE
+from stickslip.dynamics.biped.joints.newton_euler import GIVEN, SYSTEMS, NewtonEuler, newton_euler
 from stickslip.dynamics.biped.links import least_closure
 from stickslip.dynamics.biped.params import NON_NEGATIVE, POSITIVE
 from tests.dynamics.biped.helpers import default_params
@@ -68,45 +67,37 @@ def random_instants(seed: int = 1, dtype: str = "float64") -> dict[str, jax.Arra
     return {name: jnp.asarray(value, dtype) for name, value in values.items()}
 
 
-@partial(jax.jit, static_argnums=2)
-def every_system(
-    robots: BipedParams, given: dict[str, jax.Array], solver: str = "groups"
-) -> dict[str, NewtonEuler]:
-    """All five systems for each robot and instant; whole matrices one instant after the other.
-
-    Not vmapped: five batched LU factorisations in one program can wait for each other for ever
-    where JAX has two threads (seen with jaxlib 0.10.2 on two cores).
-    """
+@jax.jit
+def every_system(robots: BipedParams, given: dict[str, jax.Array]) -> dict[str, NewtonEuler]:
+    """All five systems for each robot and instant."""
 
     def one(params, values):
         def solve(system):
             known = {name: values[name] for name in GIVEN[system]}
             theta, rate = values["theta"], values["crank_rate"]
-            return newton_euler(params, theta, rate, system=system, solver=solver, **known)
+            return newton_euler(params, theta, rate, system=system, **known)
 
         return {system: solve(system) for system in SYSTEMS}
 
-    if solver in WHOLE:
-        return jax.lax.map(lambda pair: one(*pair), (robots, given))
     return jax.vmap(one)(robots, given)
 
 
-def _slip(params, values, solver):
+def _slip(params, values):
     given = {name: values[name] for name in ("torque", "mu_kinetic", "direction")}
     theta, rate = values["theta"], values["crank_rate"]
-    return newton_euler(params, theta, rate, system="forward_slip", solver=solver, **given)
+    return newton_euler(params, theta, rate, system="forward_slip", **given)
 
 
-@partial(jax.jit, static_argnums=2)
-def slip(params: BipedParams, values: dict[str, jax.Array], solver: str = "groups") -> NewtonEuler:
+@jax.jit
+def slip(params: BipedParams, values: dict[str, jax.Array]) -> NewtonEuler:
     """One robot that slides at one instant (eq. 36)."""
-    return _slip(params, values, solver)
+    return _slip(params, values)
 
 
-@partial(jax.jit, static_argnums=2)
-def slips(robots: BipedParams, given: dict[str, jax.Array], solver: str = "groups") -> NewtonEuler:
+@jax.jit
+def slips(robots: BipedParams, given: dict[str, jax.Array]) -> NewtonEuler:
     """The same for each robot and instant."""
-    return jax.vmap(lambda params, values: _slip(params, values, solver))(robots, given)
+    return jax.vmap(_slip)(robots, given)
 
 
 @jax.jit

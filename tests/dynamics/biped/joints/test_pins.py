@@ -3,19 +3,15 @@
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
 from stickslip.dynamics.biped import BODIES, kinematics
-from stickslip.dynamics.biped.mechanism.joints import (
+from stickslip.dynamics.biped.joints.pins import (
     GROUPS,
     JOINT_FORCES,
     JOINTS,
     LEG_LINKS,
-    LEG_PINS,
-    SIGNS,
     joint_geometry,
     leg_columns,
-    pin_columns,
 )
 from tests.dynamics.biped.helpers import default_params
 
@@ -73,25 +69,9 @@ def test_the_joints_are_those_of_the_reference_file_and_two_slots(reference):
     assert set(JOINT_FORCES) == set(names) | slots
 
 
-def test_a_joint_takes_from_one_body_what_it_gives_to_the_other():
-    assert np.all(SIGNS.sum(axis=0) == 0)
-    assert np.all(np.abs(SIGNS).sum(axis=0) == 2)
-    for joint, column in zip(JOINTS, SIGNS.T, strict=True):
-        assert (column[joint.on], column[joint.by]) == (1, -1)
-
-
 def test_each_leg_has_as_many_forces_as_its_links_have_equations():
     for leg in (0, 1):
         columns = JOINT_FORCES[leg_columns(leg)]
         assert len(columns) == 3 * len(LEG_LINKS) == 33
         assert all(("p" in on) == bool(leg) for on, _, _ in columns)
     assert sorted(link for group in GROUPS for link in group) == list(LEG_LINKS)
-
-
-def test_a_pins_columns_carry_its_names():
-    for on, by, _ in LEG_PINS:
-        for leg in (0, 1):
-            found = JOINT_FORCES[leg_columns(leg)][pin_columns(on, by)]
-            assert [(a.rstrip("p"), b.rstrip("p")) for a, b, _ in found] == [(str(on), str(by))] * 2
-    with pytest.raises(ValueError, match="a leg has no joint 2-9; accepted: 1-2, 1-11"):
-        pin_columns(2, 9)

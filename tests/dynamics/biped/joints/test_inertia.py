@@ -8,38 +8,32 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped import BipedParams, ReducedInertia
-from stickslip.dynamics.biped.bodies.joint_inertia import DifferencedInertia, JointInertia
-from stickslip.dynamics.biped.bodies.newton_euler import newton_euler
+from stickslip.dynamics.biped.joints.equations import link_motion
+from stickslip.dynamics.biped.joints.inertia import DifferencedInertia, JointInertia
+from stickslip.dynamics.biped.joints.newton_euler import newton_euler
 from tests.dynamics.biped.helpers import default_params, exact_along
-from tests.dynamics.biped.joint_helpers import (
+from tests.dynamics.biped.joints.robots import (
     default_robots,
-    every_system,
     random_instants,
     random_robots,
     reduced_along,
 )
 
-pytestmark = pytest.mark.long
 
-
-@partial(jax.jit, static_argnums=2)
-def along(robots, angles, solver="groups"):
+@jax.jit
+def along(robots, angles):
     """at, moment_at of each robot at its angle."""
 
     def one(params, angle):
-        inertia = JointInertia(params, solver=solver)
+        inertia = JointInertia(params)
         return inertia.at(angle), inertia.moment_at(angle)
 
     return jax.vmap(one)(robots, angles)
 
 
-LONG = (pytest.param(name, marks=pytest.mark.long) for name in ("block", "refined"))
-
-
-@pytest.mark.parametrize("solver", ["groups", *LONG])
-def test_exact_motion_gives_the_reduced_functions(solver, float64):
+def test_exact_motion_gives_the_reduced_functions(float64):
     robots, angles = random_robots(), random_instants()["theta"]
-    found, _ = along(robots, angles, solver)
+    found, _ = along(robots, angles)
     want = reduced_along(robots, angles)
     assert isinstance(found, ReducedInertia)
     for name, got, exact in zip(want._fields, found, want, strict=True):
@@ -53,28 +47,6 @@ def test_the_grounds_moment_is_that_of_the_reduced_functions(float64):
     _, want = exact_along(params, angles)
     for name, got, exact in zip(want._fields, found, want, strict=True):
         np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-11, err_msg=name)
-
-
-@pytest.mark.long
-def test_precision_is_that_of_what_is_given(dtype):
-    inertia, moment = along(default_robots(dtype.name), random_instants(dtype=dtype.name)["theta"])
-    assert all(leaf.dtype == dtype for leaf in (*inertia, *moment))
-
-
-@jax.jit
-def joint_forces(robots, given):
-    def one(params, at):
-        motion = at["theta"], at["crank_rate"], at["crank_acceleration"], at["foot_acceleration"]
-        return JointInertia(params).joint_forces(*motion)
-
-    return jax.vmap(one)(robots, given)
-
-
-@pytest.mark.long
-def test_joint_forces_of_a_motion_are_those_of_the_inverse_system(float64):
-    robots, given = random_robots(), random_instants()
-    want = every_system(robots, given)["inverse"].joint_forces
-    np.testing.assert_allclose(joint_forces(robots, given), want, rtol=1e-9, atol=1e-8)
 
 
 STEP = 1e-3
@@ -139,6 +111,41 @@ def test_steps_that_are_none_are_refused(step):
         JointInertia(BipedParams.from_bars(), step)
 
 
-def test_unknown_solvers_are_refused():
-    with pytest.raises(ValueError, match="solver = 'qr' is unknown; accepted: 'lu', 'scaled'"):
-        JointInertia(BipedParams.from_bars(), solver="qr")
+@jax.jit
+def motion_along(params, angles):
+    return jax.vmap(lambda angle: link_motion(params, angle))(angles)
+
+
+@partial(jax.jit, static_argnums=2)
+def differenced_along(params, angles, step):
+    return jax.vmap(lambda angle: link_motion(params, angle, step))(angles)
+
+
+def test_exact_motion_is_that_of_central_differences(float64):
+    params, h = default_params(), 1e-4
+    angles = np.linspace(0, 2 * np.pi, 90)
+    now, before, after = (motion_along(params, jnp.asarray(angles + d)) for d in (0, -h, h))
+    first = (after.centres - before.centres) / (2 * h)
+    second = (after.centres - 2 * now.centres + before.centres) / h**2
+    np.testing.assert_allclose(now.centre_slopes, first, atol=1e-8)
+    np.testing.assert_allclose(now.centre_curvatures, second, atol=1e-6)
+    turns = np.unwrap(np.stack([before.angles, now.angles, after.angles]), axis=0)
+    np.testing.assert_allclose(now.angle_slopes, (turns[2] - turns[0]) / (2 * h), atol=1e-7)
+    bend = (turns[2] - 2 * turns[1] + turns[0]) / h**2
+    np.testing.assert_allclose(now.angle_curvatures, bend, atol=1e-5)
+
+
+def test_the_chapters_differences_are_of_first_order_also_where_an_angle_jumps_by_a_turn(float64):
+    params, angles = default_params(), jnp.linspace(0, 2 * np.pi, 90)
+    exact = motion_along(params, angles)
+    assert np.any(np.abs(np.diff(exact.angles, axis=0)) > 6)  # an angle does jump
+    names = ("centre_slopes", "centre_curvatures", "angle_slopes", "angle_curvatures")
+    off = {
+        step: [
+            float(jnp.max(jnp.abs(getattr(motion, name) - getattr(exact, name)))) for name in names
+        ]
+        for step in (2e-3, 1e-3)
+        for motion in [differenced_along(params, angles, step)]
+    }
+    assert np.array(off[2e-3]) / np.array(off[1e-3]) == pytest.approx(2.0, abs=0.02)
+    assert max(off[1e-3]) < 0.02

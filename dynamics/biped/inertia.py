@@ -1,7 +1,8 @@
-"""The reduced inertia functions M, P, Y and the ground moment's, exact by differentiation."""
+"""M, P, Y of MODEL 1.4 and the ground's moment, exact: functions of the crank angle alone."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -10,6 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped.links import LINK_OF_BODY, centres_and_angles
 from stickslip.dynamics.numeric import Number, float_type
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -101,3 +103,23 @@ def _momenta(
     spin = centres[:, 0] * velocity[:, 1] - centres[:, 1] * velocity[:, 0]
     L = jnp.sum(mass * spin) + jnp.sum(inertia * turning)
     return (M, P, Y, L), centres
+
+
+@register_pytree
+@dataclass(frozen=True)
+class ExactInertia:
+    """The reference: exact functions of the crank angle, from the linkage at every call."""
+
+    params: BipedParams
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+        """M, P, Y and slopes at `theta` [rad]."""
+        return reduced_inertia(self.params, theta)
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
+        return ground_moment(self.params, theta)
+
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        return ground_moment(self.params, theta)[:2]

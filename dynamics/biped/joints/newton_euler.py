@@ -20,47 +20,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.bodies.body_equations import (
+from stickslip.dynamics.biped.contact import zero_moment_point
+from stickslip.dynamics.biped.joints.equations import (
     ALPHA,
-    FOOT,
     GRAVITY,
     SLIDE,
     SQUARE,
-    BodyEquations,
     body_equations,
+    link_motion,
 )
-from stickslip.dynamics.biped.bodies.joint_solvers import (
-    SOLVERS,
-    UnitSolutions,
-    leg_matrices,
-    solution_of,
-    unit_solutions,
-)
-from stickslip.dynamics.biped.bodies.whole_system import (
-    CRANK_ACCELERATION,
-    FOOT_ACCELERATION,
-    FRICTION,
-    NORMAL,
-    TORQUE,
-    UNKNOWN,
-    WHOLE,
-    all_columns,
-    foot_moment,
-    own_rows,
-    scaled_system,
-    solve_whole,
-    unknown_columns,
-)
-from stickslip.dynamics.biped.contact import zero_moment_point
-from stickslip.dynamics.biped.mechanism.joints import JOINT_FORCES
-from stickslip.dynamics.biped.mechanism.link_motion import link_motion
+from stickslip.dynamics.biped.joints.inertia import UnitSolutions, solution_of, unit_solutions
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.numeric import Number, float_type
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.biped.mechanism.link_motion import LinkMotion
     from stickslip.dynamics.biped.params import BipedParams
 
 GIVEN = {
@@ -108,21 +83,19 @@ def newton_euler(
     foot_acceleration: Real[Number, ""] | None = None,
     mu_kinetic: Real[Number, ""] | None = None,
     direction: Real[Number, ""] | None = None,
-    solver: str = "groups",
     difference_step: float | None = None,
 ) -> NewtonEuler:
     """Solve one of the chapter's systems (eqs. 19, 28, 31, 34, 36) for an instant.
 
     theta [rad] of the supporting leg, crank_rate [rad/s]; torque [N m], accelerations [rad/s^2],
     [m/s^2]; direction +1 slides forwards, -1 backwards, so that f = -direction mu_k N. Which of
-    them a system takes: GIVEN. system, solver and difference_step (None exact; the chapter's D
-    [rad]) are static; for solver see SOLVERS. Scalars: batch with vmap. Raises ValueError for
+    them a system takes: GIVEN. system and difference_step (None exact; the chapter's D [rad]) are
+    static. Solved leg by leg (joints/inertia.py). Scalars: batch with vmap. Raises ValueError for
     unknown names, and for what is missing or too much. Past the linkage's or the friction's bounds
     (dead position, Painleve) numbers are what the equations say, possibly infinite; a loop that
     cannot close gives no warning. Neglected: friction in pins and slots.
     """
     require_choice("system", system, SYSTEMS)
-    require_choice("solver", solver, SOLVERS)
     values = {
         "torque": torque,
         "crank_acceleration": crank_acceleration,
@@ -140,42 +113,17 @@ def newton_euler(
     known |= {name: jnp.asarray(value, dtype) for name, value in values.items()}
     motion = link_motion(params, theta, difference_step)
     equations = body_equations(params, motion)
-    if solver in WHOLE:
-        return _by_matrix(params, equations, system, solver, crank_rate, known)
-    return _by_units(params, equations, motion, system, solver, crank_rate, known)
-
-
-def condition_number(
-    params: BipedParams,
-    theta: Real[Number, ""],
-    *,
-    system: str = "inverse_ground",
-    solver: str = "lu",
-    mu_kinetic: Real[Number, ""] = 0.0,
-    direction: Real[Number, ""] = 1.0,
-    difference_step: float | None = None,
-) -> Float[Array, ""]:
-    """Condition number (2-norm) of the matrix that a solver factors, at crank angle `theta` [rad].
-
-    "lu": the system in SI units. "scaled", "refined": after scaling. "block": the worse of the two
-    legs' matrices, which no system changes. Without bound towards a dead position of the linkage.
-    "groups" factors no matrix and is refused. Default robot, worst of the turn: "lu" 1.4e3 in the
-    inverse systems and 4.4e3 in the forward ones (1e6 and 1e9 with lengths of a thousandth),
-    "scaled" 9e2, "block" 5.5e2, both at any scale.
-    """
-    require_choice("system", system, SYSTEMS)
-    require_choice("solver", solver, (*WHOLE, "block"))
-    dtype = float_type(params, theta)
-    params = params.astype(dtype)
-    motion = link_motion(params, jnp.asarray(theta, dtype), difference_step)
-    equations = body_equations(params, motion)
-    if solver == "block":
-        return jnp.max(jnp.linalg.cond(leg_matrices(equations, params.crank)))
-    signed = jnp.asarray(mu_kinetic, dtype) * jnp.asarray(direction, dtype)
-    matrix = unknown_columns(all_columns(equations, system, signed), system)
-    if solver != "lu":
-        matrix, *_ = scaled_system(params, matrix, system)
-    return jnp.linalg.cond(matrix)
+    alpha, a1 = known.get("crank_acceleration"), known["foot_acceleration"]
+    if system not in ("inverse", "inverse_ground"):
+        units = unit_solutions(equations, motion)
+        alpha, a1 = _accelerations(units, system, crank_rate, params.gravity, known)
+    u = jnp.stack([alpha, crank_rate**2, a1, params.gravity])
+    forces, needed, (friction, normal, moment) = solution_of(equations, motion, u)
+    torque = known.get("torque", needed)
+    if system == "inverse":
+        return NewtonEuler(forces, torque, None, None, None, None, alpha, a1)
+    zmp = zero_moment_point(moment, normal)
+    return NewtonEuler(forces, torque, friction, normal, zmp, moment, alpha, a1)
 
 
 def _require_given(system: str, values: dict) -> None:
@@ -185,68 +133,6 @@ def _require_given(system: str, values: dict) -> None:
     if missing or extra:
         wrong = [f"{name} is missing" for name in missing] + [f"{name} is given" for name in extra]
         raise ValueError(f"system {system!r}: {', '.join(wrong)}; accepted: {', '.join(needed)}")
-
-
-def _by_matrix(
-    params: BipedParams,
-    equations: BodyEquations,
-    system: str,
-    solver: str,
-    rate: Float[Array, ""],
-    known,
-) -> NewtonEuler:
-    """Solve with the system's whole matrix, as the chapter does."""
-    square = rate**2
-    columns = all_columns(equations, system, known["direction"] * known["mu_kinetic"])
-    loads = equations.loads[..., SQUARE] * square + equations.loads[..., GRAVITY] * params.gravity
-    right = own_rows(loads, system)
-    right = jnp.concatenate([right, jnp.zeros(len(columns) - len(right), right.dtype)])
-    values = {
-        TORQUE: known.get("torque"),
-        CRANK_ACCELERATION: known.get("crank_acceleration"),
-        FOOT_ACCELERATION: known["foot_acceleration"],
-    }
-    values = {column: v for column, v in values.items() if column not in UNKNOWN[system]}
-    for column, value in values.items():
-        right = right - columns[:, column] * value
-    matrix = unknown_columns(columns, system)
-    solution = solve_whole(params, matrix, right[:, None], system, solver)[:, 0]
-    forces, others = solution[: len(JOINT_FORCES)], solution[len(JOINT_FORCES) :]
-    values |= dict(zip(UNKNOWN[system], others, strict=True))
-    alpha, a1 = values[CRANK_ACCELERATION], values[FOOT_ACCELERATION]
-    if system == "inverse":
-        return NewtonEuler(forces, values[TORQUE], None, None, None, None, alpha, a1)
-    ground = jnp.stack([values[FRICTION], values[NORMAL]])
-    load = equations.loads[FOOT, 2] @ jnp.stack([alpha, square, a1, params.gravity])
-    moment = foot_moment(equations, load, forces, ground)
-    zmp = zero_moment_point(moment, ground[1])
-    return NewtonEuler(forces, values[TORQUE], ground[0], ground[1], zmp, moment, alpha, a1)
-
-
-def _by_units(
-    params: BipedParams,
-    equations: BodyEquations,
-    motion: LinkMotion,
-    system: str,
-    solver: str,
-    rate: Float[Array, ""],
-    known,
-) -> NewtonEuler:
-    """Solve leg by leg: unit solutions close the accelerations that are unknown, if any are.
-
-    All forces are then solved for the motion itself, with one right side.
-    """
-    alpha, a1 = known.get("crank_acceleration"), known["foot_acceleration"]
-    if system not in ("inverse", "inverse_ground"):
-        units = unit_solutions(params, equations, motion, solver)
-        alpha, a1 = _accelerations(units, system, rate, params.gravity, known)
-    u = jnp.stack([alpha, rate**2, a1, params.gravity])
-    forces, needed, (friction, normal, moment) = solution_of(params, equations, motion, solver, u)
-    torque = known.get("torque", needed)
-    if system == "inverse":
-        return NewtonEuler(forces, torque, None, None, None, None, alpha, a1)
-    zmp = zero_moment_point(moment, normal)
-    return NewtonEuler(forces, torque, friction, normal, zmp, moment, alpha, a1)
 
 
 def _accelerations(

@@ -1,67 +1,135 @@
-"""Solving the body equations with the crank's and the foot's motion given.
+"""Fidelity "joint": the reduced equations' coefficients out of the full Newton-Euler system.
 
-Unit solutions: everything that the robot needs for a unit of crank acceleration, crank rate
-squared, foot acceleration and gravity. From the chapter's elimination to the finest: one matrix of
-71; one of 33 for each leg; a leg's Assur groups one after the other, which takes no matrix.
+The body equations are solved with the crank's and the foot's motion given, for a unit of crank
+acceleration, crank rate squared, foot acceleration and gravity each: a leg's Assur groups one after
+the other, which takes no matrix and no linear algebra package.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.bodies.body_equations import (
+from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+from stickslip.dynamics.biped.joints.equations import (
+    ALPHA,
     CRANK,
-    FOOT,
-    BodyEquations,
+    GRAVITY,
+    SLIDE,
+    SQUARE,
+    body_equations,
     cross,
     ground_balance,
+    link_motion,
+    require_difference_step,
 )
-from stickslip.dynamics.biped.bodies.whole_system import (
-    FRICTION,
-    TORQUE,
-    WHOLE,
-    all_columns,
-    foot_moment,
-    own_rows,
-    solve_dense,
-    solve_whole,
-    unknown_columns,
-)
-from stickslip.dynamics.biped.mechanism.joints import (
+from stickslip.dynamics.biped.joints.pins import (
     GROUPS,
     LEG_LINKS,
     LEG_PINS,
     LEG_SLOT,
     body_of,
-    leg_columns,
     pin_columns,
     place_of,
     slot_normal,
 )
+from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.biped.mechanism.link_motion import LinkMotion
+    from stickslip.dynamics.biped.joints.equations import BodyEquations, LinkMotion
     from stickslip.dynamics.biped.params import BipedParams
-
-SOLVERS = (*WHOLE, "block", "groups")
-"""Accepted names: WHOLE's; "block": each leg's 33 equations by themselves; "groups": each leg's
-Assur groups one after the other.
-
-In single precision all give joint forces to about 2e-6 of the largest (median; the linkage's own
-rounding is most of it), and "groups" depends on no unit of length, while "lu" loses up to 4e-4 with
-lengths of a thousandth. "groups" calls no linear algebra package and in a batch is ten to thirty
-times faster than a whole matrix. The others call LAPACK; several
-batched factorisations in one program were seen to wait for each other for ever on two cores
-(jaxlib 0.10.2)."""
 
 LEG_BODIES = np.array([[body_of(link, leg) for link in LEG_LINKS] for leg in (0, 1)], np.int32)
 """[2, 11]: indices in BODIES of each leg's own links."""
+
+
+class DifferencedInertia(NamedTuple):
+    """Coefficients when the links' motion is differenced: the crank's equation has its own.
+
+    T = M alpha + P_crank a1 + dM w^2 / 2 + g Y_crank, f = P alpha + m a1 + dP w^2,
+    N = m g + Y alpha + dY w^2. Exactly differentiated, P_crank = P and Y_crank = Y. Here the first
+    two are the virtual power of the exact geometry, P and Y the differenced momenta.
+    """
+
+    M: Float[Array, ""]
+    dM: Float[Array, ""]
+    """Twice the coefficient of w^2 in the crank's equation."""
+    P: Float[Array, ""]
+    dP: Float[Array, ""]
+    Y: Float[Array, ""]
+    dY: Float[Array, ""]
+    P_crank: Float[Array, ""]
+    Y_crank: Float[Array, ""]
+
+
+@register_pytree
+@dataclass(frozen=True)
+class JointInertia:
+    """Inertia functions by solving the body equations for unit motions at every call.
+
+    difference_step: None for exact motion of the links, or the chapter's D [rad] (eqs. 23-25);
+    static. Agrees with `reduced_inertia` to rounding when exact.
+    """
+
+    params: BipedParams
+    difference_step: float | None = field(default=None, metadata={"static": True})
+
+    def __post_init__(self):
+        if self.difference_step is not None:
+            require_difference_step(self.difference_step)
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia | DifferencedInertia:
+        """M, P, Y and slopes at `theta` [rad]; DifferencedInertia with a difference_step."""
+        units = self.units(theta)
+        torque, (friction, normal, _) = units.torque, units.ground
+        six = ReducedInertia(
+            M=torque[ALPHA],
+            dM=2 * torque[SQUARE],
+            P=friction[ALPHA],
+            dP=friction[SQUARE],
+            Y=normal[ALPHA],
+            dY=normal[SQUARE],
+        )
+        if self.difference_step is None:
+            return six
+        return DifferencedInertia(*six, P_crank=torque[SLIDE], Y_crank=torque[GRAVITY])
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """Terms of the ground's moment about the ankle at `theta` [rad] (eq. 30)."""
+        motion, equations = self._equations(theta)
+        moment = ground_balance(equations, motion)[2]
+        return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
+
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        return self.moment_at(theta)[:2]
+
+    def joint_forces(
+        self,
+        theta: Float[Array, ""],
+        crank_rate: Float[Array, ""],
+        crank_acceleration: Float[Array, ""],
+        foot_acceleration: Float[Array, ""],
+    ) -> Float[Array, " 68"]:
+        """All joint forces [N] of a motion, in the order of JOINT_FORCES."""
+        motion, equations = self._equations(theta)
+        gravity = jnp.asarray(self.params.gravity, jnp.result_type(crank_rate))
+        u = jnp.stack([crank_acceleration, crank_rate**2, foot_acceleration, gravity])
+        return solution_of(equations, motion, u).joint_forces
+
+    def units(self, theta: Float[Array, ""]) -> UnitSolutions:
+        """Joint forces, torque and ground force per unit of motion and gravity, at `theta`."""
+        motion, equations = self._equations(theta)
+        return unit_solutions(equations, motion)
+
+    def _equations(self, theta: Float[Array, ""]) -> tuple[LinkMotion, BodyEquations]:
+        motion = link_motion(self.params, theta, self.difference_step)
+        return motion, body_equations(self.params, motion)
 
 
 class UnitSolutions(NamedTuple):
@@ -73,64 +141,21 @@ class UnitSolutions(NamedTuple):
     """Friction, normal force, moment about the ankle."""
 
 
-def unit_solutions(
-    params: BipedParams, equations: BodyEquations, motion: LinkMotion, solver: str
-) -> UnitSolutions:
-    """Joint forces, torque and ground force for each column of the loads; solver out of SOLVERS."""
-    if solver in WHOLE:
-        return _whole(params, equations, solver)
+def unit_solutions(equations: BodyEquations, motion: LinkMotion) -> UnitSolutions:
+    """Joint forces, torque and ground force for each column of the loads."""
     ground = ground_balance(equations, motion)
     wrenches = jnp.einsum("bij,jk->bik", equations.ground, ground)
     loads = (equations.loads - wrenches)[LEG_BODIES]
-    length = jnp.asarray(params.crank)
-    legs = _legs_whole(equations, loads, length) if solver == "block" else _legs(motion, loads)
-    return _crank(equations, motion, jnp.concatenate([*legs]), ground)
+    return _crank(equations, motion, jnp.concatenate([*_legs(motion, loads)]), ground)
 
 
 def solution_of(
-    params: BipedParams,
-    equations: BodyEquations,
-    motion: LinkMotion,
-    solver: str,
-    u: Float[Array, " 4"],
+    equations: BodyEquations, motion: LinkMotion, u: Float[Array, " 4"]
 ) -> UnitSolutions:
     """Joint forces [68], torque and ground force [3] of one motion u = (alpha, w^2, a1, g)."""
     alone = equations._replace(loads=(equations.loads @ u)[..., None])
-    found = unit_solutions(params, alone, motion, solver)
+    found = unit_solutions(alone, motion)
     return UnitSolutions(*(part[..., 0] for part in found))
-
-
-def leg_matrices(equations: BodyEquations, length: Float[Array, ""]) -> Float[Array, "2 33 33"]:
-    """Each leg's own 33 equations in its 33 joint forces; moments per `length` [-]."""
-    per_row = _row_scale(length)
-    blocks = [
-        equations.forces[LEG_BODIES[leg], :, leg_columns(leg)] / per_row[:, None] for leg in (0, 1)
-    ]
-    return jnp.stack([block.reshape(33, 33) for block in blocks])
-
-
-def _whole(params: BipedParams, equations: BodyEquations, solver: str) -> UnitSolutions:
-    """Solve the matrix of 71 unknowns (eq. 31) with four right sides."""
-    system = "inverse_ground"
-    matrix = unknown_columns(all_columns(equations, system, 0.0), system)
-    right = own_rows(equations.loads, system)
-    solution = solve_whole(params, matrix, right, system, solver)
-    forces, torque, ground = solution[:TORQUE], solution[TORQUE], solution[FRICTION:]
-    moment = foot_moment(equations, equations.loads[FOOT, 2], forces, ground)
-    return UnitSolutions(forces, torque, jnp.concatenate([ground, moment[None]]))
-
-
-def _row_scale(length: Float[Array, ""]) -> Float[Array, " 3"]:
-    one = jnp.ones_like(length)
-    return jnp.stack([one, one, length])
-
-
-def _legs_whole(
-    equations: BodyEquations, loads: Float[Array, "2 11 3 k"], length: Float[Array, ""]
-) -> Float[Array, "2 33 k"]:
-    """Both legs' joint forces [2, 33, k] by one LU each."""
-    right = (loads / _row_scale(length)[:, None]).reshape(2, 33, loads.shape[-1])
-    return jax.vmap(solve_dense)(leg_matrices(equations, length), right)
 
 
 class _Link(NamedTuple):

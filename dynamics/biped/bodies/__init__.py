@@ -1,1 +1,0 @@
-"""The Newton-Euler equations of all 24 bodies, and the ways to solve them."""

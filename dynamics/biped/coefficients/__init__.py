@@ -1,1 +1,0 @@
-"""The reduced inertia functions: exact, and as polynomials fitted to them."""

@@ -1,1 +1,0 @@
-"""The closed linkage: circles, links, pins, bars, and their motion."""
