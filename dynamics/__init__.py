@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.biped.trade.setting import Setting
-    from stickslip.dynamics.biped.trade.settings import PRESETS, Recommendation, recommend
-    from stickslip.dynamics.biped.trade.walk_check import WalkCheck, check_walk
+    from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
+    from stickslip.dynamics.biped.setting import Setting
+    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
     from stickslip.dynamics.pytrees import register_pytree
     from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
     from stickslip.dynamics.status import EventKind, Status
@@ -15,9 +15,9 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "biped.trade.setting": ("Setting",),
-            "biped.trade.settings": ("PRESETS", "Recommendation", "recommend"),
-            "biped.trade.walk_check": ("WalkCheck", "check_walk"),
+            "biped.setting": ("Setting",),
+            "biped.recommendation": ("PRESETS", "Recommendation", "recommend"),
+            "biped.walk_check": ("WalkCheck", "check_walk"),
             "pytrees": ("register_pytree",),
             "scene": ("Grip", "Patches", "Scene", "Smoothed", "Uniform"),
             "status": ("EventKind", "Status"),

@@ -59,7 +59,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "stickslip.dynamics.biped.model",
         "stickslip.dynamics.biped.tables",
         "stickslip.dynamics.biped.stepping.integrators",
-        "stickslip.dynamics.biped.trade.settings",
+        "stickslip.dynamics.biped.recommendation",
         "stickslip.dynamics.scene",
         "stickslip.envs.biped.env",
         "stickslip.envs.biped.params",

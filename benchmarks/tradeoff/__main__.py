@@ -23,7 +23,7 @@ from stickslip.records.files import write_whole
 RESULTS = Path("benchmarks/results/tradeoff.json")
 DOCUMENT = Path("docs/tradeoff.md")
 PICTURE = Path("docs/tradeoff.png")
-DATA = Path("dynamics/biped/trade/measured.json")
+DATA = Path("dynamics/biped/measured.json")
 PARTS: dict[str, Any] = {"samples": samples, "population": population, "costs": costs}
 
 

@@ -11,16 +11,15 @@ import numpy as np
 
 from benchmarks.tradeoff.population import DEFAULT_LENGTH, DEFAULT_TIME, PERIOD, Walks
 from stickslip.dynamics.biped import EventExact, Table, prepare, step
-from stickslip.dynamics.biped.trade.promises import WALK_PER_RADIAN
-from stickslip.dynamics.biped.trade.sensitivity import amplification
-from stickslip.dynamics.biped.trade.setting import own_time
-from stickslip.dynamics.biped.trade.walk_check import Path, walk_errors
+from stickslip.dynamics.biped.recommendation import WALK_PER_RADIAN
+from stickslip.dynamics.biped.setting import own_time
+from stickslip.dynamics.biped.walk_check import Path, amplification, walk_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from stickslip.dynamics.biped.model import Fidelity
-    from stickslip.dynamics.biped.trade.setting import Setting
+    from stickslip.dynamics.biped.setting import Setting
 
 FINE = Table(64, 9)
 REFERENCE = EventExact(rtol=1e-12, atol=1e-15)

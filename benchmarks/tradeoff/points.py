@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Any, NamedTuple
 
-from stickslip.dynamics.biped.trade.promises import QUANTILES
+from stickslip.dynamics.biped.recommendation import QUANTILES
 
 COSTS = {1: ("cost_1", "wall_1"), 4096: ("cost_4096",)}
 """Environments stepped together, and the columns of which the least is their cost.

@@ -14,9 +14,9 @@ from benchmarks.points import rank
 from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, sensitivities, walked
 from benchmarks.tradeoff.population import FLOORS, ROBOTS, Walks, both
 from stickslip.dynamics.biped import EventExact, RK4Split, Table
-from stickslip.dynamics.biped.trade.promises import CONFIDENCE, QUANTILES
-from stickslip.dynamics.biped.trade.setting import Setting
-from stickslip.dynamics.biped.trade.walk_check import SENSITIVE, Path
+from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES
+from stickslip.dynamics.biped.setting import Setting
+from stickslip.dynamics.biped.walk_check import SENSITIVE, Path
 
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""

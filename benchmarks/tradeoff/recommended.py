@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
-from benchmarks.points import front_of, knee_of
+from benchmarks.points import USEFUL, front, front_of, knee, knee_of
 from benchmarks.report import called, markdown, rows_json, three, where
 from benchmarks.tradeoff.points import (
     COSTS,
@@ -15,11 +16,11 @@ from benchmarks.tradeoff.points import (
     promises_of,
 )
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
-from stickslip.dynamics.biped.trade.settings import PRESET_BATCH, PRESET_SCENE, preset_indices
+from stickslip.dynamics.biped.recommendation import PRESET_BATCH, PRESET_SCENE
 
 
 def source(content: dict[str, Any]) -> str:
-    """Text of dynamics/biped/trade/measured.json; the same content gives the same text."""
+    """Text of dynamics/biped/measured.json; the same content gives the same text."""
     settings, costs, errors = _rows(content)
     samples = [
         [s["scene"], s["robots"], s["count"], three(s["sensitive"]), three(s["sensitivity"][1])]
@@ -33,8 +34,42 @@ def source(content: dict[str, Any]) -> str:
             "costs": costs,
             "samples": samples,
             "errors": errors,
+            "presets": _presets(content),
         }
     )
+
+
+def _presets(content: dict[str, Any]) -> list[list]:
+    """Name and index of the setting of each preset."""
+    settings, _, _ = _rows(content)
+    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
+    columns = zip(*((p.cost, p.error, p.dtype) for p in points), strict=True)
+    chosen = {name: points[i] for name, i in preset_indices(*columns).items()}
+    return [
+        [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
+        for name, p in chosen.items()
+    ]
+
+
+def preset_indices(
+    costs: Sequence[float], errors: Sequence[float], dtypes: Sequence[str]
+) -> dict[str, int]:
+    """Indices of the presets among the points of a front.
+
+    fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
+    exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.
+    """
+
+    def cheapest(tolerance: float, among: Sequence[int]) -> int:
+        along = [among[i] for i in front([costs[i] for i in among], [errors[i] for i in among])]
+        within = [i for i in along if errors[i] <= tolerance]
+        return within[0] if within else along[-1]
+
+    everything = range(len(costs))
+    single = [i for i in everything if dtypes[i] == "float32" and errors[i] <= USEFUL] or everything
+    bend = single[knee([costs[i] for i in single], [errors[i] for i in single])]
+    fast, exact = cheapest(2e-2, single), cheapest(1e-8, everything)
+    return {"fast": fast, "balanced": bend, "exact": exact}
 
 
 def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:

@@ -36,6 +36,8 @@ from stickslip.dynamics.biped.model import (
     prepare,
 )
 from stickslip.dynamics.biped.params import LINKS, BipedParams
+from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
+from stickslip.dynamics.biped.setting import Setting, own_time
 from stickslip.dynamics.biped.simulation import simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, floor_position
 from stickslip.dynamics.biped.stepping.integrators import (
@@ -47,9 +49,7 @@ from stickslip.dynamics.biped.stepping.integrators import (
     SemiImplicitEuler,
 )
 from stickslip.dynamics.biped.tables import Chebyshev, Table
-from stickslip.dynamics.biped.trade.setting import Setting, own_time
-from stickslip.dynamics.biped.trade.settings import PRESETS, Recommendation, recommend
-from stickslip.dynamics.biped.trade.walk_check import WalkCheck, check_walk
+from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
 
 __all__ = [
     "BODIES",

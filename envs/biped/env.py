@@ -16,9 +16,10 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.contact import Torque, edge_ahead, friction_on, patch_at
 from stickslip.dynamics.biped.model import Fidelity, require_fidelity
+from stickslip.dynamics.biped.recommendation import setting_of
+from stickslip.dynamics.biped.setting import Setting
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.biped.stepping.integrators import Integrator
-from stickslip.dynamics.biped.trade.settings import Setting, setting_of
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status

@@ -18,9 +18,8 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.trade.check_batch import precision
-from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
-from stickslip.dynamics.biped.trade.setting import own_time
+from stickslip.dynamics.biped.setting import own_time, precision
+from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.status import Status
 from stickslip.simulate.torque import Expression, Recorded
@@ -46,7 +45,7 @@ class Walk:
     status: the gravest one met. events: (time [s], kind, crank angle [rad]) in their order. period:
     between two states [s]. torque: held when it ended [N m]. A period that ends NON_FINITE is left
     out: its numbers are none. amplification: how many times a small difference of the start grew
-    along the walk, by a second walk that begins beside it (see `apart`).
+    along the walk, by a second walk that begins beside it (see `separation`).
     """
 
     robot: BipedModel
@@ -125,12 +124,12 @@ def walked(
 
 
 def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
-    """The largest of `apart` while both are inside the model."""
+    """The largest of `separation` while both are inside the model."""
     inside = [int(np.sum(walk.contacts.status <= Status.SLIP_ONSET)) for walk in (one, other)]
     row, row_beside = (
         jax.tree.map(lambda leaf: leaf[: min(inside) + 1], walk.states) for walk in (one, other)
     )
-    return float(np.max(apart(row, row_beside, length)))
+    return float(np.max(separation(row, row_beside, length)))
 
 
 def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import JOINT_FORCES, floor_position
-from stickslip.dynamics.biped.trade.check_batch import precision
+from stickslip.dynamics.biped.setting import precision
 from stickslip.dynamics.once import run_once
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.reward import centre_of_mass

@@ -13,17 +13,19 @@ from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, wa
 from benchmarks.tradeoff.population import FLOORS, HELD_OUT, draw
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split, Table
-from stickslip.dynamics.biped.trade.promises import MEASUREMENTS, QUANTILES, WALK_PER_RADIAN
-from stickslip.dynamics.biped.trade.setting import Setting
-from stickslip.dynamics.biped.trade.settings import (
+from stickslip.dynamics.biped.recommendation import (
     MEASURED_PRESETS,
+    MEASUREMENTS,
     PRESET_BATCH,
     PRESET_SCENE,
     PRESETS,
+    QUANTILES,
     SCENES,
+    WALK_PER_RADIAN,
     recommend,
     scene_class,
 )
+from stickslip.dynamics.biped.setting import Setting
 from stickslip.dynamics.fronts import front, knee
 from tests.dynamics.biped.helpers import default_params
 

@@ -21,8 +21,16 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.trade.sensitivity import NUDGE, amplification, apart, nudged
-from stickslip.dynamics.biped.trade.walk_check import FINE, Path, _parting, walk_errors
+from stickslip.dynamics.biped.walk_check import (
+    FINE,
+    NUDGE,
+    Path,
+    _parting,
+    amplification,
+    nudged,
+    separation,
+    walk_errors,
+)
 from tests.dynamics.biped.helpers import default_params, inertia_along, state_of
 
 COARSE = Setting("table", "rk4_split", 0.01, "float64")
@@ -149,7 +157,7 @@ def test_the_error_is_that_of_a_direct_comparison_and_a_batch_equals_its_members
 def test_walks_apart_are_measured_in_their_nudge(float64):
     """Half a step further and 3 mm ahead, of a crank of 30 mm: pi - 0.5 turned and 0.1 cranks."""
     one, other = state_of(phase=2.0, steps=4, foot_position=0.013), state_of(phase=2.5, steps=3)
-    far = apart(one, replace(other, foot_position=0.010), 0.030)
+    far = separation(one, replace(other, foot_position=0.010), 0.030)
     assert float(far) == pytest.approx(np.hypot(np.pi - 0.5, 0.1) / NUDGE, rel=1e-5)
     still = nudged(state_of(phase=4.6), 0.030, 0.055)
     assert float(still.phase) == pytest.approx(4.6 - NUDGE)  # inwards: 3 pi / 2 is the end
@@ -212,7 +220,7 @@ def test_a_small_robot_left_near_the_top_is_called_sensitive():
             start = BipedState(phase=[top + 2e-3, 2.0][which], crank_rate=[0.0, 6.0][which])
             pair = start, nudged(start, params.crank, own_time(params))
             walks = [simulate(model, scene, at, 0.0, 0.7, 0.01).states for at in pair]
-            assert 0.2 * grown < np.max(apart(*walks, params.crank)) < 1.2 * grown
+            assert 0.2 * grown < np.max(separation(*walks, params.crank)) < 1.2 * grown
     assert found.angle_error[0] > 10 * found.angle_error[1]
     assert not jax.config.read("jax_enable_x64")
     assert np.all(found.reference_angle_error < 1e-4)  # in float64, whatever the setting's type

@@ -6,23 +6,30 @@ can tell: `check_walk` runs it.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.simulation import require_exchange, require_rest_on_grip, simulate
+from stickslip.dynamics.biped.recommendation import setting_of
+from stickslip.dynamics.biped.setting import Setting, own_time, precision
+from stickslip.dynamics.biped.simulation import (
+    require_exchange,
+    require_rest_on_grip,
+    require_scalars,
+    simulate,
+)
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.stepping.integrators import EventExact, Integrator
 from stickslip.dynamics.biped.tables import Table
-from stickslip.dynamics.biped.trade.check_batch import WalkBatch, gathered, precision, timed
-from stickslip.dynamics.biped.trade.sensitivity import amplification
-from stickslip.dynamics.biped.trade.setting import Setting, own_time
-from stickslip.dynamics.biped.trade.settings import setting_of
 from stickslip.dynamics.checks import require_integer, require_kind, require_number
 from stickslip.dynamics.scene import Scene, Smoothed, scene_of
 from stickslip.dynamics.status import EventKind, Status
@@ -34,7 +41,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.dynamics.biped.model import BipedModel, Fidelity
-    from stickslip.dynamics.numeric import Number, Numbers
+    from stickslip.dynamics.numeric import Number, Numbers, Numeric
 
 SENSITIVE = 1e3
 """Amplification above which a walk is called sensitive."""
@@ -48,7 +55,7 @@ FINE = Table(64, 9)
 
 @dataclass(frozen=True)
 class WalkCheck:
-    """A walk, or a batch [*batch], at a setting and event-exact; NumPy arrays of one shape.
+    """A walk at a setting and event-exact; NumPy numbers.
 
     angle_error [rad], slide_error [m]: the largest difference at the ends of the torques' periods,
     as long as the reference stays inside the model; infinite where the setting's walk ends earlier.
@@ -66,24 +73,24 @@ class WalkCheck:
 
     setting: Setting
     duration: float
-    angle_error: Float[np.ndarray, "*batch"]
-    slide_error: Float[np.ndarray, "*batch"]
-    status: Int[np.ndarray, "*batch"]
-    reference_status: Int[np.ndarray, "*batch"]
-    first_difference: Float[np.ndarray, "*batch"]
-    sensitivity: Float[np.ndarray, "*batch"]
-    reference_angle_error: Float[np.ndarray, "*batch"]
-    reference_slide_error: Float[np.ndarray, "*batch"]
+    angle_error: Float[np.ndarray, ""]
+    slide_error: Float[np.ndarray, ""]
+    status: Int[np.ndarray, ""]
+    reference_status: Int[np.ndarray, ""]
+    first_difference: Float[np.ndarray, ""]
+    sensitivity: Float[np.ndarray, ""]
+    reference_angle_error: Float[np.ndarray, ""]
+    reference_slide_error: Float[np.ndarray, ""]
     cost: float
     compile_seconds: float
 
     @property
-    def sensitive(self) -> Bool[np.ndarray, "*batch"]:
+    def sensitive(self) -> Bool[np.ndarray, ""]:
         """True if the walk amplifies a difference of the start by more than SENSITIVE."""
         return ~(self.sensitivity <= SENSITIVE)
 
     @property
-    def reference_suffices(self) -> Bool[np.ndarray, "*batch"]:
+    def reference_suffices(self) -> Bool[np.ndarray, ""]:
         """True if the reference is known ten times better than the errors that it shows.
 
         Where it is not, the errors are no more than that: at most of the size of the reference's.
@@ -127,17 +134,15 @@ def check_walk(
 ) -> WalkCheck:
     """Walk at a setting and event-exact at 1e-11 in float64: error, sensitivity and cost.
 
-    params, scene, state, torque, duration [s]: as in `simulate`. A batch: numbers of params, scene
-    and state with one leading axis, torque [batch, n]; what has none is shared. torque: a number,
-    [n] or a function of the state; setting: a name or a Setting. period: how long a torque is held
-    [s]; by default duration / n where torques are given one by one, else setting.dt. Steps are
-    setting.dt or shorter, a whole number in a period. fidelity: the reference's; "reduced" is exact
-    and several times slower. repeats: timed runs; their median counts.
+    params, scene, state, torque, duration [s]: as in `simulate`. torque: a number, [n] or a
+    function of the state; setting: a name or a Setting. period: how long a torque is held [s]; by
+    default duration / n where torques are given one by one, else setting.dt. Steps are setting.dt
+    or shorter, a whole number in a period. fidelity: the reference's; "reduced" is exact and
+    several times slower. repeats: timed runs; their median counts.
 
     JAX's precision switch stays as it is. What is compiled (three programs) is kept for walks of
-    the same kind: same setting, function, period, duration and shapes. For the sensitivity members
-    are walked one after the other, which takes the longest. Raises ValueError as `simulate` does,
-    for a prepared model, and for batches that do not match.
+    the same kind: same setting, function, period, duration and shapes. Raises ValueError as
+    `simulate` does, and for a prepared model.
     """
     setting = setting_of(setting)
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
@@ -153,31 +158,64 @@ def check_walk(
     if not callable(torque):
         accepted = "finite numbers [N m], or a function of the state"
         require_number("torque", torque, accepted=accepted)
-    policy = torque if callable(torque) else None
-    batch = gathered(params, scene, state, None if callable(torque) else torque)
-    count = _periods(batch, duration, setting.dt if period is None else period, period is None)
+    require_scalars(params, **vars(state))
+    policy, values = (torque, None) if callable(torque) else (None, torque)
+    count = _periods(values, duration, period, setting.dt)
     rough = replace(setting.integrator_over(duration / count), record_events=True)
     options = Options(policy, float(duration), count, rough)
-    own = timed(batch.prepared(setting.fidelity, setting.dtype), _walk, options, repeats)
-    exact = batch.prepared(fidelity, "float64")
-    truth = exact.run(_walk, options._replace(integrator=TIGHT))
-    check, growth = exact.run(_grown, options._replace(integrator=LOOSE), serial=True)
+    walk = params, scene, state, values
+    own = _timed(options, setting.dtype, _prepared(setting.fidelity, setting.dtype, *walk), repeats)
+    exact = _prepared(fidelity, "float64", *walk)
+    with precision("float64"):
+        truth = _run(options._replace(integrator=TIGHT), *exact)
+        check, growth = _grown(options._replace(integrator=LOOSE), *exact)
     return _compared(setting, float(duration), own, truth, check, growth)
 
 
-def _periods(batch: WalkBatch, duration: float, period: float, free: bool) -> int:
+def _periods(torque: Any, duration: float, period: float | None, dt: float) -> int:
     """Number of torques of the walk."""
-    if free and batch.torques is not None:
-        return batch.torques
+    given = np.shape(torque)[0] if np.ndim(torque) == 1 else None
+    if period is None and given is not None:
+        return given
+    period = dt if period is None else period
     accepted = "a finite time > 0 [s]"
     require_number("period", period, low=0.0, strict=True, accepted=accepted)
     count = max(1, int(np.ceil(float(duration) / float(period) * (1 - 1e-9))))
-    if batch.torques not in (None, count):
+    if np.ndim(torque) > 1 or given not in (None, count):
         raise ValueError(
-            f"torque has {batch.torques} values; accepted: a number, a function of the state or "
+            f"torque has shape {np.shape(torque)}; accepted: a number, a function of the state or "
             f"one for each of the {count} periods of {period:g} s"
         )
     return count
+
+
+def _prepared(fidelity: Fidelity, dtype: str, params: BipedParams, scene: Scene, state, torque):
+    """Model, scene, state and torques in this precision."""
+    with precision(dtype):
+        given = params, scene, state, torque
+        params, scene, numbers, values = jax.tree.map(
+            lambda leaf: jnp.asarray(np.asarray(leaf), dtype), given
+        )
+        state = replace(numbers, steps=jnp.asarray(state.steps, jnp.int32))
+        model = _model(fidelity, params, scene.payload)
+        return model, replace(scene, payload=None), state, values
+
+
+@partial(jax.jit, static_argnums=0)
+def _model(fidelity: Fidelity, params: BipedParams, payload: Any) -> BipedModel:
+    return prepare(params, fidelity=fidelity, payload=payload)
+
+
+def _timed(options: Options, dtype: str, walk: tuple[Any, ...], repeats: int):
+    """The walk; median seconds of a warm run; how much longer the first took."""
+    taken = []
+    with precision(dtype):
+        for _ in range(repeats + 1):
+            begun = time.perf_counter()
+            found = jax.block_until_ready(_run(options, *walk))
+            taken.append(time.perf_counter() - begun)
+    warm = float(np.median(taken[1:]))
+    return found, warm, max(0.0, taken[0] - warm)
 
 
 def _walk(
@@ -187,7 +225,6 @@ def _walk(
     state: BipedState,
     values,
 ) -> Path:
-    """The walk of one member."""
     policy, duration, count, integrator = options
     walk = simulate(
         model,
@@ -209,6 +246,10 @@ def _walk(
     return Path(angle, slide, status, events.times, kinds)
 
 
+_run = jax.jit(_walk, static_argnums=0)
+
+
+@partial(jax.jit, static_argnums=0)
 def _grown(
     options: Options,
     model: BipedModel,
@@ -216,7 +257,7 @@ def _grown(
     state: BipedState,
     values,
 ) -> tuple[Path, Float[Array, " n"]]:
-    """The walk of one member, and its sensitivity at every sample."""
+    """The walk, and its sensitivity at every sample."""
 
     def walk(state: BipedState) -> Path:
         return _walk(options, model, scene, state, values)
@@ -231,7 +272,7 @@ def _compared(
     ran: tuple[Path, float, float],
     truth: Path,
     check: Path,
-    growth: Float[Array, "*batch n"],
+    growth: Float[Array, " n"],
 ) -> WalkCheck:
     own, cost, compiled = ran
     own, truth, check = jax.tree.map(np.asarray, (own, truth, check))
@@ -246,7 +287,7 @@ def _compared(
         slide_error=slide,
         status=own.status[..., -1],
         reference_status=truth.status[..., -1],
-        first_difference=_first_difference(own, truth),
+        first_difference=np.float64(_parting(_listed(own), _listed(truth))),
         sensitivity=np.where(check.status[..., -1] == Status.NOT_CONVERGED, np.nan, most),
         reference_angle_error=reference_angle,
         reference_slide_error=reference_slide,
@@ -270,26 +311,103 @@ def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
     return largest(own.angle, truth.angle), largest(own.slide, truth.slide)
 
 
-def _first_difference(own: Path, truth: Path) -> np.ndarray:
-    """Time of the first event that the other walk has not, member by member [s]."""
-    shape = np.shape(truth.kinds)[:-2]
-    rows = [
-        [np.reshape(np.asarray(leaf), (-1, np.prod(leaf.shape[-2:]))) for leaf in pair]
-        for pair in ((own.times, own.kinds), (truth.times, truth.kinds))
-    ]
-    found = []
-    for member in range(len(rows[0][0])):
-        events = [_listed(times[member], kinds[member]) for times, kinds in rows]
-        found.append(_parting(*events))
-    return np.reshape(np.asarray(found), shape)
-
-
-def _listed(times: np.ndarray, kinds: np.ndarray) -> list[tuple[float, int]]:
-    used = kinds != EventKind.NONE
-    return list(zip(times[used].tolist(), kinds[used].tolist(), strict=True))
+def _listed(path: Path) -> list[tuple[float, int]]:
+    """Times and kinds of the events."""
+    used = path.kinds != EventKind.NONE
+    return list(zip(path.times[used].tolist(), path.kinds[used].tolist(), strict=True))
 
 
 def _parting(own: list[tuple[float, int]], truth: list[tuple[float, int]]) -> float:
     """Time of the first event of another kind, or that only one walk has [s]."""
     pairs = zip_longest(own, truth, fillvalue=(np.inf, None))
     return next((min(a, b) for (a, kind), (b, other) in pairs if kind != other), np.inf)
+
+
+NUDGE = 1e-4
+"""Distance between the starts of two compared walks [-], in own units."""
+
+
+class Sampled(Protocol):
+    """A walk at n instants."""
+
+    @property
+    def angle(self) -> Float[Array, " n"]:
+        """Crank angle [rad]."""
+        ...
+
+    @property
+    def slide(self) -> Float[Array, " n"]:
+        """Slide of the foot [m]."""
+        ...
+
+
+S = TypeVar("S", bound=Sampled)
+
+
+def amplification(
+    walk: Callable[[BipedState], S],
+    state: BipedState,
+    length: Numeric,
+    time: Numeric,
+    slips_freely: bool = False,
+) -> tuple[S, Float[Array, " n"]]:
+    """Result of `walk` from `state`, and the sensitivity at each of its samples [n].
+
+    length, time: the robot's own, crank [m] and sqrt(crank / gravity) [s]. The sensitivity is the
+    largest singular value of the derivative of (crank angle, slide / length) by the initial (phase,
+    crank rate times time, slide / length, foot velocity times time / length): how many times the
+    worst small difference at the start has grown. Forward mode, through every switch. A foot at
+    rest on dry friction stays at rest however little it is pushed, so there the velocity's column
+    is left out (slips_freely: it is not).
+    """
+    velocity = jnp.asarray(state.foot_velocity)
+    pushed = slips_freely | (velocity != 0)
+
+    def shifted(by: Float[Array, " 4"]):
+        start = replace(
+            state,
+            phase=state.phase + by[0],
+            crank_rate=state.crank_rate + by[1] / time,
+            foot_position=state.foot_position + by[2] * length,
+            foot_velocity=jnp.where(pushed, velocity + by[3] * length / time, velocity),
+        )
+        path = walk(start)
+        return (path.angle, path.slide / length), path
+
+    nowhere = jnp.zeros(4, velocity.dtype)
+
+    def along(direction: Float[Array, " 4"]):
+        _, tangents, path = jax.jvp(shifted, (nowhere,), (direction,), has_aux=True)
+        return tangents, path
+
+    directions = jnp.eye(4, dtype=nowhere.dtype)
+    (angle, slide), path = jax.vmap(along, out_axes=(0, None))(directions)
+    one, other, both = (
+        jnp.sum(x * y, axis=0) for x, y in ((angle, angle), (slide, slide), (angle, slide))
+    )
+    largest = (one + other) / 2 + jnp.hypot((one - other) / 2, both)  # of J J', two by two
+    return path, jnp.sqrt(largest)
+
+
+def nudged(state: BipedState, length: Numeric, time: Numeric) -> BipedState:
+    """The state with phase, crank rate and the speed of a sliding foot changed by NUDGE each, in
+    the robot's own units: length [m], time [s]."""
+    velocity = jnp.asarray(state.foot_velocity)
+    inwards = jnp.where(jnp.asarray(state.phase) > (SUPPORT_START + SUPPORT_END) / 2, -1, 1)
+    return replace(
+        state,
+        phase=state.phase + NUDGE * inwards,
+        crank_rate=state.crank_rate + NUDGE / time,
+        foot_velocity=jnp.where(velocity != 0, velocity + NUDGE * length / time, velocity),
+    )
+
+
+def separation(one: BipedState, other: BipedState, length: Numeric) -> Float[Array, "..."]:
+    """Distance of two states in crank angle and slide / length, as a multiple of NUDGE [-].
+
+    The largest along two walks, one of which begins `nudged`, is about their amplification: a
+    finite difference of one direction, where `amplification` takes derivatives in all of them.
+    """
+    turned = jnp.asarray(one.phase) - other.phase
+    turned += np.pi * (jnp.asarray(one.steps) - other.steps).astype(turned.dtype)
+    return jnp.hypot(turned, (one.foot_position - other.foot_position) / length) / NUDGE

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.model import Fidelity, require_fidelity
@@ -57,3 +59,8 @@ def own_time(params: BipedParams) -> Float[Array, ""]:
     in proportion to weight times crank.
     """
     return jnp.sqrt(jnp.asarray(params.crank) / jnp.asarray(params.gravity))
+
+
+def precision(dtype: str):
+    """A context with float64 where it is asked for, else with the user's own switch as it is."""
+    return jax.enable_x64(True) if dtype == "float64" else nullcontext()

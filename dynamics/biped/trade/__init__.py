@@ -1,1 +1,0 @@
-"""Speed against accuracy of a walk: settings, what was measured of them, what is promised."""
