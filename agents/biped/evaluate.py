@@ -17,7 +17,7 @@ from stickslip.agents.evaluation.table import (
     ratio_interval,
 )
 from stickslip.dynamics.biped import own_time
-from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
+from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.state import drawn_robot
@@ -178,4 +178,4 @@ def amplifications(
     length = np.asarray(params.robot.params.crank)
     state, state_beside = (jax.tree.map(np.asarray, course.biped) for course in (one, other))
     inside = np.asarray(one.inside) & np.asarray(other.inside)
-    return np.max(np.where(inside, apart(state, state_beside, length), 0.0), axis=-1)
+    return np.max(np.where(inside, separation(state, state_beside, length), 0.0), axis=-1)

@@ -38,8 +38,8 @@ from stickslip.agents.training.jax_trainer import (
     no_moments,
 )
 from stickslip.agents.training.ppo import advantages
-from stickslip.dynamics.fused import fused
-from stickslip.dynamics.lanes import where_needed
+from stickslip.dynamics.kernels.fused import fused
+from stickslip.dynamics.kernels.lanes import where_needed
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Collected, Progress
 
