@@ -27,7 +27,7 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.trade.sensitivity import apart, nudged
+from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.simulate import biped, flags, output, walk, walk_table
 from stickslip.simulate.torque import Expression
 
@@ -81,7 +81,7 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     assert f"{path.status}" == str(path.status) in Status.__members__
     beside = nudged(start, 0.03, float(own_time(BipedParams.from_bars())))
     beside = simulate(robot, scene, beside, law, 15 * period, period, integrator=once)
-    assert summary["amplification"] >= 0.9 * np.max(apart(path.states, beside.states, 0.03))
+    assert summary["amplification"] >= 0.9 * np.max(separation(path.states, beside.states, 0.03))
     assert summary["status"] == Status(int(max(path.status, more.status))).name
     events = [*path.events(), *more.events()]
     assert summary["slips"] == sum(kind == "slip" for _, kind, _ in events)
