@@ -10,7 +10,6 @@ import json
 import os
 import shutil
 import tempfile
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -39,7 +38,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from stickslip import compiling
+from stickslip import programs
 from tests.extras import (  # noqa: F401  (pytest finds its hooks here)
     pytest_pycollect_makemodule,
     pytest_runtest_call,
@@ -76,22 +75,8 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("stickslip")
 
 
-def _share_whole_programs() -> None:
-    """Let compiled programs appear in the shared folder whole: the processes do without a lock."""
-    from jax._src import compilation_cache, lru_cache
-
-    class WholeWrites(lru_cache.LRUCache):
-        def put(self, key: str, value: bytes) -> None:
-            path = self.path / f"{key}{lru_cache._CACHE_SUFFIX}"
-            if not path.exists():
-                part = path.with_name(f".{path.name}-{os.getpid()}-{threading.get_ident()}.part")
-                part.write_bytes(value)
-                part.replace(path)
-
-    compilation_cache.LRUCache = WholeWrites  # type: ignore[misc]
-
-
-_share_whole_programs()
+# Compiled programs appear in the shared folder whole: the processes do without a lock.
+jax._src.compilation_cache.LRUCache = programs.checked_files()  # type: ignore[misc]
 # jax has read it: from here on it is for the processes that tests start, which may read the folder
 # and do not write there.
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "1e9"
@@ -128,7 +113,7 @@ def _x64_is_the_callers_switch() -> Iterator[None]:
 @pytest.fixture(scope="session", autouse=True)
 def _compiling_goes_unsaid() -> None:
     """Have commands say that they compile only where a test asks, not because a day is slow."""
-    compiling.PATIENCE = 600.0
+    programs.PATIENCE = 600.0
 
 
 MOST_MEMORY = 1 / 4
