@@ -1,22 +1,65 @@
-"""Frozen dataclasses as pytrees whose structure names their class.
+"""Frozen dataclasses as pytrees: registration, parts that follow from other fields, a short repr.
 
-JAX has `jax.tree_util.register_dataclass` for that. Its structures compare equal (JAX 0.10) where
-two classes have as many fields and the same static ones: those of a bump and a step, say. A
-compiled program is looked up by its arguments' structure, first by hash and then by that
-comparison, so that once in some hundred processes, where two hashes happen to fall together, a step
-would be driven over by the program of a bump, without a word. Nodes registered with functions of
-their own compare their class.
+JAX has `jax.tree_util.register_dataclass`. Its structures compare equal (JAX 0.10) where two
+classes have as many fields and the same static ones: those of a bump and a step, say. A compiled
+program is looked up by its arguments' structure, first by hash and then by that comparison, so that
+once in some hundred processes, where two hashes happen to fall together, a step would be driven
+over by the program of a bump, without a word. Nodes registered with functions of their own compare
+their class.
+
+A derived part is a field with init=False, which the constructor does not take: `__post_init__`
+computes it, so that `dataclasses.replace` computes it anew from whatever was replaced, and refuses
+a derived part by name. JAX rebuilds trees without the constructor: what it puts together was
+together before.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields, is_dataclass
-from typing import TypeVar
+from dataclasses import MISSING, fields, is_dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
+import numpy as np
+from jax.core import Tracer
 
-from stickslip.dynamics.derived import settle
+from stickslip.dynamics.plain_checks import shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+
+Tree = TypeVar("Tree")
+
+
+def settle(tree: Any, **values: Any) -> None:
+    """Set fields of an instance that is being made."""
+    for name, value in values.items():
+        object.__setattr__(tree, name, value)
+
+
+def rebuilt(tree: Tree, **values: Any) -> Tree:
+    """A copy with fields changed, derived ones among them, and nothing computed.
+
+    For those who compute the derived parts themselves, inside the module that defines them.
+    """
+    copy = object.__new__(type(tree))
+    settle(copy, **{**{one.name: getattr(tree, one.name) for one in fields(tree)}, **values})  # type: ignore[arg-type]
+    return copy
+
+
+def holds_numbers(*trees: Any) -> bool:
+    """True if every leaf is a number, traced or not, and one is no Python int.
+
+    False for trees of what else JAX functions take, such as axes to map over, which are whole
+    numbers: nothing can be derived from those.
+    """
+    leaves = jax.tree.leaves(trees)
+    numbers = jax.Array | np.ndarray | np.number | float
+    return any(isinstance(leaf, numbers) for leaf in leaves) and all(
+        isinstance(leaf, numbers | int) for leaf in leaves
+    )
+
 
 Class = TypeVar("Class", bound=type)
 
@@ -25,9 +68,7 @@ def register_pytree(cls: Class) -> Class:
     """Register a dataclass as a pytree, in place of `jax.tree_util.register_dataclass`.
 
     Fields with metadata {"static": True} are part of the structure and hashable, all others are
-    children. Structures of two classes differ, whatever their fields. JAX rebuilds trees without
-    the constructor and without `__post_init__`: what it puts together was checked and derived
-    before. TypeError for what is no dataclass.
+    children. TypeError for what is no dataclass.
     """
     given: object = cls
     if not (isinstance(given, type) and is_dataclass(given)):
@@ -53,3 +94,79 @@ def register_pytree(cls: Class) -> Class:
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
     return cls
+
+
+FEW = 6
+"""Most numbers, or entries, that are shown one by one."""
+LONGEST = 24
+"""Characters of what is no number."""
+
+
+def short_repr(self: Any) -> str:
+    """`__repr__` of a dataclass: its `in_short()`, or the entries that differ from their defaults.
+
+    Never raises: for batches, traced and deleted numbers and axes to map over, too.
+    """
+    name = type(self).__name__
+    try:
+        return self.in_short() if hasattr(self, "in_short") else f"{name}({joined(self)})"
+    except Exception:  # noqa: BLE001, a repr is read in a debugger, of whatever is half made
+        return f"{name}(...)"
+
+
+def joined(tree: Any, *first: str, usual: Mapping[str, Any] | None = None) -> str:
+    """The text `first` with the entries that differ from the defaults, or a few of them."""
+    words = list(differing(tree, usual))
+    if len(words) > FEW:
+        words = [*words[: FEW // 2], f"{len(words) - FEW // 2} more"]
+    return ", ".join([*first, *words])
+
+
+def differing(tree: Any, usual: Mapping[str, Any] | None = None) -> Iterator[str]:
+    """ "name=value" of the entries that differ from `usual`, or from the fields' defaults."""
+    if usual is None:
+        usual = {one.name: one.default for one in fields(tree) if one.repr}
+    for name, default in usual.items():
+        value = getattr(tree, name)
+        if default is MISSING or not _same(value, default):
+            yield f"{name}={brief(value)}"
+
+
+def brief(value: Any) -> str:
+    """A number to four digits, a few of them in brackets, of many their type, shape and range."""
+    if isinstance(value, Tracer):
+        return f"traced{list(value.shape) or ''}"
+    if isinstance(value, tuple | list) and len(value) <= FEW:
+        return f"({', '.join(map(brief, value))})"
+    if isinstance(value, bool | str | None) or not _is_number(value):
+        own = is_dataclass(value) and type(value).__repr__ is short_repr
+        text = repr(value) if own else shown(value)
+        return text if own or len(text) <= LONGEST else f"{text[:LONGEST]}..."
+    try:
+        array = np.asarray(value)
+    except Exception:  # noqa: BLE001, such as a buffer that was given away
+        return f"{type(value).__name__} that cannot be read"
+    if array.ndim == 0:
+        return f"{array.item():.4g}"
+    if array.ndim == 1 and array.size <= FEW:
+        return f"[{', '.join(f'{one:.4g}' for one in array.tolist())}]"
+    ends = f" from {array.min():.4g} to {array.max():.4g}" if array.size else ""
+    return f"{array.dtype}{list(array.shape)}{ends}"
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number | np.ndarray | jax.Array) and not (
+        isinstance(value, np.ndarray) and value.dtype.kind not in "fiu"
+    )
+
+
+def _same(value: Any, default: Any) -> bool:
+    """True if a value is known to be the default, or a batch of it, to single precision."""
+    if not (_is_number(value) or isinstance(value, tuple)) or default is None:
+        return value is default or (isinstance(value, str) and value == default)
+    leaves = jax.tree.leaves(value)
+    if any(isinstance(leaf, Tracer) for leaf in leaves):
+        return False
+    value, default = np.asarray(value), np.asarray(default)
+    alike = value.shape[value.ndim - default.ndim :] == default.shape
+    return alike and np.allclose(value, default, rtol=1e-6, atol=0)

@@ -12,7 +12,6 @@ from typing import Any, TypedDict, Unpack, get_args
 
 import numpy as np
 
-from stickslip.dynamics.brief import differing, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -24,7 +23,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast, require_numeric
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import differing, joined, register_pytree, short_repr
 
 STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state", "joints")

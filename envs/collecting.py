@@ -19,8 +19,8 @@ from stickslip.dynamics.checks import (
     require_known,
     require_memory,
 )
+from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.fused import fused_scan
-from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from stickslip.dynamics.biped.joints.inertia import JointInertia
 from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import Number, all_finite, float_type
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.scene import OUTPUTS, Scene, Uniform
 from stickslip.dynamics.status import Status
 

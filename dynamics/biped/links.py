@@ -15,8 +15,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
+from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.numeric import same_rank
-from stickslip.dynamics.once import run_once
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real

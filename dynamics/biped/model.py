@@ -30,16 +30,17 @@ from stickslip.dynamics.biped.tables import (
     fit_series,
     fit_table,
 )
-from stickslip.dynamics.brief import brief, short_repr
 from stickslip.dynamics.checks import as_number, nearest, require_kind, shown
-from stickslip.dynamics.derived import (
+from stickslip.dynamics.compilation import run_once
+from stickslip.dynamics.numeric import Numeric, float_type, require_numeric, require_one
+from stickslip.dynamics.pytrees import (
+    brief,
     holds_numbers,
     rebuilt,
+    register_pytree,
     settle,
+    short_repr,
 )
-from stickslip.dynamics.numeric import Numeric, float_type, require_numeric, require_one
-from stickslip.dynamics.once import run_once
-from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:

@@ -10,7 +10,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -27,7 +26,7 @@ from stickslip.dynamics.numeric import (
     require_broadcast,
     require_numeric,
 )
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import brief, joined, register_pytree, short_repr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

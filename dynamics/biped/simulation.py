@@ -34,21 +34,20 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.compilation import moves_numbers, run_once
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.numeric import (
     Number,
     Numbers,
     all_finite,
     as_float,
+    clock,
     float_type,
     require_numeric,
     require_one,
 )
-from stickslip.dynamics.once import run_once
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
-from stickslip.dynamics.sums import clock
-from stickslip.dynamics.transfers import moves_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable

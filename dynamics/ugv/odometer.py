@@ -13,7 +13,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_integer,
@@ -21,10 +20,9 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.derived import holds_numbers, settle
+from stickslip.dynamics.compilation import as_one_program, run_once
 from stickslip.dynamics.numeric import Numeric, float_type, same_rank
-from stickslip.dynamics.once import as_one_program, run_once
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import holds_numbers, register_pytree, settle, short_repr
 from stickslip.dynamics.ugv.ground.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.ground.shapes import as_floats
 from stickslip.dynamics.ugv.ground.spline import Spline

@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -17,9 +16,8 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.derived import settle
 from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import brief, joined, register_pytree, settle, short_repr
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -11,7 +11,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import brief, differing, short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
@@ -21,9 +20,9 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.compilation import as_one_program
 from stickslip.dynamics.numeric import Number, Numbers, Numeric
-from stickslip.dynamics.once import as_one_program
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import brief, differing, register_pytree, short_repr
 from stickslip.dynamics.ugv.ground.near import Near, seen_from
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_shape
 from stickslip.dynamics.ugv.ground.shapes import (

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
+from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.adapters.packing import Codec, Shared, as_words, chosen, row_of, split
 from stickslip.envs.adapters.results import Columns, Results
 from stickslip.envs.adapters.separate import SeparateEpisodes, kind_of, signature_of, unpack

@@ -11,8 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.kernels.fused import fused
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs.adapters.packing import Codec, Shared, Tree, row_of, split
 from stickslip.envs.functional import Params, bare_step
 

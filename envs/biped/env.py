@@ -21,10 +21,10 @@ from stickslip.dynamics.biped.setting import Setting
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.biped.stepping.integrators import Integrator
 from stickslip.dynamics.checks import require_kind, require_known
+from stickslip.dynamics.compilation import moves_numbers
+from stickslip.dynamics.numeric import compensated
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.sums import compensated
-from stickslip.dynamics.transfers import moves_numbers
 from stickslip.envs.biped.options import OPTIONS, episode_params, from_plain, read_by_steps
 from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
 from stickslip.envs.biped.picture import biped_frame

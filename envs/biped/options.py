@@ -9,8 +9,8 @@ import jax
 
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_choice, require_known
-from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.scene import PAYLOAD, Scene, scene_of
 from stickslip.envs.biped.params import Randomisation
 

@@ -17,7 +17,6 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.model import Fidelity
 from stickslip.dynamics.biped.simulation import require_exchange
-from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -25,14 +24,20 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.derived import holds_numbers, settle
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
     require_broadcast,
     require_numeric,
 )
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import (
+    brief,
+    holds_numbers,
+    joined,
+    register_pytree,
+    settle,
+    short_repr,
+)
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.envs.functional import defaults_of
 from stickslip.envs.params import Range, require_range

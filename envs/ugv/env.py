@@ -15,9 +15,9 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_known,
 )
+from stickslip.dynamics.compilation import moves_numbers
+from stickslip.dynamics.numeric import compensated
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.sums import compensated
-from stickslip.dynamics.transfers import moves_numbers
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of

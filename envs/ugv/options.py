@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import jax
 
 from stickslip.dynamics.checks import require_known
-from stickslip.dynamics.derived import rebuilt
 from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.ugv import Track
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation, ground_of
 from stickslip.optim.posture.waypoints import waypoints_along

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import brief, joined, short_repr
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
@@ -16,7 +15,6 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.derived import holds_numbers, settle
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
@@ -24,7 +22,14 @@ from stickslip.dynamics.numeric import (
     require_numeric,
     require_one,
 )
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import (
+    brief,
+    holds_numbers,
+    joined,
+    register_pytree,
+    settle,
+    short_repr,
+)
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.envs.functional import defaults_of

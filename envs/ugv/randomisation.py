@@ -9,7 +9,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
@@ -18,7 +17,7 @@ from stickslip.dynamics.checks import (
     require_memory,
     shown,
 )
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import register_pytree, short_repr
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump

@@ -10,8 +10,8 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_memory, require_number, shown
+from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.numeric import Numeric, read_only
-from stickslip.dynamics.once import run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.options import as_floats, require_scalar

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.dynamics.checks import nearest, require_integer, require_kind, shown
-from stickslip.dynamics.derived import settle
 from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import settle
 
 MOST_STEPS = 10**6
 """Inside one call; more is more than a call's time has places for in double precision."""

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.brief import short_repr
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 from stickslip.dynamics.numeric import Number, Numbers
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import register_pytree, short_repr
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status, Uniform
 from stickslip.dynamics.biped import BipedState, step
-from stickslip.dynamics.derived import rebuilt
+from stickslip.dynamics.pytrees import rebuilt
 from tests.dynamics.biped.helpers import default_model
 
 MEMBERS = 400

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, Table
-from stickslip.dynamics.derived import rebuilt
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv
 from tests.envs.helpers import task
 

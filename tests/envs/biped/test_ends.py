@@ -12,7 +12,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Setting, Status
 from stickslip.dynamics.biped import BipedParams, EventExact
-from stickslip.dynamics.derived import rebuilt
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs import BipedEnv
 from stickslip.envs.functional import pure_step
 from tests.envs.helpers import STEPS, actions, constant, rollout, task

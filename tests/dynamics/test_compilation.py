@@ -1,12 +1,13 @@
 """Programs that run once: the same numbers in fewer passes of the compiler, wherever they stand."""
 
+from functools import partial
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import once
-from stickslip.dynamics.once import run_once
+from stickslip.dynamics.compilation import run_once
 
 
 def wave(order, x):
@@ -35,24 +36,28 @@ def test_numbers_at_hand_do_inside_of_a_trace():
         assert float(quick(2, x)) == pytest.approx(float(wave(2, x)), rel=1e-6)
 
 
-def test_options_that_the_compiler_does_not_know_are_left_out(monkeypatch):
-    level = {"xla_backend_optimization_level": 0}
-    monkeypatch.setattr(once, "_unknown", set())
-    monkeypatch.setattr(once, "IN_A_HURRY", {"xla_cpu_no_such_thing": True} | level)
-    assert float(run_once(wave, fixed=1)(2, 0.3)) == pytest.approx(float(wave(2, 0.3)), rel=1e-6)
-    assert once.known(once.IN_A_HURRY) == level
-    monkeypatch.setattr(once, "IN_A_HURRY", {"xla_cpu_nor_this": 1})
-    assert float(run_once(wave, fixed=1)(2, 0.3)) == pytest.approx(float(wave(2, 0.3)), rel=1e-6)
-    assert once.known(once.IN_A_HURRY) == {}
+def options_asked(monkeypatch, call):
+    """Options with which programs are compiled during a call."""
+    from jax._src import compiler
+
+    asked, plain = [], compiler.get_compile_options
+
+    def listening(*args, env_options_overrides=None, **kwargs):
+        asked.append(env_options_overrides or {})
+        return plain(*args, env_options_overrides=env_options_overrides, **kwargs)
+
+    monkeypatch.setattr(compiler, "get_compile_options", listening)
+    call()
+    return [dict(options) for options in asked]
 
 
-def test_what_fails_while_it_runs_is_not_tried_again():
-    calls = []
-
-    def fails(x):
-        calls.append(x)
-        raise jax.errors.JaxRuntimeError("out of everything")
-
-    with pytest.raises(jax.errors.JaxRuntimeError, match="out of everything"):
-        run_once(fails)(1.0)
-    assert len(calls) == 1
+def test_a_robot_is_prepared_in_a_hurry_outside_of_a_trace_alone(monkeypatch):
+    robot = BipedParams.from_bars()
+    prepared = partial(prepare, fidelity=Table(5, 3))  # that nothing else compiles
+    asked = options_asked(monkeypatch, lambda: prepared(robot))
+    assert IN_A_HURRY in asked
+    traced = jax.jit(prepared)
+    assert IN_A_HURRY not in options_asked(monkeypatch, lambda: traced(robot))
+    both = jax.tree.leaves(prepared(robot)), jax.tree.leaves(traced(robot))
+    for one, other in zip(*both, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-4, atol=1e-6)

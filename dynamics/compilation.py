@@ -1,4 +1,4 @@
-"""Programs that run once: compiled in a hurry, since compiling them takes all of the time.
+"""Programs that run once, compiled in a hurry, and numbers of the host under the transfer guard.
 
 What prepares a robot or a track is computed when the user makes one and never again. With XLA's
 costly passes such a program takes seconds to compile and runs for a millisecond; without them it
@@ -8,61 +8,67 @@ function gives inside the user's own jit by roundings, as those of any two progr
 
 from __future__ import annotations
 
-import re
-from functools import cache, wraps
-from typing import TYPE_CHECKING, TypeVar
+from functools import wraps
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
-from stickslip.dynamics.transfers import moves_numbers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-IN_A_HURRY = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 0}
-"""Options of XLA's CPU compiler: each kernel by the plain emitter, and LLVM as it comes. JAX 0.11
-has no plain emitter any more: preparing a robot then takes 2.5 s of compiling rather than 1, and 4
-without the other option."""
-UNKNOWN = re.compile(r"[Nn]o such compile option: '(\w+)'")
-"""XLA's message about an unknown option."""
-
-_unknown: set[str] = set()
-"""Options that XLA was found not to know."""
-
+Given = ParamSpec("Given")
 Result = TypeVar("Result")
+GUARDS = ("jax_transfer_guard_host_to_device", "jax_transfer_guard_device_to_host")
+FREE = (None, "allow")
+"""Settings with which the transfer guard does nothing."""
+
+
+def moves_numbers(function: Callable[Given, Result]) -> Callable[Given, Result]:
+    """`function`, of Python's numbers and NumPy's arrays, also where jax_transfer_guard forbids
+    that they are moved to the device and back.
+
+    For what prepares a robot or a track once, and for what is NumPy's by its interface. What runs
+    in a user's own loop of JAX stays under the guard. Without a guard nothing is set.
+    """
+
+    @wraps(function)
+    def call(*given: Given.args, **named: Given.kwargs) -> Result:
+        if all(getattr(jax.config, name) in FREE for name in GUARDS):
+            return function(*given, **named)
+        with jax.transfer_guard("allow"):
+            return function(*given, **named)
+
+    return call
+
+
+NO_PLAIN_EMITTER = (0, 11)
+"""First version of JAX whose XLA has one emitter: preparing a robot then takes 2.5 s, not 1 s."""
+IN_A_HURRY: dict[str, bool | int] = {"xla_backend_optimization_level": 0}
+"""Options of XLA's CPU compiler: LLVM as it comes, and each kernel by the plain emitter."""
+if jax.__version_info__[:2] < NO_PLAIN_EMITTER:
+    IN_A_HURRY["xla_cpu_use_fusion_emitters"] = False
 
 
 def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
     """`function` of pytrees of arrays, compiled in a hurry where nothing is traced.
 
     fixed: so many arguments come first that are hashable and no arrays. Positional arguments only.
-    Inside jit, vmap and grad, and on other platforms, it is `jax.jit(function)`; options that XLA
-    does not know are left out.
+    Inside jit, vmap and grad, and on other platforms, it is `jax.jit(function)`.
     """
     static = tuple(range(fixed))
     usual = jax.jit(function, static_argnums=static, inline=True)
-
-    @cache
-    def hurried(options: tuple[tuple[str, bool | int], ...]) -> Callable[..., Result]:
-        return jax.jit(function, static_argnums=static, compiler_options=dict(options))
+    hurried = jax.jit(function, static_argnums=static, compiler_options=IN_A_HURRY)
 
     @wraps(function)
     @moves_numbers
     def call(*arguments: object) -> Result:
         if jax.default_backend() != "cpu" or _in_a_trace(arguments):
             return usual(*arguments)
-        while options := known(IN_A_HURRY):
-            try:
-                return hurried(tuple(options.items()))(*arguments)
-            except jax.errors.JaxRuntimeError as error:
-                said = UNKNOWN.search(str(error))
-                if said is None or said[1] not in options:
-                    raise
-                _unknown.add(said[1])
-        return usual(*arguments)
+        return hurried(*arguments)
 
     return call
 
@@ -79,11 +85,6 @@ def as_one_program(function: Callable[..., Result]) -> Callable[..., Result]:
         return (whole if is_concrete(arguments) else function)(*arguments)
 
     return call
-
-
-def known(options: dict[str, bool | int]) -> dict[str, bool | int]:
-    """Without those that XLA was found not to know."""
-    return {name: value for name, value in options.items() if name not in _unknown}
 
 
 def _in_a_trace(arguments: object) -> bool:
