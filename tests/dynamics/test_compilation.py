@@ -7,7 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.compilation import run_once
+from stickslip.dynamics.biped import BipedParams, Table, prepare
+from stickslip.dynamics.compilation import IN_A_HURRY, run_once
 
 
 def wave(order, x):
