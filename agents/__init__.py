@@ -9,9 +9,8 @@ from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
     from stickslip.agents.biped.config import TrainConfig
-    from stickslip.agents.biped.control.computed_torque import ComputedTorque
-    from stickslip.agents.biped.control.optimal_gait import GaitTable, OptimalGait, gaits_of
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
+    from stickslip.agents.biped.prediction import ComputedTorque, GaitTable, OptimalGait, gaits_of
     from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
     from stickslip.agents.evaluation.rollout import Idle, Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
@@ -47,13 +46,12 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "biped.control.computed_torque": ("ComputedTorque",),
             "biped.config": ("TrainConfig",),
             "biped.controllers": (
                 "ConstantTorque",
                 "CrankSpeedPI",
             ),
-            "biped.control.optimal_gait": ("GaitTable", "OptimalGait", "gaits_of"),
+            "biped.prediction": ("ComputedTorque", "GaitTable", "OptimalGait", "gaits_of"),
             "evaluation.evaluate": ("evaluate", "evaluate_task"),
             "evaluation.rollout": (
                 "Idle",

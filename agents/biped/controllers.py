@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
+import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.control.action import action_of
-from stickslip.agents.biped.control.computed_torque import ComputedTorque
-from stickslip.agents.biped.control.optimal_gait import OptimalGait
-from stickslip.agents.biped.control.speed_pi import CrankSpeedPI
-from stickslip.agents.biped.control.stop_at_mark import StopAtMark
 from stickslip.agents.biped.machine import BIPED_BASELINES
+from stickslip.agents.biped.prediction import ComputedTorque, OptimalGait, action_of
 from stickslip.agents.protocol import Controller, Memoryless
-from stickslip.dynamics.checks import require_choice, require_known, require_number
+from stickslip.dynamics.biped.contact import sticking
+from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
 from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
-    from stickslip.envs.biped.env import BipedEnvState
     from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import BipedEnvState
 
 
 BipedController: TypeAlias = "Controller[Any, BipedEnvState, BipedEnvParams]"
@@ -58,32 +55,148 @@ class ConstantTorque(Memoryless):
         return memory, action_of(self.torque, env_params, env_state)
 
 
+class PIMemory(NamedTuple):
+    """Memory of the PI controller."""
+
+    reference: Float[Array, ""]
+    """The crank rate asked for now [rad/s]."""
+    integral: Float[Array, ""]
+    """Its integral part [N m]."""
+
+
+@register_pytree
+@dataclass(frozen=True)
+class CrankSpeedPI:
+    """Hold the crank at the commanded rate, as a servo drive would: constant crank speed.
+
+    torque = proportional x error + integral part + feed-forward, error = reference - crank rate.
+    The reference rises from the rate at the start to the commanded rate by `acceleration`, so that
+    the start does not topple the robot. The integral part grows by `integral` x error while the
+    torque is inside the motor's limit or the error leads back there (anti-windup). feed_forward
+    (0 to 1): share of the torque g Y + M' w^2 / 2 that a constant rate w takes with the foot at
+    rest (MODEL 1.4), from the true phase and masses; without it these gains let the rate swing
+    with gravity until the robot topples.
+
+    proportional [N m s/rad]: at 50 Hz it must stay below 2 M / (control period) for the least M,
+    about 2.9 for the default robot with the foot at rest and 0.8 with it sliding. integral
+    [N m/rad]. acceleration [rad/s^2].
+    """
+
+    proportional: ArrayLike = 0.6
+    integral: ArrayLike = 1.5
+    acceleration: ArrayLike = 4.0
+    feed_forward: ArrayLike = 1.0
+
+    def validate(self) -> CrankSpeedPI:
+        """Return self, or raise ValueError naming the field."""
+        for name in ("proportional", "integral", "feed_forward"):
+            require_number(name, getattr(self, name), low=0.0, accepted="finite, >= 0")
+        require_number(
+            "acceleration", self.acceleration, low=0.0, strict=True, accepted="finite, > 0"
+        )
+        return self
+
+    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
+        """The reference begins at the present rate."""
+        rate = env_state.biped.crank_rate
+        return PIMemory(rate, jnp.zeros_like(rate))
+
+    def act(
+        self,
+        memory: PIMemory,
+        obs: Float[Array, " obs"],
+        env_state: BipedEnvState,
+        env_params: BipedEnvParams,
+    ) -> tuple[PIMemory, Float[Array, " 1"]]:
+        """See Controller."""
+        rate, dtype = env_state.biped.crank_rate, env_state.biped.crank_rate.dtype
+        period = jnp.asarray(env_params.control_period, dtype)
+        limit = jnp.asarray(env_params.torque_limit, dtype)
+        stride = self.acceleration * period
+        change = jnp.clip(env_state.drawn.commanded_rate - memory.reference, -stride, stride)
+        reference = memory.reference + change
+        error = reference - rate
+        robot = drawn_robot(env_state.drawn, env_params)
+        inertia = robot.inertia.at(env_state.biped.phase)
+        falling = sticking(robot, inertia, reference, jnp.zeros((), dtype)).crank_acceleration
+        hold = -inertia.M * falling
+        torque = self.proportional * error + memory.integral + self.feed_forward * hold
+        winds_up = (jnp.abs(torque) > limit) & (torque * error > 0)
+        growth = jnp.where(winds_up, 0.0, self.integral * period * error)
+        after = PIMemory(reference, (memory.integral + growth).astype(dtype))
+        return after, action_of(torque, env_params, env_state)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class StopAtMark:
+    """Follow a gait until it is time to brake, then a crank-rate servo down to a stand at the mark.
+
+    Far off the gait is that of the mean crank rate `cruise` (OptimalGait). From where a constant
+    crank deceleration `braking` leads to the mark the servo (CrankSpeedPI) is asked for
+    sign(d) min(gain |d|, sqrt(2 braking |d| pi / step length)), d the way to the mark [m]. Without
+    a mark it follows the gait for the commanded rate.
+
+    cruise [rad/s]. braking [rad/s^2]. gain [rad/(s m)].
+    """
+
+    cruise: ArrayLike = 4.0
+    braking: ArrayLike = 4.0
+    gain: ArrayLike = 40.0
+    gait: OptimalGait = field(default_factory=OptimalGait)
+    servo: CrankSpeedPI = field(default_factory=lambda: CrankSpeedPI(acceleration=20.0))
+
+    def validate(self) -> StopAtMark:
+        """Return self, or raise ValueError naming the field."""
+        for name in ("cruise", "braking", "gain"):
+            rule = {"low": 0.0, "strict": True, "accepted": "finite, > 0"}
+            require_number(name, getattr(self, name), **rule)
+        for name, kind in (("gait", OptimalGait), ("servo", CrankSpeedPI)):
+            require_kind(name, getattr(self, name), kind, f"a {kind.__name__}")
+            getattr(self, name).validate()
+        return self
+
+    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
+        """The servo's."""
+        return self.servo.init(env_params, env_state)
+
+    def act(
+        self,
+        memory: PIMemory,
+        obs: Float[Array, " obs"],
+        env_state: BipedEnvState,
+        env_params: BipedEnvParams,
+    ) -> tuple[PIMemory, Float[Array, " 1"]]:
+        """See Controller."""
+        to_go = env_state.to_go
+        if to_go is None:
+            return memory, self.gait.act(None, obs, env_state, env_params)[1]
+        dtype, distance = to_go.dtype, jnp.abs(to_go)
+        per_metre = np.pi / env_params.robot.step_length
+        braked = jnp.sqrt(2 * self.braking * distance * per_metre)
+        asked = (jnp.sign(to_go) * jnp.minimum(self.gain * distance, braked)).astype(dtype)
+        begun = PIMemory(env_state.biped.crank_rate, jnp.zeros((), dtype))
+        far = asked > jnp.asarray(self.cruise, dtype)
+        walking = _asked(env_state, jnp.full_like(asked, self.cruise))
+        _, steps = self.gait.act(None, obs, walking, env_params)
+        after, stops = self.servo.act(memory, obs, _asked(env_state, asked), env_params)
+        after = PIMemory(*(jnp.where(far, a, b) for a, b in zip(begun, after, strict=True)))
+        return after, jnp.where(far, steps, stops)
+
+
+def _asked(state: BipedEnvState, rate: Float[Array, ""]) -> BipedEnvState:
+    """The state with another commanded rate [rad/s]."""
+    return replace(state, drawn=state.drawn._replace(commanded_rate=rate))
+
+
 KINDS = (ConstantTorque, CrankSpeedPI, ComputedTorque, OptimalGait, StopAtMark)
-Baseline: TypeAlias = ConstantTorque | CrankSpeedPI | ComputedTorque | OptimalGait | StopAtMark
-CONTROLLERS: dict[str, type[Baseline]] = dict(zip(BIPED_BASELINES, KINDS, strict=True))
+CONTROLLERS: dict[str, type[BipedController]] = dict(zip(BIPED_BASELINES, KINDS, strict=True))
 """The baselines by the names that the command line knows."""
 
 
 def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
     """A baseline with some settings changed. ValueError for an unknown name or setting."""
     require_choice("controller", name, CONTROLLERS)
-    kind = CONTROLLERS[name]
+    kind: Any = CONTROLLERS[name]
     require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
-    return _built(kind, settings).validate()
-
-
-def _built(kind: Callable[..., Baseline], settings: Mapping[str, ArrayLike]) -> Baseline:
-    """With these settings alone: a default that costs something is not computed beside them."""
-    return kind(**settings)
-
-
-__all__ = [
-    "CONTROLLERS",
-    "ComputedTorque",
-    "ConstantTorque",
-    "Controller",
-    "CrankSpeedPI",
-    "OptimalGait",
-    "StopAtMark",
-    "controller_by_name",
-]
+    return kind(**settings).validate()

@@ -5,8 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.biped.control.optimal_gait import GaitTable, OptimalGait
-from stickslip.agents.biped.control.stop_at_mark import StopAtMark
+from stickslip.agents.biped.controllers import StopAtMark
+from stickslip.agents.biped.prediction import GaitTable, OptimalGait
 from stickslip.agents.biped.state_map import BipedStates
 from stickslip.agents.biped.task import describe_environment, read_task
 from stickslip.agents.evaluation.rollout import rollout

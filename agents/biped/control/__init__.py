@@ -1,1 +1,0 @@
-"""The baseline controllers, a file each, and what they share."""

@@ -1,0 +1,388 @@
+"""Baselines that choose the torque of a control period by predicting its end.
+
+ComputedTorque holds the horizontal momentum, so that the floor need not push, however slippery it
+is; OptimalGait follows the best gait of all that do not slip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.protocol import Memoryless
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedModel,
+    BipedParams,
+    RK4Split,
+    step,
+)
+from stickslip.dynamics.biped.contact import ankle_moment, sticking
+from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.scene import Scene
+from stickslip.envs.biped.state import drawn_robot
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from jax.typing import ArrayLike
+    from jaxtyping import Array, Float, Int
+
+    from stickslip.dynamics.biped import BipedState
+    from stickslip.dynamics.biped.contact import Motion
+    from stickslip.envs.biped.params import BipedEnvParams
+    from stickslip.envs.biped.state import BipedEnvState
+    from stickslip.optim.gait.gait import Gait
+
+HOLDS = 10.0
+"""A static friction coefficient that no start or stride exceeds."""
+PREDICTIONS = 3
+"""Of the coming period, each of which corrects the torque; the outcome is nearly linear in it."""
+SMALLEST_RUN = 1e-4
+"""Torques closer than this give no slope [N m]."""
+RATES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
+"""Mean crank rates of the usual gaits [rad/s]."""
+CELLS = 64
+"""Of their grid."""
+
+
+def action_of(
+    torque: ArrayLike, env_params: BipedEnvParams, env_state: BipedEnvState
+) -> Float[Array, " 1"]:
+    """The action for a torque [N m], clipped to the motor's limit, in the state's type."""
+    dtype = env_state.biped.crank_rate.dtype
+    share = jnp.asarray(torque, dtype) / jnp.asarray(env_params.torque_limit, dtype)
+    return jnp.clip(share, -1.0, 1.0)[None]
+
+
+def require_footing(friction: ArrayLike, footing: ArrayLike) -> None:
+    """Raise ValueError unless friction > 0 and footing is in (0, 1]."""
+    require_number("friction", friction, low=0.0, strict=True, accepted="finite, > 0")
+    require_number("footing", footing, low=0.0, strict=True, accepted="in (0, 1]")
+    if is_concrete(footing) and np.any(np.asarray(footing) > 1):
+        raise ValueError(f"footing = {footing} is not accepted; accepted: in (0, 1]")
+
+
+def admissible(
+    robot: BipedModel,
+    biped: BipedState,
+    idle: Motion,
+    driven: Motion,
+    friction: ArrayLike,
+    footing: ArrayLike,
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Least and greatest torque [N m] for which |f| <= friction x N and the zero-moment point is
+    within `footing` of the way to heel and toe, the foot at rest.
+
+    idle, driven: its motion under no torque and under 1 N m; all is linear in between.
+    """
+
+    def excess(motion: Motion):
+        """Not positive where a motion is allowed: friction both ways, toe, heel."""
+        f, N = motion.friction_force, motion.normal_force
+        at = robot.inertia.moment_at(biped.phase)
+        alpha, a1 = motion.crank_acceleration, motion.foot_acceleration
+        moment = ankle_moment(robot, at, biped.crank_rate, alpha, a1)
+        toe, heel = footing * robot.toe * N, footing * robot.heel * N
+        cone = friction * N
+        return jnp.stack([f - cone, -f - cone, moment - toe, -moment - heel])
+
+    base = excess(idle)
+    slope = excess(driven) - base
+    bound = -base / jnp.where(slope == 0, 1.0, slope)
+    highest = jnp.min(jnp.where(slope > 0, bound, jnp.inf))
+    lowest = jnp.minimum(jnp.max(jnp.where(slope < 0, bound, -jnp.inf)), highest)
+    return lowest, highest
+
+
+def after_a_period(
+    robot: BipedModel,
+    biped: BipedState,
+    torque: Float[Array, ""],
+    period: Float[Array, ""],
+    friction: ArrayLike,
+) -> BipedState:
+    """Predicted state after a held torque [N m], on a floor that holds a foot at rest and
+    drags on a slide by this coefficient."""
+    dtype = biped.crank_rate.dtype
+    holds, drags = jnp.full((), HOLDS, dtype), jnp.asarray(friction, dtype)
+    floor = Scene.uniform(holds, drags, outputs="state")
+    return step(robot, floor, biped, torque, period, integrator=RK4Split(max_events=2))[0]
+
+
+def secant(
+    miss: Callable[[Float[Array, ""]], Float[Array, ""]],
+    guess: Float[Array, ""],
+    slope: Float[Array, ""],
+) -> Float[Array, ""]:
+    """The torque [N m] at which `miss` is 0, from a guess and the slope there."""
+
+    def correct(_: int, search: tuple[Array, ...]) -> tuple[Array, ...]:
+        torque, missed, run, slope = search
+        now = miss(torque)
+        moved = jnp.abs(run) > SMALLEST_RUN
+        slope = jnp.where(moved, (now - missed) / jnp.where(moved, run, 1.0), slope)
+        run = -now / slope
+        return torque + run, now, run, slope
+
+    search = guess, jnp.zeros_like(guess), jnp.zeros_like(guess), slope
+    return jax.lax.fori_loop(0, PREDICTIONS, correct, search)[0]
+
+
+class Schedule(NamedTuple):
+    """When the next exchange of support is due."""
+
+    due: Float[Array, ""]
+    """From now [control periods]."""
+    steps: Int[Array, ""]
+    """Exchanges when this was noted down."""
+
+
+@register_pytree
+@dataclass(frozen=True)
+class ComputedTorque:
+    """Hold P(theta) x crank rate constant: in steady walking the floor need not push at all.
+
+    With the foot at rest the friction is the change of the horizontal momentum, f = d(P w)/dt
+    (MODEL 1.4). P is m times the slope of the centre of mass's way over the crank angle, so P w = c
+    means that the centre of mass travels at constant speed. Over a step it travels one step length
+    s, in the time pi / (commanded rate): hence c = m s x commanded rate / pi.
+
+    The torque is held for a control period, so it is chosen by prediction: the torque that brings
+    P w to its target at the end of the coming period, found by secant steps on the stepped dynamics
+    of a foot at rest. P has a kink at the exchange of support, which a held torque cannot follow;
+    so the walk is timed, within half a control period a step, such that exchanges fall on control
+    instants.
+
+    Far from its target (a start from rest, a slide, a push) P w moves by no more than the friction
+    and the foot's edges allow, both with margin: |f| <= friction x N, and the zero-moment point
+    within `footing` of the way to toe and heel. A slide is predicted with `friction` for its drag.
+
+    It reads phase, rates, masses and commanded rate of the true state and never the floor's
+    friction. friction [-]: the coefficient it relies on when it changes speed, to be set below the
+    floor's static one. footing [-]: share of the foot it relies on, in (0, 1].
+    The default robot's motor (4 N m) can follow up to about 4 rad/s.
+    """
+
+    friction: ArrayLike = 0.04
+    footing: ArrayLike = 0.8
+
+    def validate(self) -> ComputedTorque:
+        """Return self, or raise ValueError naming the field."""
+        require_footing(self.friction, self.footing)
+        return self
+
+    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> Schedule:
+        """Nothing is scheduled yet: infinitely far off, so that the first step sets it."""
+        return Schedule(jnp.full_like(env_state.biped.crank_rate, jnp.inf), env_state.biped.steps)
+
+    def act(
+        self,
+        memory: Schedule,
+        obs: Float[Array, " obs"],
+        env_state: BipedEnvState,
+        env_params: BipedEnvParams,
+    ) -> tuple[Schedule, Float[Array, " 1"]]:
+        """See Controller."""
+        dtype = env_state.biped.crank_rate.dtype
+        period = jnp.asarray(env_params.control_period, dtype)
+        robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
+        memory, cruise = _timed(memory, robot, env_state, period)
+        inertia = robot.inertia.at(biped.phase)
+        idle = sticking(robot, inertia, biped.crank_rate, jnp.zeros((), dtype))
+        driven = sticking(robot, inertia, biped.crank_rate, jnp.ones((), dtype))
+        now = inertia.P * biped.crank_rate
+        per_torque = driven.friction_force - idle.friction_force
+        limits = admissible(robot, biped, idle, driven, self.friction, self.footing)
+        low, high = (idle.friction_force + per_torque * torque for torque in limits)
+        target = jnp.clip(cruise, now + period * low, now + period * high)
+        guess = ((target - now) / period - idle.friction_force) / per_torque
+
+        def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
+            after = after_a_period(robot, biped, torque, period, self.friction)
+            return robot.inertia.at(after.phase).P * after.crank_rate - target
+
+        torque = secant(miss, guess, period * per_torque)
+        return memory, action_of(torque, env_params, env_state)
+
+
+def _timed(
+    memory: Schedule, robot: BipedModel, env_state: BipedEnvState, period: Float[Array, ""]
+) -> tuple[Schedule, Float[Array, ""]]:
+    """The schedule brought up to date, and the momentum P w to cruise at [kg m/s].
+
+    The centre of mass's way is measured in periods at the commanded speed. A schedule that is off
+    by more than a period is dropped for the free one, which is the way to go itself.
+    """
+    biped = env_state.biped
+    way = robot.total_mass * robot.step_length
+    speed = way * env_state.drawn.commanded_rate / np.pi
+    per_step = way / (speed * period)
+    end = robot.inertia.moment_at(jnp.full_like(biped.phase, SUPPORT_END)).X
+    to_go = (end - robot.inertia.moment_at(biped.phase).X) / (speed * period)
+    exchanged = (biped.steps - memory.steps).astype(to_go.dtype)
+    due = memory.due - 1 + per_step * exchanged
+    passing = to_go < 0.5  # the exchange falls on this instant, give or take: look at the next one
+    to_go = to_go + jnp.where(passing, per_step, 0.0)
+    next_due = due + jnp.where(passing, per_step, 0.0)
+    on_time = jnp.abs(to_go - next_due) < 1.0
+    next_due = jnp.where(on_time, next_due, to_go)
+    due = next_due - jnp.where(passing, per_step, 0.0)
+    cruise = speed * to_go / jnp.maximum(jnp.round(next_due), 1.0)
+    return Schedule(due, biped.steps), cruise
+
+
+class GaitTable(NamedTuple):
+    """Periodic gaits of growing mean crank rate [R]: b = crank rate^2 [R, K+1] and a, the crank
+    acceleration [R, K+1], at K + 1 evenly spaced crank angles of the support phase.
+
+    Between two of them the mixture is taken: limits are convex in (a, b), so that what two gaits
+    keep their mixture keeps, too; its mean rate is at least the mixture of theirs.
+    """
+
+    mean_rate: ArrayLike
+    a: ArrayLike
+    b: ArrayLike
+
+    @classmethod
+    def of(cls, gaits: Sequence[Gait]) -> GaitTable:
+        """Of periodic gaits. ValueError where there is none, or where grids differ."""
+        rows = sorted(gaits, key=lambda gait: gait.mean_rate)
+        if not rows or len({gait.a.shape for gait in rows}) > 1 or rows[0].grid.steps != 1:
+            raise ValueError("gaits; accepted: one or more periodic ones, of equally many cells")
+        rates = np.array([gait.mean_rate for gait in rows])
+        return cls(rates, np.stack([g.a[0] for g in rows]), np.stack([g.b[0] for g in rows]))
+
+    def target(
+        self, mean_rate: Float[Array, ""], phase: Float[Array, ""]
+    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """a and b at a phase, beyond the support phase those of the next step."""
+        rates, a, b = (jnp.asarray(part, phase.dtype) for part in self)
+        row = jnp.clip(jnp.searchsorted(rates, mean_rate) - 1, 0, max(rates.shape[0] - 2, 0))
+        above = jnp.minimum(row + 1, rates.shape[0] - 1)
+        apart = rates[above] - rates[row]
+        share = jnp.where(apart > 0, (mean_rate - rates[row]) / jnp.where(apart > 0, apart, 1), 0)
+        share = jnp.clip(share, 0.0, 1.0)
+        cells = a.shape[1] - 1
+        place = jnp.mod(phase - SUPPORT_START, np.pi) / np.pi * cells
+        cell = jnp.clip(jnp.floor(place).astype(jnp.int32), 0, cells - 1)
+        h = np.pi / cells
+        x = (place - cell.astype(place.dtype)) * h
+
+        def at(i: Array) -> tuple[Array, Array]:
+            start = a[i, cell]
+            rise = (a[i, cell + 1] - start) / h
+            return start + rise * x, b[i, cell] + 2 * start * x + rise * x**2
+
+        (a_slow, b_slow), (a_fast, b_fast) = at(row), at(above)
+        return a_slow + share * (a_fast - a_slow), b_slow + share * (b_fast - b_slow)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class OptimalGait(Memoryless):
+    """Follow a gait found by `stickslip.optim.GaitProblem`, from any state.
+
+    Without slip the energy M w^2 / 2 + V changes by the motor's work alone, so that a walk off its
+    gait by E - E* is brought back by the torque of one control period, wherever on the step it is:
+    a feedback on the crank rate whose gain M w / (turn of a period) changes along the step. The
+    torque is held for a period, so it is chosen by prediction, as computed torque does. Far from
+    the gait (a start from rest, a slide, a push) the torque is kept where |f| <= friction x N and
+    the zero-moment point within `footing` of the way to toe and heel.
+
+    friction [-]: the coefficient relied on, to be set below the floor's. footing [-]: share of the
+    foot, in (0, 1]. gaits: a GaitTable; by default those of least friction demand of the reference
+    robot with a motor of 3.6 N m at 1 to 7 rad/s. The commanded rate picks among them, beyond their
+    ends the nearest one. Masses are read from the true state, never the floor's friction.
+    """
+
+    friction: ArrayLike = 0.05
+    footing: ArrayLike = 0.8
+    gaits: GaitTable = field(default_factory=lambda: usual_gaits())
+
+    @classmethod
+    def of(cls, *gaits: Gait, friction: ArrayLike = 0.05, footing: ArrayLike = 0.8) -> OptimalGait:
+        """That follows these periodic gaits, each for its own mean crank rate."""
+        return cls(friction, footing, GaitTable.of(gaits)).validate()
+
+    def validate(self) -> OptimalGait:
+        """Return self, or raise ValueError naming the field."""
+        require_footing(self.friction, self.footing)
+        if not isinstance(self.gaits, GaitTable):
+            raise ValueError("gaits; accepted: a GaitTable, as GaitTable.of makes it")
+        for name, value in self.gaits._asdict().items():
+            require_number(f"gaits.{name}", value, accepted="finite numbers")
+        return self
+
+    def act(
+        self,
+        memory: None,
+        obs: Float[Array, " obs"],
+        env_state: BipedEnvState,
+        env_params: BipedEnvParams,
+    ) -> tuple[None, Float[Array, " 1"]]:
+        """See Controller."""
+        dtype = env_state.biped.crank_rate.dtype
+        period = jnp.asarray(env_params.control_period, dtype)
+        commanded = jnp.asarray(env_state.drawn.commanded_rate, dtype)
+        robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
+        inertia = robot.inertia.at(biped.phase)
+        idle = sticking(robot, inertia, biped.crank_rate, jnp.zeros((), dtype))
+        driven = sticking(robot, inertia, biped.crank_rate, jnp.ones((), dtype))
+        low, high = admissible(robot, biped, idle, driven, self.friction, self.footing)
+        a, _ = self.gaits.target(commanded, biped.phase)
+        guess = inertia.M * (a - idle.crank_acceleration)
+
+        def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
+            after = after_a_period(robot, biped, torque, period, self.friction)
+            _, wanted = self.gaits.target(commanded, after.phase)
+            return after.crank_rate - jnp.sqrt(jnp.maximum(wanted, 0.0))
+
+        torque = secant(miss, jnp.clip(guess, low, high), period / inertia.M)
+        torque = jnp.clip(torque, low, high)
+        return memory, action_of(torque, env_params, env_state)
+
+
+@lru_cache(maxsize=1)
+def usual_gaits() -> GaitTable:
+    """Those of the reference robot; computed once."""
+    return gaits_of(BipedParams.from_bars(), RATES, "friction", torque_limit=3.6)
+
+
+def gaits_of(
+    robot: BipedParams,
+    rates: Sequence[float],
+    objective: str | Mapping[str, float] = "friction",
+    *,
+    mu: float | None = None,
+    torque_limit: float | None = None,
+    zmp: bool = False,
+    steps: int = CELLS,
+) -> GaitTable:
+    """The best gaits for each of the mean crank rates [rad/s] for which there is one.
+
+    Else as GaitProblem.periodic. ValueError where there is none for any of them.
+    """
+    from stickslip.optim.gait.problem import GaitProblem
+    from stickslip.optim.solving import solve
+
+    found, said = [], ""
+    for rate in rates:
+        problem = GaitProblem.periodic(
+            robot, objective, mu=mu, torque_limit=torque_limit, mean_rate=rate, zmp=zmp, steps=steps
+        )
+        result = solve(problem)
+        if result.gait is None or not result.status.solved:
+            said = result.message
+            continue
+        found.append(result.best)
+    if not found:
+        raise ValueError(f"no gait for any of the rates: {said}; accepted: rates that can be met")
+    return GaitTable.of(found)
