@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.agents.optimisers.measures import ert, gaps, hits
-    from stickslip.agents.optimisers.method import METHODS, Method
+    from stickslip.agents.optimisers.methods import METHODS, Method
     from stickslip.agents.optimisers.racing import race
-    from stickslip.agents.optimisers.results import Run, read_results, write_results
+    from stickslip.agents.optimisers.report import ert, gaps, hits
+    from stickslip.agents.optimisers.runs import Run, read_results, write_results
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "measures": ("ert", "gaps", "hits"),
-            "method": ("METHODS", "Method"),
+            "methods": ("METHODS", "Method"),
             "racing": ("race",),
-            "results": ("Run", "read_results", "write_results"),
+            "report": ("ert", "gaps", "hits"),
+            "runs": ("Run", "read_results", "write_results"),
         },
     )
 

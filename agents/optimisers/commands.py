@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.agents.optimisers.method import METHODS, methods_table
+from stickslip.agents.optimisers.methods import METHODS, methods_table
 from stickslip.records.signals import Interrupted, complain
 
 if TYPE_CHECKING:
@@ -116,9 +116,8 @@ def _run(given: argparse.Namespace) -> Content:
 
 
 def _report(given: argparse.Namespace) -> Content:
-    from stickslip.agents.optimisers.ioh import write_ioh
-    from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table
-    from stickslip.agents.optimisers.results import read_results, write_results
+    from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table, write_ioh
+    from stickslip.agents.optimisers.runs import read_results, write_results
     from stickslip.agents.view_files import require_folder
     from stickslip.records.content import Content
     from stickslip.records.files import write_whole

@@ -4,25 +4,20 @@ from __future__ import annotations
 
 import json
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
-from threading import Lock
+from queue import SimpleQueue
+from threading import Event
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
-from stickslip.agents.optimisers.method import METHODS, methods_of
-from stickslip.agents.optimisers.results import Run, read_runs, table_of
+from stickslip.agents.optimisers.methods import METHODS, methods_of
+from stickslip.agents.optimisers.runs import Run, read_runs, table_of
 from stickslip.agents.optimisers.task import Task
-from stickslip.agents.optimisers.worker import Workers
-from stickslip.agents.sweeps.engine import run_threads
-from stickslip.agents.sweeps.store import (
-    cell_path,
-    digest_of_text,
-    missing_cells,
-    open_store,
-    write_cell,
-)
+from stickslip.agents.optimisers.worker import Worker
+from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.envs.collecting import cores_here
@@ -35,9 +30,7 @@ from stickslip.optim.progress import Bar
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from jaxtyping import PyTree
-
-    from stickslip.agents.optimisers.method import Method, Optimiser
+    from stickslip.agents.optimisers.methods import Method, Optimiser
 
     Methods = Iterable[str] | Mapping[str, Optimiser | str | Method]
 
@@ -58,7 +51,7 @@ class Limits(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class RacePlan:
-    """All runs of a race; `of` checks it. left_out: pairs that do not suit each other, and why."""
+    """All runs of a race. left_out: pairs that do not suit each other, and why."""
 
     tasks: tuple[Task, ...]
     left_out: tuple[str, ...]
@@ -76,7 +69,7 @@ class RacePlan:
         outside: Literal["clip", "refuse"] = "clip",
         limit: float = LIMIT,
     ) -> RacePlan:
-        """See `race`."""
+        """Check the arguments of `race`."""
         names = [instances] if isinstance(instances, str) else list(instances)
         for name in names:
             require_choice("instance", name, tuple(suite()))
@@ -89,13 +82,12 @@ class RacePlan:
             raise ValueError("neither budget nor seconds; accepted: one of them at least")
         require_scalar("limit", limit, low=0.0, strict=True, accepted="a time > 0 [s]")
         require_choice("outside", outside, OUTSIDE)
-        numbers = _seeds(seeds)
         for what, given in (("instance", names), ("method", [one.name for one in chosen])):
             if not given:
                 raise ValueError(f"no {what}s; accepted: one at least")
             if twice := next((one for one in given if given.count(one) > 1), None):
                 raise ValueError(f"{what} {twice} is given twice; accepted: once")
-        tasks, left_out = [], []
+        tasks, left_out, numbers = [], [], _seeds(seeds)
         for name in names:
             for one in chosen:
                 if why := one.unsuited(suite()[name]):
@@ -112,13 +104,13 @@ class RacePlan:
 
     @cached_property
     def definition(self) -> dict[str, object]:
-        """What decides the results, as JSON values; of the user's functions only their names."""
-        methods = {one.method.name: one.method for one in self.tasks}
+        """Definition that decides the results, as JSON values; of functions only their names."""
         first = self.tasks[0]
+        methods = {one.method.name: one.method for one in self.tasks}
         found = {
             "instances": list(dict.fromkeys(one.instance for one in self.tasks)),
             "methods": {
-                name: asdict(one) | {"function": one.function if name in METHODS else "yours"}
+                name: asdict(one) | {"function": "ours" if name in METHODS else "yours"}
                 for name, one in methods.items()
             },
             "seeds": sorted({one.seed for one in self.tasks}),
@@ -128,15 +120,6 @@ class RacePlan:
             "outside": first.outside,
         }
         return json.loads(json.dumps(found, allow_nan=False))
-
-    @cached_property
-    def digest(self) -> str:
-        """Digest of the definition."""
-        return digest_of_text(json.dumps(self.definition, sort_keys=True))
-
-    def missing(self, path: Path) -> list[int]:
-        """Numbers of the runs that a directory lacks."""
-        return missing_cells(path, "race", self.digest, len(self.tasks))
 
 
 def race(
@@ -158,7 +141,7 @@ def race(
 
     out: a directory that keeps each run as it is made; resume: continue with what is missing there.
     workers: processes, one for each core if None.
-    progress: show a bar. stop: polled; StoppedError where it says so.
+    progress: show a bar. stop: polled; StoppedError where it returns True.
 
     budget: evaluations, values and gradients alike; seconds: of processor time; one of both at
     least. seeds: how many, or which (default: 3). outside: see Objective. limit: time on the clock
@@ -172,29 +155,36 @@ def race(
     if resume and out is None:
         raise ValueError("resume without out; accepted: with the directory of the race")
     threads = cores_here() if workers is None else require_integer("workers", workers, high=256)
-    count = len(plan.tasks)
     require("cloudpickle", "a race", "sweep")
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory()) if out is None else ""
         path = Path(folder) / "race" if out is None else Path(out)
         stack.enter_context(only_writer(path, "racing"))
-        definition = plan.definition
-        open_store(path, "race", definition=definition, digest=plan.digest, cells=count, about={},
-                   resume=resume)  # fmt: skip
-        todo, processes, lock = plan.missing(path), Workers(plan.limit), Lock()
-        stack.callback(processes.close)
+        count = len(plan.tasks)
+        head = open_store(
+            path, "race", definition=plan.definition, cells=count, about={}, resume=resume
+        )
+        todo, ended, idle = missing_cells(path, "race"), Event(), SimpleQueue[Worker]()
         bar = stack.enter_context(Bar("race", count, "run", progress, at=count - len(todo)))
 
-        def play(number: int, device: PyTree, stop: Callable[[], bool]) -> Run:
-            return processes.run(plan.tasks[number], stop)
+        def play(number: int) -> Run:
+            worker = idle.get()
+            try:
+                return worker.run(plan.tasks[number], ended.is_set)
+            finally:
+                idle.put(worker)
 
         def keep(number: int, run: Run) -> None:
-            write_cell(path, number, plan.digest, table_of([run]))
-            with lock:
-                bar.advance()
+            write_cell(path, number, head, table_of([run]))
+            bar.advance()
 
-        run_threads(play, keep, todo, threads=threads, stop=stop)
-        return [read_runs(cell_path(path, number))[0] for number in range(count)]
+        for _ in range(threads):
+            idle.put(worker := Worker(plan.limit))
+            stack.callback(worker.close)
+        pool = stack.enter_context(ThreadPoolExecutor(threads))
+        stack.callback(ended.set)  # before the pool waits for its runs
+        run_cells(partial(pool.submit, play), keep, todo, stop)
+        return read_runs(path)
 
 
 def _seeds(given: int | Sequence[int]) -> list[int]:

@@ -16,15 +16,14 @@ import time
 from contextlib import suppress
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from threading import Thread, local
+from threading import Thread
 from typing import IO, TYPE_CHECKING
 
-from stickslip.agents.optimisers.results import Run
+from stickslip.agents.optimisers.runs import COUNTED
 from stickslip.agents.optimisers.task import (
     Ending,
     Event,
     Task,
-    no_counts,
     prepare,
     run_of,
     run_task,
@@ -37,10 +36,12 @@ from stickslip.records.signals import ENDING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from stickslip.agents.optimisers.runs import Run
+
 MAKING = 900.0
 """Time limit for building and compiling an instance [s]."""
 STEP = 1.0
-"""Longest time that counts between two looks [s]: while this process is halted, none does."""
+"""Longest time that counts between two polls [s]: while this process is halted, none does."""
 DIES_WITH_PARENT = 1
 """Linux's PR_SET_PDEATHSIG."""
 NEXT, LOST = "next", "lost"
@@ -58,12 +59,12 @@ class Worker:
         self._process: subprocess.Popen[bytes] | None = None
         self._messages: SimpleQueue[object] = SimpleQueue()
 
-    def run(self, task: Task, stop: Callable[[], bool] = lambda: False) -> Run:
-        """Make the run. StoppedError where `stop` says so."""
+    def run(self, task: Task, stop: Callable[[], bool]) -> Run:
+        """Make the run. StoppedError where `stop` returns True."""
         self._send(task)
         stages = iter((("compiling", MAKING), ("a trial", self._limit), ("the run", self._limit)))
         doing, allowed = next(stages)
-        events, used, began = list[Event](), 0.0, time.monotonic()
+        events, used = list[Event](), 0.0
         while True:
             before = time.monotonic()
             try:
@@ -79,14 +80,13 @@ class Worker:
                 (doing, allowed), used = next(stages), 0.0
             elif message == LOST:
                 why = f"its process ended with code {self.close()} in {doing}"
-                return _failed(task, events, "died", why, time.monotonic() - began)
+                return _failed(task, events, "died", why)
             if stop():
                 self.close()
                 raise StoppedError
             if used > allowed:
                 self.close()
-                why = f"stopped after {allowed:g} s of {doing}"
-                return _failed(task, events, "timed out", why, time.monotonic() - began)
+                return _failed(task, events, "timed out", f"stopped after {allowed:g} s of {doing}")
 
     def close(self) -> int | None:
         """Kill the process; its exit code, negative for a signal."""
@@ -123,42 +123,24 @@ class Worker:
             self._process.stdin.flush()  # pyright: ignore[reportOptionalMemberAccess]
 
 
-class Workers:
-    """A Worker for each thread that asks."""
-
-    def __init__(self, limit: float):
-        self._limit, self._own, self._all = limit, local(), list[Worker]()
-
-    def run(self, task: Task, stop: Callable[[], bool] = lambda: False) -> Run:
-        """Make a run with this thread's worker."""
-        if not hasattr(self._own, "worker"):
-            self._own.worker = Worker(self._limit)
-            self._all.append(self._own.worker)
-        return self._own.worker.run(task, stop)
-
-    def close(self) -> None:
-        """Kill the processes."""
-        for one in self._all:
-            one.close()
-
-
-def _failed(task: Task, events: list[Event], outcome: str, why: str, seconds: float) -> Run:
+def _failed(task: Task, events: list[Event], outcome: str, why: str) -> Run:
     """A run without an end: its last event is what is known."""
-    last = events[-1] if events else Event("end", 0, 0.0, float("nan"), float("inf"))
-    ending = Ending(outcome, why, last._replace(kind="end"), no_counts(), seconds, "")
-    return run_of(task, events, ending)
+    last = events[-1] if events else Event(0, 0.0, float("nan"))
+    return run_of(task, events, Ending(outcome, why, last, dict.fromkeys(COUNTED, 0), ""))
 
 
 def _forward(pipe: IO[bytes], messages: SimpleQueue[object]) -> None:
     """Pass messages on; LOST at the end."""
-    with suppress(EOFError, OSError, ValueError, pickle.UnpicklingError):
-        while True:
-            messages.put(pickle.load(pipe))
-    messages.put(LOST)
+    try:
+        with suppress(EOFError, OSError, ValueError, pickle.UnpicklingError):
+            while True:
+                messages.put(pickle.load(pipe))
+    finally:
+        messages.put(LOST)
 
 
 def serve() -> None:
-    """Run what comes in until nothing more does."""
+    """Make the runs that come in until nothing more does."""
     if sys.platform == "linux":
         import ctypes
 
@@ -175,17 +157,20 @@ def serve() -> None:
         pickle.dump(message, out)
         out.flush()
 
+    tried = set()
     while True:
-        task = pickle.loads(tasks.get())
-        prepare(task)
+        task: Task = pickle.loads(tasks.get())
+        prepare(task.instance, task.method.batch, task.method.slopes)
         send(NEXT)
-        try_out(task)
+        if (kind := (task.instance, task.method.name)) not in tried:
+            try_out(task)
+            tried.add(kind)
         send(NEXT)
         send(run_task(task, send))
 
 
 def _listen(tasks: SimpleQueue[bytes]) -> None:
-    """Take tasks; where there are no more, nobody wants the rest."""
+    """Take tasks; end the process where there are no more."""
     with suppress(EOFError, OSError, pickle.UnpicklingError):
         while True:
             tasks.put(pickle.load(sys.stdin.buffer))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stickslip.agents.optimisers.results import COUNTED, Run
+from stickslip.agents.optimisers.runs import COUNTED, Run
 from stickslip.optim import suite
 
 NAME = "gait-time-d16-v2"
@@ -29,14 +29,9 @@ def run(
         outcome,
         "",
         False,
-        1000,
-        None,
         dict.fromkeys(COUNTED, 0) | {"values": end},
-        end / 9,
         suite()[name].known.digest,
-        (*["value"] * len(found), "end"),
         at,
         at / 10,
         np.array([*values, values[-1] if values else np.nan]),
-        np.zeros(len(at)) if found else np.full(len(at), 0.5),
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.agents.optimisers.measures import ecdf, ert, gaps, hits, hypervolume
+from stickslip.agents.optimisers.report import ecdf, ert, gaps, hits, hypervolume
 from tests.agents.optimisers.table import run
 
 

@@ -7,11 +7,10 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import race
-from stickslip.agents.optimisers.results import read_results
+from stickslip.agents.optimisers.runs import read_results
 from tests.agents.optimisers import users
 from tests.agents.optimisers.table import NAME
 
@@ -41,7 +40,7 @@ def test_what_goes_wrong_is_recorded_and_the_others_go_on():
     assert runs["exits"].message == "SystemExit: 3"
     assert runs["dies"].message == "its process ended with code 3 in a trial"
     assert runs["hangs_in_c"].message == "stopped after 3 s of the run"
-    assert runs["hangs_in_c"].violations[-1] > 0  # what it told of before is kept
+    assert runs["hangs_in_c"].evaluations[-1] > 0  # what it told of before is kept
     assert runs["gives_nan"].counts["not_numbers"] >= 40
     assert runs["goes_outside"].counts["clipped"] == 1
     assert runs["searches"].counts["values"] == runs["searches"].evaluations[-1] == 40
@@ -97,21 +96,16 @@ def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
         ({"budget": 0}, "budget = 0"),
         ({"budget": None}, "neither budget nor seconds"),
         ({"seconds": -1.0}, "seconds = -1.0 .*accepted: a time > 0"),
-        ({"seconds": np.nan}, "seconds = nan"),
-        ({"limit": 0}, "limit = 0"),
         ({"seeds": 0}, "seeds = 0"),
         ({"seeds": [1, 1]}, "each once"),
         ({"outside": "wrap"}, "outside = 'wrap' is unknown"),
         ({"instances": ["gait-time-d17-v2"]}, "did you mean gait-time-d16-v2"),
         ({"instances": [NAME, NAME]}, "is given twice"),
-        ({"instances": []}, "no instances"),
-        ({"methods": ["slsq"]}, "did you mean slsqp"),
         ({"methods": {}}, "no methods"),
         ({"methods": {"cma": users.gives_up}}, "a name of your own"),
         ({"methods": {"mine": 3}}, "accepted: a function of an objective"),
         ({"methods": ["dp"]}, "takes posture, not gait"),
         ({"resume": True}, "resume without out"),
-        ({"workers": 0}, "workers = 0"),
     ],
 )
 def test_bad_input_is_named_before_anything_runs(changed, words):

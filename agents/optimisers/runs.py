@@ -1,4 +1,4 @@
-"""Runs, and the table they are kept in, as Parquet or CSV: a row for each event."""
+"""Runs, and the table they are kept in, as Parquet or CSV: a row for each improvement."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.sweeps.store import cell_files
+from stickslip.agents.sweeps.cells import cell_files
 from stickslip.agents.untrusted import (
     LARGEST_TABLE,
     RefusedError,
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
 """The budget ended it, it ended by itself, it raised, it was killed, its process ended."""
 FAILED = OUTCOMES[2:]
-EVENTS = ("violation", "value", "end")
 
 
 class Column(NamedTuple):
@@ -59,18 +58,13 @@ COLUMNS = {
     "instance": Column("words", "id of the suite", required=True),
     "method": Column("words", "name of the optimiser", required=True),
     "seed": Column("count", "of the run", required=True),
-    "event": Column("words", "violation, value or end", "value"),
     "evaluations": Column("count", "values and gradients so far", required=True),
     "seconds": Column("number", "processor time so far [s]"),
     "value": Column("number", "best feasible value so far", required=True),
-    "violation": Column("number", "least summed violation of scaled constraints so far", 0.0),
     "outcome": Column("words", "spent, ended, raised, timed out, died", "ended"),
     "message": Column("words", "why the run failed", ""),
     "inside": Column("bool", "whether the method works on the problem itself", False),
-    "budget": Column("count", "evaluations allowed"),
-    "limit_seconds": Column("number", "processor time allowed [s]"),
     **{name: Column("count", words, 0) for name, words in COUNTED.items()},
-    "wall_seconds": Column("number", "time of the run on the clock [s]"),
     "digest": Column("words", "of the instance, 12 digits", ""),
     "point": Column("words", "at the end: free numbers of the value, as JSON", ""),
 }
@@ -85,7 +79,7 @@ BELOW_BOUND, CLOCK = 1e-6, 1e-5
 class Run:
     """One run of a method on an instance with a seed; COLUMNS say what its entries are.
 
-    events, evaluations, seconds, values, violations [rows]: one for each row, the last of the end.
+    evaluations, seconds, values [rows]: one for each improvement, the last of the end.
     """
 
     instance: str
@@ -94,16 +88,11 @@ class Run:
     outcome: str
     message: str
     inside: bool
-    budget: int | None
-    limit_seconds: float | None
     counts: Mapping[str, int]
-    wall_seconds: float
     digest: str
-    events: tuple[str, ...] = field(repr=False)
     evaluations: Int[np.ndarray, "rows"] = field(repr=False)
     seconds: Float[np.ndarray, "rows"] = field(repr=False)
     values: Float[np.ndarray, "rows"] = field(repr=False)
-    violations: Float[np.ndarray, "rows"] = field(repr=False)
     point: Float[np.ndarray, "n"] | None = field(repr=False, default=None)
 
     @property
@@ -122,14 +111,12 @@ class Run:
         own |= {"digest": self.digest[:SHORT], **{name: self.counts[name] for name in COUNTED}}
         point = "" if self.point is None else json.dumps(self.point.tolist())
         found = []
-        for i, event in enumerate(self.events):
+        for i, count in enumerate(self.evaluations):
             at = own | {
-                "event": event,
-                "evaluations": int(self.evaluations[i]),
+                "evaluations": int(count),
                 "seconds": round(float(self.seconds[i]), DIGITS),
                 "value": float(self.values[i]),
-                "violation": float(self.violations[i]),
-                "point": point if event == "end" else "",
+                "point": point if i == len(self.values) - 1 else "",
             }
             found.append({name: _finite(at[name]) for name in COLUMNS})
         return found
@@ -198,7 +185,7 @@ def read_results(*paths: str | Path) -> list[Run]:
 def read_runs(path: Path) -> list[Run]:
     """Runs of one table or directory, see `read_results`."""
     if path.is_dir():
-        return [run for one in cell_files(path, "race", partial=True) for run in read_runs(one)]
+        return [run for one in cell_files(path, "race").values() for run in read_runs(one)]
     try:
         with refusing("it"):
             rows = _rows(path)
@@ -273,9 +260,8 @@ def _require_row(row: Row) -> None:
         raise RefusedError(f"instance {shown(name)} is unknown{nearest(name, suite())}")
     if not row["method"] or len(row["method"]) > 80:
         raise RefusedError(f"method = {shown(row['method'])}, of 1 to 80 characters")
-    for entry, known in (("event", EVENTS), ("outcome", OUTCOMES)):
-        if row[entry] not in known:
-            raise RefusedError(f"{entry} = {shown(row[entry])} is none of {', '.join(known)}")
+    if row["outcome"] not in OUTCOMES:
+        raise RefusedError(f"outcome = {shown(row['outcome'])} is none of {', '.join(OUTCOMES)}")
     if row["point"]:
         n, found = suite()[name].n, parse_json(row["point"], "point")
         if not isinstance(found, list) or len(found) != n or not all(map(_is_number, found)):
@@ -298,8 +284,6 @@ def _is_number(value: object) -> bool:
 def _require_run(run: Run) -> None:
     """Refuse rows that contradict each other or what is known of the instance."""
     what, one = f"{run.method} on {run.instance} with seed {run.seed}", suite()[run.instance]
-    if run.events.count("end") > 1:
-        raise RefusedError(f"{what} ends twice, or is there twice")
     if np.any(np.diff(run.evaluations) < 0) or np.any(np.diff(run.seconds) < -CLOCK):
         raise RefusedError(f"{what}: evaluations or seconds fall from row to row")
     known, bound = run.values[np.isfinite(run.values)], one.lower_bound
@@ -314,7 +298,6 @@ def _require_run(run: Run) -> None:
 def _run_of_rows(rows: list[Row]) -> Run:
     """A run from its checked rows, in their order."""
     last = rows[-1]
-    rows = rows if last["event"] == "end" else [*rows, {**last, "event": "end"}]
     instance, method, seed = _key(last)
     return Run(
         instance=instance,
@@ -323,16 +306,11 @@ def _run_of_rows(rows: list[Row]) -> Run:
         outcome=last["outcome"],
         message=last["message"],
         inside=last["inside"],
-        budget=last["budget"],
-        limit_seconds=last["limit_seconds"],
         counts={name: int(last[name] or 0) for name in COUNTED},
-        wall_seconds=_number(last["wall_seconds"]),
         digest=last["digest"],
-        events=tuple(row["event"] for row in rows),
         evaluations=np.array([row["evaluations"] for row in rows], np.int64),
         seconds=np.array([_number(row["seconds"]) for row in rows]),
         values=np.array([_number(row["value"]) for row in rows]),
-        violations=np.array([_number(row["violation"]) for row in rows]),
         point=np.array(json.loads(last["point"]), float) if last["point"] else None,
     )
 

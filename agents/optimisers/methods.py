@@ -1,0 +1,319 @@
+"""Optimisers by name: functions of an objective and a seed, ended by the objective's budget.
+
+Local searches start in the middle of the bounds with seed 0, at uniform random points else, and
+restart until the budget ends. Libraries are imported when a method runs.
+"""
+
+from __future__ import annotations
+
+import inspect
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+
+import numpy as np
+
+from stickslip.dynamics.plain_checks import nearest, require_choice, require_kind, shown
+from stickslip.envs.rendering.extras import require
+from stickslip.records.table import Column, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from stickslip.optim.instances.instance import Instance
+    from stickslip.optim.instances.objective import Objective
+
+Optimiser: TypeAlias = "Callable[[Objective, int], object]"
+MANY = 10**8
+POPULATION = 32
+SIGMA = 0.2
+"""First deviation of evolution strategies, as a part of the box."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """An optimiser by name.
+
+    about: one line. function: minimises until it ends or the budget ends it. constraints: "native";
+    "penalty": it minimises `Objective.penalised`; "structure": it works on the problem itself, so
+    that only its time is comparable (`inside`). slopes: whether it needs gradients. batch: points
+    evaluated at once. seeded: whether seeds differ. goals: fewest and most. families: of instances,
+    all if empty. convex: whether it takes convex instances only. most: free numbers at most.
+    """
+
+    name: str
+    about: str
+    function: Optimiser
+    library: str = "yours"
+    constraints: Literal["native", "penalty", "structure"] = "penalty"
+    slopes: bool = False
+    batch: int = 1
+    seeded: bool = True
+    goals: tuple[int, int] = (1, 1)
+    families: tuple[str, ...] = ()
+    convex: bool = False
+    most: int = 10**9
+
+    @property
+    def inside(self) -> bool:
+        """True if it works on the problem itself, so that its evaluations are not comparable."""
+        return self.constraints == "structure"
+
+    def unsuited(self, instance: Instance) -> str:
+        """Reason why the method does not suit an instance; "" where it does."""
+        goals = len(instance.goals)
+        if not self.goals[0] <= goals <= self.goals[1]:
+            return f"takes {self.goals[0]} to {self.goals[1]} goals, not {goals}"
+        if self.families and instance.family not in self.families:
+            return f"takes {', '.join(self.families)}, not {instance.family}"
+        if self.convex and not instance.flags.convex:
+            return "takes convex problems only"
+        if self.slopes and not instance.flags.slopes:
+            return "needs gradients, which it has not"
+        return f"takes {self.most} numbers at most" if instance.n > self.most else ""
+
+
+def random_search(objective: Objective, seed: int) -> None:
+    """Evaluate uniform points, 64 at once."""
+    rng = np.random.default_rng(seed)
+    while True:
+        objective.batch_with_constraints(objective.from_unit(rng.random((64, objective.n))))
+
+
+def dynamic_programming(objective: Objective, seed: int) -> None:
+    """Evaluate the grid's best trajectory, without polishing."""
+    from stickslip.optim.solving import solve
+
+    found = solve(objective.problems[0], "dp", polish=False)
+    if found.x is None:
+        raise RuntimeError(found.message or found.status.value)
+    objective(objective.free[0].reduce(found.x))
+
+
+def conic(objective: Objective, seed: int) -> None:
+    """Evaluate the solution of the convex program."""
+    program, found = objective.problems[0].in_cvxpy()
+    program.solve(solver="CLARABEL")
+    objective(np.clip(objective.free[0].reduce(found()), *objective.bounds))
+
+
+def scipy_local(method: str, options: dict[str, Any], objective: Objective, seed: int) -> None:
+    """Restart a method of scipy.optimize.minimize; COBYLA begins with a fifth of the bounds."""
+    from scipy.optimize import minimize
+
+    from stickslip.optim.instances.exports import as_scipy
+
+    if method == "COBYLA":
+        options = options | {"rhobeg": SIGMA * float(np.mean(np.subtract(*objective.bounds[::-1])))}
+    for start in _starts(objective, seed):
+        given = as_scipy(objective, start)
+        if method == "COBYLA":
+            given.pop("jac", None)
+            given.get("constraints", {}).pop("jac", None)
+        before = objective.record.evaluations
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about intermediate points
+            minimize(**given, method=method, options=options)
+        if objective.record.evaluations == before:
+            return
+
+
+def cma(objective: Objective, seed: int) -> None:
+    """Restart the package cma on the penalised objective."""
+    library = require("cma", "this method", "optimisers")
+    from stickslip.optim.instances.exports import as_cma
+
+    for number, start in enumerate(_starts(objective, seed)):
+        given = as_cma(objective, SIGMA, seed=10_000 * seed + number)
+        strategy = library.CMAEvolutionStrategy(
+            objective.to_unit(start), given["sigma0"], given["options"]
+        )
+        before = objective.record.evaluations
+        while not strategy.stop():
+            asked = strategy.ask()
+            values = given["objective_function"].of_rows(np.array(asked))
+            strategy.tell(asked, np.asarray(values).tolist())
+        if objective.record.evaluations == before:
+            return
+
+
+def differential_evolution(objective: Objective, seed: int) -> None:
+    """Run scipy's differential evolution from uniform points, unpolished."""
+    from scipy import optimize
+
+    from stickslip.optim.instances.exports import as_scipy_global
+
+    rng = np.random.default_rng(seed)
+    begin: Any = objective.from_unit(rng.random((POPULATION, objective.n)))
+    how: dict[str, Any] = {"vectorized": True, "updating": "deferred", "polish": False}
+    optimize.differential_evolution(
+        **as_scipy_global(objective), init=begin, rng=rng, maxiter=MANY, tol=0, **how
+    )
+
+
+def evosax(name: str, objective: Objective, seed: int) -> None:
+    """Run a strategy of evosax."""
+    import jax
+
+    from stickslip.optim.instances.exports import as_evosax
+
+    algorithms = require("evosax.algorithms", "this method", "optimisers")
+    middle, fitness = as_evosax(objective)
+    with jax.numpy_dtype_promotion("standard"):
+        strategy = getattr(algorithms, name)(population_size=POPULATION, solution=middle)
+        params = strategy.default_params.replace(std_init=SIGMA)
+        key, first = jax.random.split(jax.random.key(seed))
+        begin = objective.to_unit(next(_starts(objective, seed)))
+        state = strategy.init(first, begin, params)
+        while True:
+            key, asking, telling = jax.random.split(key, 3)
+            population, state = strategy.ask(asking, state, params)
+            state, _ = strategy.tell(telling, population, fitness(population), state, params)
+
+
+def pymoo(module: str, name: str, how: dict[str, int], objective: Objective, seed: int) -> None:
+    """Run an algorithm of pymoo."""
+    from stickslip.optim.instances.exports import as_pymoo
+
+    algorithm = getattr(require(f"pymoo.algorithms.{module}", "this method", "optimisers"), name)
+    minimize = require("pymoo.optimize", "this method", "optimisers").minimize
+    minimize(as_pymoo(objective), algorithm(**how), ("n_gen", MANY), seed=seed + 1)
+
+
+def nevergrad(objective: Objective, seed: int) -> None:
+    """Run nevergrad's TwoPointsDE; its NGOpt (1.0.12) raises TypeError with NumPy 2.4 here."""
+    from stickslip.optim.instances.exports import as_nevergrad
+
+    library = require("nevergrad", "this method", "optimisers")
+    where, function = as_nevergrad(objective)
+    where.random_state = np.random.RandomState(seed)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # its own
+        search = library.optimizers.TwoPointsDE(where, budget=objective.budget or MANY)
+        while True:
+            asked = search.ask()
+            search.tell(asked, function(asked.value))
+
+
+def optuna(objective: Objective, seed: int) -> None:
+    """Run Optuna's TPE, with a direction for each goal."""
+    from stickslip.optim.instances.exports import as_optuna
+
+    library = require("optuna", "this method", "optimisers")
+    library.logging.set_verbosity(library.logging.ERROR)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about experimental features
+        study = library.create_study(
+            sampler=library.samplers.TPESampler(seed=seed), directions=["minimize"] * objective.k
+        )
+        study.optimize(as_optuna(objective), n_trials=None)
+
+
+def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
+    """The middle of the bounds first with seed 0, uniformly random points else, without end."""
+    rng = np.random.default_rng([seed, 7])
+    if seed == 0:
+        yield objective.middle
+    while True:
+        yield objective.from_unit(rng.random(objective.n))
+
+
+METHODS = {
+    one.name: one
+    for one in (
+        Method("dp", "dynamic programming over a grid of leg angles", dynamic_programming,
+               "stickslip.optim", "structure", seeded=False, families=("posture",)),
+        Method("conic", "cvxpy with Clarabel", conic,
+               "cvxpy", "structure", seeded=False, families=("gait", "split"), convex=True),
+        Method("cma", "covariance matrix adaptation, sigma 0.2 of the box, with restarts", cma,
+               "cma", "penalty", batch=16),
+        Method("slsqp", "SLSQP with restarts; differences where there are no gradients",
+               partial(scipy_local, "SLSQP", {"maxiter": 1000}), "scipy", "native"),
+        Method("trust-constr", "an interior point with trust regions, with restarts",
+               partial(scipy_local, "trust-constr", {"maxiter": 1000}), "scipy", "native",
+               slopes=True),
+        Method("cobyla", "linear models without gradients, with restarts",
+               partial(scipy_local, "COBYLA", {"maxiter": 10**6}), "scipy", "native", most=40),
+        Method("de", "differential evolution, 32 points", differential_evolution,
+               "scipy", "penalty", batch=POPULATION),
+        Method("evosax-cma-es", "covariance matrix adaptation, 32 points",
+               partial(evosax, "CMA_ES"), "evosax", "penalty", batch=POPULATION),
+        Method("evosax-snes", "separable natural evolution, 32 points",
+               partial(evosax, "SNES"), "evosax", "penalty", batch=POPULATION),
+        Method("pymoo-isres", "evolution with stochastic ranking, 64 offspring",
+               partial(pymoo, "soo.nonconvex.isres", "ISRES", {"n_offsprings": 64}),
+               "pymoo", "native", batch=64),
+        Method("pymoo-nsga2", "NSGA-II, 40 points",
+               partial(pymoo, "moo.nsga2", "NSGA2", {"pop_size": 40}),
+               "pymoo", "native", batch=64, goals=(2, 9)),
+        Method("nevergrad-de", "two-point differential evolution, 30 points", nevergrad,
+               "nevergrad", "penalty"),
+        Method("optuna-tpe", "tree-structured Parzen estimators", optuna,
+               "optuna", "penalty", goals=(1, 9), most=16),
+        Method("random", "uniform random points, 64 at once", random_search,
+               "numpy", "native", batch=64, goals=(1, 9)),
+    )
+}  # fmt: skip
+
+
+def methods_table() -> Table:
+    """A row for each method."""
+    rows = []
+    for one in METHODS.values():
+        takes = "several goals" if one.goals[0] > 1 else "one goal or several"
+        rest = [takes] if one.goals != (1, 1) else []
+        rest += [", ".join(one.families)] if one.families else []
+        rest += ["convex"] if one.convex else []
+        rest += [f"{one.most} numbers at most"] if one.most < 10**9 else []
+        asks = "gradients" if one.slopes else (f"batches of {one.batch}" if one.batch > 1 else "")
+        row = [f"`{one.name}`", one.library, one.about, asks, one.constraints, "; ".join(rest)]
+        rows.append(row)
+    heads = ("method", "library", "what", "asks for", "constraints", "takes only")
+    return Table([Column(head, words=True) for head in heads], rows)
+
+
+def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str | Method]) -> list[Method]:
+    """Methods by names of METHODS, or functions under names of one's own.
+
+    ValueError for an unknown name, with the nearest, or for what cannot be called.
+    """
+    if isinstance(given, str):
+        given = [given]
+    pairs = given if isinstance(given, Mapping) else {name: name for name in given}
+    if not pairs:
+        raise ValueError("no methods; accepted: one at least")
+    return [_method(name, one) for name, one in pairs.items()]
+
+
+def _method(name: str, one: Optimiser | str | Method) -> Method:
+    require_kind("method", name, str, "a name")
+    if isinstance(one, Method):
+        return one
+    if isinstance(one, str):
+        require_choice("method", one, METHODS)
+        return METHODS[one]
+    if name in METHODS or not name.strip() or len(name) > 80:
+        raise ValueError(
+            f"method {shown(name)}{nearest(name, METHODS)}; accepted: a name of your own, of up to "
+            "80 characters, that none of METHODS has"
+        )
+    if not callable(one):
+        raise ValueError(f"method {name}: {shown(one)}; accepted: a function of an objective")
+    return Method(name, "a function of the user's", _seeded(one))
+
+
+def _seeded(function: Callable[..., object]) -> Optimiser:
+    """The function, called with the seed if it takes two arguments."""
+    try:
+        inspect.signature(function).bind(None, 0)
+    except TypeError:
+        return partial(_unseeded, function)
+    except ValueError:  # it tells nothing of its arguments
+        return function
+    return function
+
+
+def _unseeded(function: Callable[..., object], objective: Objective, seed: int) -> object:
+    return function(objective)
