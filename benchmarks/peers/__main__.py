@@ -14,8 +14,7 @@ from typing import Any
 
 import jax
 
-from benchmarks.peers import mujoco_c, ours
-from benchmarks.peers.cases import BOUNDS, CASES
+from benchmarks.peers.programs import BOUNDS, CASES, mujoco_rows, stickslip_rows
 from benchmarks.report import markdown, measured_parts, options, put_between, where
 
 RESULTS = Path("benchmarks/results/peers.json")
@@ -25,8 +24,8 @@ DOCUMENT = Path("docs/peers.md")
 def rows(quick: bool) -> Iterator[dict[str, Any]]:
     """Every setting of both programs on both walks."""
     for case in CASES:
-        yield from ours.measure(case, quick)
-        yield from mujoco_c.measure(case, quick)
+        yield from stickslip_rows(case, quick)
+        yield from mujoco_rows(case, quick)
 
 
 def at_bounds(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

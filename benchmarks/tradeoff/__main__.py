@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.report import measured_parts, options, put_between, read_json
-from benchmarks.tradeoff import picture, recommended
+from benchmarks.tradeoff import recommended
 from benchmarks.tradeoff.costs import costs
 from benchmarks.tradeoff.promises import population, samples
 from stickslip.records.files import write_whole
@@ -40,7 +40,7 @@ def main(arguments: list[str] | None = None) -> None:
         asked = {name: PARTS[name] for name in given.only}
         content = measured_parts(asked, list(PARTS), given.quick, given.out)
     if given.update or given.redraw:
-        picture.draw(content, PICTURE)
+        recommended.draw(content, PICTURE)
         write_whole(DATA, recommended.source(content))
         put_between(DOCUMENT, recommended.body(content))
         print(f"Written: {PICTURE}, {DATA}, {DOCUMENT}")

@@ -1,28 +1,147 @@
-"""What can be promised of a setting: quantiles of its errors on the population, with confidence."""
+"""Errors of settings on the population: its walks in one program, and quantiles with confidence."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields
-from functools import lru_cache
-from typing import Any
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.points import rank
-from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, sensitivities, walked
-from benchmarks.tradeoff.population import FLOORS, ROBOTS, Walks, both
-from stickslip.dynamics.biped import EventExact, RK4Split, Table
-from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES
-from stickslip.dynamics.biped.setting import Setting
-from stickslip.dynamics.biped.walk_check import SENSITIVE, Path
+from benchmarks.tradeoff.population import (
+    DEFAULT_LENGTH,
+    DEFAULT_TIME,
+    FLOORS,
+    PERIOD,
+    ROBOTS,
+    Walks,
+    both,
+)
+from stickslip.dynamics.biped import EventExact, RK4Split, Table, prepare, step
+from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES, WALK_PER_RADIAN
+from stickslip.dynamics.biped.setting import Setting, own_time
+from stickslip.dynamics.biped.walk_check import SENSITIVE, Path, amplification, walk_errors
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from stickslip.dynamics.biped.model import Fidelity
+    from stickslip.dynamics.biped.setting import Setting
+
+FINE = Table(64, 9)
+REFERENCE = EventExact(rtol=1e-12, atol=1e-15)
+"""What all settings are compared with, in float64 on the table FINE."""
+SMOOTH = EventExact(rtol=1e-9, atol=1e-12, max_steps=256)
+"""What the sensitivity is computed through."""
+SHORTEST = 10
+"""Walks that leave the model within fewer control periods are left out."""
+
+
+def march(integrator, model, scene, state, law, period) -> Path:
+    """One walk of a population, a call of `step` each control period; `kinds` holds the switches
+    so far."""
+    gain, wanted, torques = law
+
+    def control(carry, extra):
+        state, status, switches = carry
+        torque = gain * (wanted - state.crank_rate) + extra
+        after, contact = step(model, scene, state, torque, period, integrator=integrator)
+        running = status <= 1
+        state = jax.tree.map(lambda new, old: jnp.where(running, new, old), after, state)
+        status = jnp.maximum(status, contact.status)
+        switches = switches + jnp.where(running, contact.switches, 0)
+        row = Path(state.crank_angle, state.foot_position, status, None, switches)
+        return (state, status, switches), row
+
+    none = jnp.zeros((), jnp.int32)
+    return jax.lax.scan(control, (state, none, none), torques)[1]
+
+
+def arguments(walks: Walks, fidelity: Fidelity, dtype: str) -> tuple[Any, ...]:
+    """Prepared robots and the rest in this precision: what `march` takes after the integrator."""
+    params = _cast(walks.params, dtype)
+    rest = (_cast(part, dtype) for part in (walks.scene, walks.state, walks.law, walks.period))
+    return jax.block_until_ready(_prepared(fidelity)(params)), *rest
+
+
+_PREPARED: dict[Any, Callable[..., Any]] = {}
+
+
+def _prepared(fidelity: Fidelity) -> Callable[..., Any]:
+    """One compilation for every kind of floor."""
+    return _PREPARED.setdefault(fidelity, jax.jit(jax.vmap(partial(prepare, fidelity=fidelity))))
+
+
+def _cast(part, dtype: str):
+    def one(leaf):
+        array = np.asarray(leaf)
+        return jnp.asarray(array, dtype if array.dtype.kind == "f" else jnp.int32)
+
+    return jax.tree.map(one, part)
+
+
+def paths(walks: Walks, setting: Setting) -> Path:
+    """Every walk at a setting, whose dt is the default robot's, as NumPy arrays."""
+    integrator = setting.integrator_over(PERIOD * DEFAULT_TIME)
+    with jax.enable_x64(setting.dtype == "float64"), jax.numpy_dtype_promotion("strict"):
+        given = arguments(walks, setting.fidelity, setting.dtype)
+        found = jax.jit(jax.vmap(partial(march, integrator)))(*given)
+        return jax.tree.map(np.asarray, found)
+
+
+def references(walks: Walks, integrator: EventExact = REFERENCE) -> Path:
+    """Every walk, event-exact."""
+    with jax.enable_x64(True), jax.numpy_dtype_promotion("strict"):
+        given = arguments(walks, FINE, "float64")
+        return jax.tree.map(np.asarray, jax.jit(jax.vmap(partial(march, integrator)))(*given))
+
+
+def sensitivities(walks: Walks) -> np.ndarray:
+    """How much each walk amplifies, the largest along it while it is inside the model; one by one,
+    and NaN where it did not converge."""
+
+    def one(given):
+        model, scene, state, law, period = given
+        size = model.params.crank, own_time(model.params)
+        again = lambda state: march(SMOOTH, model, scene, state, law, period)  # noqa: E731
+        path, grown = amplification(again, state, *size)
+        most = jnp.max(jnp.where(path.status <= 1, grown, 0.0))
+        return jnp.where(path.status[-1] == 9, jnp.nan, most)
+
+    with jax.enable_x64(True):
+        given = arguments(walks, FINE, "float64")
+        return np.asarray(jax.jit(partial(jax.lax.map, one))(given))
+
+
+def walked(truth: Path) -> np.ndarray:
+    """How many control periods each walk stays inside the model."""
+    return np.sum(truth.status <= 1, axis=-1)
+
+
+def errors(walks: Walks, paths: Path, truth: Path) -> np.ndarray:
+    """Joint, angle and slide error of each walk for each second walked [3, n].
+
+    As for the default robot: rad/s and m/s with times and lengths in its units, so that robots of
+    any size compare. Joint: the worse of both, a slide counting as the turn that walks as far.
+    Infinite for a walk that ends before its reference.
+    """
+    angle, slide = walk_errors(paths, truth)
+    seconds = np.maximum(walked(truth), 1) * PERIOD * DEFAULT_TIME
+    slide = slide * DEFAULT_LENGTH / np.asarray(walks.params.crank)
+    joint = np.maximum(angle, slide / WALK_PER_RADIAN)
+    return np.stack([joint, angle, slide]) / seconds
+
 
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""
 DERIVED = 64
 """So many of them are differentiated, too."""
-PERIOD = 0.02
+CONTROL = 0.02
+"""Control period [s]."""
 
 
 def settings(quick: bool) -> list[Setting]:
@@ -30,7 +149,7 @@ def settings(quick: bool) -> list[Setting]:
     table, fine = Table(), Table(64, 9)
 
     def split(fidelity: Table, dtype: str, *counts: int) -> list[Setting]:
-        return [Setting(fidelity, RK4Split(), PERIOD / n, dtype) for n in counts]
+        return [Setting(fidelity, RK4Split(), CONTROL / n, dtype) for n in counts]
 
     if quick:
         return split(table, "float32", 1, 4)
@@ -39,9 +158,9 @@ def settings(quick: bool) -> list[Setting]:
         *split(table, "float32", 1, 2, 4, 8),
         *split(table, "float64", 1, 2, 4, 8, 16),
         *split(fine, "float64", 16, 64),
-        Setting(table, EventExact(rtol=1e-4, atol=1e-7), PERIOD, "float64"),
-        Setting(table, EventExact(rtol=1e-7, atol=1e-10), PERIOD, "float64"),
-        Setting(fine, EventExact(rtol=1e-10, atol=1e-13), PERIOD, "float64"),
+        Setting(table, EventExact(rtol=1e-4, atol=1e-7), CONTROL, "float64"),
+        Setting(table, EventExact(rtol=1e-7, atol=1e-10), CONTROL, "float64"),
+        Setting(fine, EventExact(rtol=1e-10, atol=1e-13), CONTROL, "float64"),
     ]
 
 

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.peers import __main__ as command
-from benchmarks.peers.cases import CASES, error_of
-from benchmarks.peers.mechanism import LOOPS, SLOT, TREE, mechanism
-from benchmarks.peers.mjcf import RADIUS, Settings, mjcf
+from benchmarks.peers.mjcf import LOOPS, RADIUS, SLOT, TREE, Settings, mechanism, mjcf
+from benchmarks.peers.programs import CASES, error_of
 from benchmarks.report import MARKS
 from stickslip.dynamics.biped import BODIES, BipedParams, kinematics
 
@@ -123,10 +122,10 @@ def test_the_page_has_the_fastest_settings_that_meet_each_bound():
 
 def test_mujoco_walks_as_we_do(float64):
     pytest.importorskip("mujoco")
-    from benchmarks.peers.mujoco_c import Engine
+    from benchmarks.peers.programs import Engine
 
     settings = Settings(0.79 / 800, "RK4", (0.5 * 0.79 / 800, 1.0))
     found = Engine(CASES[0], settings).run(np.array([1.0]))[0]
-    # exact functions, float64, steps of 0.1 ms (benchmarks.peers.cases.reference)
+    # exact functions, float64, steps of 0.1 ms (benchmarks.peers.programs.reference)
     assert found[4] == pytest.approx(2.91477155, abs=1e-5)
     assert found[-1] == pytest.approx(4.49633265, abs=2e-4)

@@ -12,10 +12,9 @@ import pytest
 from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import costs, promises, recommended
-from benchmarks.tradeoff.marching import references, walked
-from benchmarks.tradeoff.points import cost_of, promises_of
 from benchmarks.tradeoff.population import FLOORS, both, draw
-from benchmarks.tradeoff.promises import code, settings
+from benchmarks.tradeoff.promises import code, references, settings, walked
+from benchmarks.tradeoff.recommended import cost_of, promises_of
 from stickslip.dynamics.biped import EventExact, RK4Split, Table
 
 ROOT = Path(__file__).parents[2]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from benchmarks.tradeoff.marching import SHORTEST, errors, paths, references, walked
 from benchmarks.tradeoff.population import FLOORS, HELD_OUT, draw
+from benchmarks.tradeoff.promises import SHORTEST, errors, paths, references, walked
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split, Table
 from stickslip.dynamics.biped.recommendation import (

@@ -1,0 +1,231 @@
+"""Two walks, their reference, and how fast stickslip and MuJoCo simulate them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from importlib import import_module
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from benchmarks.peers.mjcf import CRANK_JOINT, Mechanism, Settings, mechanism, mjcf
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import (
+    BipedParams,
+    BipedState,
+    RK4Split,
+    Table,
+    prepare,
+    simulate,
+    step,
+)
+
+DURATION = 0.79
+"""Of the walk [s]: from rest at pi/2 to just before the exchange of support."""
+SAMPLES = 10
+"""Evenly spread instants at which the crank's angle is compared, the end among them."""
+TORQUE = 1.0
+"""Of the motor [N m]."""
+SPREAD = (0.985, 1.005)
+"""Torques of a batch [N m]: its members slip and stop at other instants."""
+BOUNDS = (1e-2, 1e-4, 1e-6)
+"""Accuracies asked for: largest error of the crank's angle over the samples [rad]."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A walk of one step under a constant torque: on grip, or sliding once and stopping again."""
+
+    name: str
+    friction: float | None
+
+    @property
+    def scene(self) -> Scene:
+        """The floor; only the motion is asked for."""
+        if self.friction is None:
+            return Scene.grip(outputs="state")
+        return Scene.uniform(self.friction, self.friction, outputs="state")
+
+
+CASES = (Case("stick", None), Case("stick-slip", 0.4))
+
+
+def error_of(angles: Any, wanted: Any) -> float:
+    """Largest difference of crank angles [rad]; infinite where a program gave no number."""
+    gap = np.abs(np.asarray(angles, float) - np.asarray(wanted, float))
+    return float(np.max(np.where(np.isfinite(gap), gap, np.inf)))
+
+
+@lru_cache
+def reference(case: Case, torques: tuple[float, ...] = (TORQUE,), steps: int = 7900) -> np.ndarray:
+    """Crank angles [torques, SAMPLES] with exact inertia functions in float64 and tiny steps.
+
+    Needs 64 bits switched on. Halving the steps moves it by less than 1e-10 rad.
+    """
+    if jnp.zeros(()).dtype != np.float64:
+        raise ValueError("the reference needs 64 bits: jax.config.update('jax_enable_x64', True)")
+    params = BipedParams.from_bars(dtype=np.float64)
+
+    def walk(torque):
+        path = simulate(params, case.scene, BipedState(), torque, DURATION, DURATION / steps)
+        return path.states.crank_angle[steps // SAMPLES :: steps // SAMPLES]
+
+    return np.asarray(jnp.stack([walk(jnp.asarray(torque)) for torque in torques]))
+
+
+def measured(
+    program: str,
+    case: Case,
+    setting: str,
+    run: Callable[[], Any],
+    repeats: int,
+    *,
+    batch: int = 1,
+    walks: int | None = None,
+) -> dict[str, Any]:
+    """Error of the first and the last walk, and simulated seconds a wall and a core-second.
+
+    run: returns crank angles [walks, SAMPLES]. walks: their number, where it returns fewer. The
+    wall rate is of the fastest run, the core rate of the median one, of up to a second of runs.
+    """
+    angles = np.atleast_2d(np.asarray(run()))
+    wanted = reference(case, SPREAD) if batch > 1 else reference(case)
+    error = error_of(angles[[0, -1]], wanted)
+    seconds: list[float] = []
+    core: list[float] = []
+    while len(seconds) < repeats and (not seconds or sum(seconds) + seconds[-1] <= 1.0):
+        begun, before = time.perf_counter(), time.process_time()
+        run()
+        core.append(time.process_time() - before)
+        seconds.append(time.perf_counter() - begun)
+    simulated = (walks or len(angles)) * DURATION
+    return {
+        "program": program,
+        "case": case.name,
+        "setting": setting,
+        "batch": batch,
+        "error": error if np.isfinite(error) else None,
+        "rate": simulated / min(seconds),
+        "core_rate": simulated / max(float(np.median(core)), 1e-9),
+    }
+
+
+STICKSLIP = "stickslip"
+BATCH = 4096
+IN_A_ROW = 256
+"""Walks that a call of batch 1 takes one after another, so that the call itself weighs nothing."""
+PER_SAMPLE = (1, 2, 3, 4, 6, 8, 9, 12, 16, 20, 24, 32, 48)
+"""Steps between two samples."""
+CONFIGURATIONS = ((np.float32, Table(128, 3)), (np.float64, Table(32, 7)))
+
+
+def stickslip_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
+    """One walk and a batch at every step size, in both precisions."""
+    for batch in (1, BATCH):
+        for dtype, table in CONFIGURATIONS:
+            torques, walks = program(case, table, dtype, batch)
+            for count in PER_SAMPLE[:4] if quick else PER_SAMPLE:
+                length = DURATION / (SAMPLES * count)
+                size = jnp.asarray(length, dtype), jnp.asarray(count, jnp.int32)
+
+                def run(walks=walks, torques=torques, size=size):
+                    return jax.block_until_ready(walks(torques, *size))
+
+                setting = f"{np.dtype(dtype).name}, table {table.pieces}x{table.degree}, "
+                setting += f"{1e3 * length:.3g} ms"
+                yield measured(STICKSLIP, case, setting, run, 5 if quick else 10, batch=batch)
+
+
+def program(case: Case, table: Table, dtype: Any, batch: int):
+    """Torques, and the compiled walks under them for any step size."""
+    params = BipedParams.from_bars(dtype=dtype)
+    model = jax.jit(partial(prepare, fidelity=table))(params)
+
+    def walk(torque, dt, count):
+        def move(_, state):
+            return step(model, case.scene, state, torque, dt, integrator=RK4Split())[0]
+
+        def sample(state, _):
+            state = jax.lax.fori_loop(0, count, move, state)
+            return state, state.crank_angle
+
+        return jax.lax.scan(sample, _at_rest(dtype), length=SAMPLES)[1]
+
+    def walks(torques, dt, count):
+        one = partial(walk, dt=dt, count=count)
+        return jax.lax.map(one, torques) if batch == 1 else jax.vmap(one)(torques)
+
+    torques = np.full(IN_A_ROW, TORQUE)
+    if batch > 1:  # in random order: neighbours do not switch together
+        torques = np.linspace(*SPREAD, batch)
+        np.random.default_rng(0).shuffle(torques[1:-1])
+    return jnp.asarray(torques, dtype), jax.jit(walks)
+
+
+def _at_rest(dtype: Any) -> BipedState:
+    values = {name: jnp.asarray(value, dtype) for name, value in vars(BipedState()).items()}
+    return BipedState(**{**values, "steps": jnp.zeros((), jnp.int32)})
+
+
+MUJOCO = "MuJoCo"
+
+# integrator and time constant of the constraints in timesteps. RK4 is stable down to 0.5 and, the
+# more so the softer, of second order; contacts chatter below 1.
+FAMILIES = {
+    "stick": (("RK4", 0.5), ("RK4", 1.0), ("Euler", 2.0), ("discrete", 2.0)),
+    "stick-slip": (("RK4", 1.0), ("RK4", 2.0), ("Euler", 2.0), ("discrete", 2.0)),
+}
+STEPS = (200, 400, 800, 1600, 3200, 6400, 12800)
+"""Timesteps of a walk."""
+
+
+class Engine:
+    """A compiled model and what a run of it needs."""
+
+    def __init__(self, case: Case, settings: Settings):
+        mujoco: Any = import_module("mujoco")
+        self.rollout = import_module("mujoco.rollout").rollout
+        self.model = mujoco.MjModel.from_xml_string(mjcf(_machine(), settings, case.friction))
+        self.data = [mujoco.MjData(self.model)]
+        self.steps = round(DURATION / settings.timestep)
+        whole = mujoco.mjtState.mjSTATE_FULLPHYSICS
+        self.initial = np.zeros(mujoco.mj_stateSize(self.model, whole))
+        mujoco.mj_getState(self.model, self.data[0], self.initial, whole)
+        self.crank = 1 + int(self.model.joint(CRANK_JOINT).qposadr[0])  # after the time
+
+    def run(self, torques: np.ndarray) -> np.ndarray:
+        """Crank angles [batch, SAMPLES] under constant torques [batch]."""
+        shape = (len(torques), self.steps, 1)
+        control = np.broadcast_to(torques[:, None, None], shape)
+        initial = np.broadcast_to(self.initial, (len(torques), len(self.initial)))
+        states, _ = self.rollout(self.model, self.data, initial, control)
+        every = self.steps // SAMPLES
+        return _machine().crank_angle + states[:, every - 1 :: every, self.crank]
+
+
+def mujoco_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
+    """Every family of settings from coarse to fine, on one core."""
+    torque = np.array([TORQUE])
+    for integrator, ratio in FAMILIES[case.name]:
+        for steps in STEPS[: 3 if quick else None]:
+            timestep = DURATION / steps
+            settings = Settings(timestep, integrator, (ratio * timestep, 1.0))
+            run = partial(Engine(case, settings).run, torque)
+            yield measured(MUJOCO, case, describe(settings), run, 2 if quick else 5)
+
+
+def describe(settings: Settings) -> str:
+    """The settings in a few words."""
+    words = [settings.integrator, f"{1e3 * settings.timestep:.3g} ms"]
+    words.append(f"solref {settings.solref[0] / settings.timestep:.2g} steps")
+    return ", ".join(words)
+
+
+@lru_cache
+def _machine() -> Mechanism:
+    return mechanism(BipedParams.from_bars(dtype=np.float64))
