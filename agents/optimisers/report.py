@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.agents.optimisers.runs import FAILED, OUTCOMES
-from stickslip.agents.pictures.plots import make_sheet, name_below, save_sheet
 from stickslip.dynamics.plain_checks import require_choice
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.sheet import make_sheet, name_below, save_sheet
 from stickslip.optim.instances.catalogue import suite
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Table

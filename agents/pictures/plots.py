@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.extras import require
-from stickslip.records.files import write_whole
+from stickslip.envs.rendering.sheet import LEVEL, make_sheet, name_below, name_panel, save_sheet
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,51 +18,9 @@ if TYPE_CHECKING:
 
     from stickslip.envs.rendering.page import Episode, Panel
 
-LEVEL = {"color": theme.MUTED, "lw": 0.8, "ls": (0, (4, 3))}
-"""Limits and other dashed lines."""
 STYLES = ("-", "--", "-.", ":")
 ROW = 1.55
 """Height of a panel [inches]."""
-
-
-def make_sheet(
-    rows: int,
-    columns: int,
-    size: tuple[float, float],
-    title: str,
-    heights: Sequence[float] | None = None,
-) -> tuple[Figure, list[Axes]]:
-    """A figure of `size` [inches] with a title, and its rows * columns axes, which share x.
-
-    heights: of the rows, in parts of each other; None: all the same.
-    """
-    figure = require("matplotlib.figure").Figure(
-        figsize=size, dpi=110, facecolor=theme.PAGE, layout="constrained"
-    )
-    require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
-    figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
-    grid = figure.subplots(rows, columns, sharex=True, squeeze=False, height_ratios=heights)
-    axes = grid.ravel().tolist()
-    for axis in axes:
-        axis.set_facecolor(theme.PANEL)
-        axis.set_axisbelow(True)
-        axis.grid(color=theme.RULE, lw=0.7)
-        axis.tick_params(colors=theme.MUTED, labelsize=9, length=0, which="both")
-        for spine in axis.spines.values():
-            spine.set_visible(False)
-    return figure, axes
-
-
-def name_below(axis: Axes, words: str) -> None:
-    """Label the horizontal axis with quantity and unit."""
-    axis.set_xlabel(words, fontsize=9.5, color=theme.MUTED)
-
-
-def save_sheet(figure: Figure, path: str | Path) -> Path:
-    """Write the figure as PNG, replacing the file there; return the path."""
-    file = io.BytesIO()
-    figure.savefig(file, format="png")
-    return write_whole(path, file.getvalue())
 
 
 def plot_episode(episode: Episode, path: str | Path, title: str) -> Path:
@@ -146,7 +102,7 @@ def _curve(axis: Axes, x: np.ndarray, panel: Panel, values: np.ndarray, **look: 
 
 def _name(axis: Axes, panel: Panel) -> None:
     """Title with the unit, and the limits."""
-    axis.set_title(f"{panel.title} [{panel.unit}]", loc="left", fontsize=10, color=theme.INK, pad=3)
+    name_panel(axis, f"{panel.title} [{panel.unit}]")
     for level in panel.limits:
         axis.axhline(level, **LEVEL)
 

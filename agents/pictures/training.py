@@ -9,11 +9,17 @@ import numpy as np
 from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import AnyRollout, rollout
 from stickslip.agents.pictures.film import write_film
-from stickslip.agents.pictures.plots import LEVEL, make_sheet, name_below, plot_episode, save_sheet
+from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.registry import machine_of_config
 from stickslip.agents.training.log import read_columns
-from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
+from stickslip.envs.rendering.sheet import (
+    LEVEL,
+    make_sheet,
+    name_below,
+    name_panel,
+    save_sheet,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,7 +97,7 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
 
 
 def _draw(axis: Axes, panel: LearningPanel, metrics: Curves, tests: Curves, scale: float) -> None:
-    axis.set_title(panel.title, loc="left", fontsize=10, color=theme.INK, pad=4)
+    name_panel(axis, panel.title)
     if panel.log:
         axis.set_yscale("log")
     if panel.level is not None:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.pictures.plots import make_sheet, save_sheet
 from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.sweeps.statistics import Z95, is_random, slip_of
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.sheet import make_sheet, save_sheet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

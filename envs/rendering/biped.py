@@ -97,21 +97,21 @@ class BipedFrame:
     """
 
     phase: float
-    steps: int
-    floor_position: float
-    slide: float
-    crank_rate: float
-    foot_velocity: float
-    time: float
-    torque: float
-    friction_force: float
-    normal_force: float
-    zmp: float
-    mu_static: float | None
-    mu_kinetic: float | None
-    sticking: bool
-    mean_crank_rate: float
-    commanded_rate: float | None
+    steps: int = 0
+    floor_position: float = 0.0
+    slide: float = 0.0
+    crank_rate: float = 0.0
+    foot_velocity: float = 0.0
+    time: float = 0.0
+    torque: float = 0.0
+    friction_force: float = 0.0
+    normal_force: float = 0.0
+    zmp: float = 0.0
+    mu_static: float | None = None
+    mu_kinetic: float | None = None
+    sticking: bool = True
+    mean_crank_rate: float = 0.0
+    commanded_rate: float | None = None
     status: str = "ok"
     floor: tuple[Patch, ...] | None = None
     weight: float | None = None

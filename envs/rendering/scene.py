@@ -13,6 +13,8 @@ from stickslip.envs.rendering.numbers import digits_of, nice_step, written
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from matplotlib.axes import Axes
+
     from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
     from stickslip.envs.rendering.painter import Box, Painter
 
@@ -212,10 +214,7 @@ def _part(
     for index in part.dots:
         painter.dot(points[index], part.width, theme.PAGE, fill, max(1.2, part.width / 4.5))
     if part.outline is not None:
-        x, y, angle = drawing.bodies[i, part.body]
-        ahead = np.array([cos(angle), sin(angle)])
-        axes = np.array([ahead, [-ahead[1], ahead[0]]])
-        painter.area(camera([x, y] + part.outline @ axes), fill, edge, 1.2)
+        painter.area(camera(_placed(part, drawing.bodies[i])), fill, edge, 1.2)
 
 
 def _scale(painter: Painter, camera: Camera) -> None:
@@ -229,3 +228,28 @@ def _scale(painter: Painter, camera: Camera) -> None:
         if left + 14 <= x <= right - 14:
             words = f"{written(k * step, digits_of(step))} m"
             painter.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, align="center")
+
+
+def draw_machine(axis: Axes, drawing: Drawing, i: int, scale: float) -> None:
+    """Draw the machine of sample i on a matplotlib axis in metres; scale: points a page unit."""
+    points = drawing.points[i]
+    for part, shade in _ordered(drawing, i):
+        fill, edge = theme.DAY[shade + part.role], theme.DAY[part.edge or "panel"]
+        width = scale * part.width
+        for pair in part.bars:
+            for colour, wide in ((edge, width + 2 * scale * theme.CASING), (fill, width)):
+                look = {"color": colour, "lw": wide, "solid_capstyle": "round"}
+                axis.plot(*points[list(pair)].T, zorder=3, **look)
+        for index in part.dots:
+            look = {"mfc": theme.PAGE, "mec": fill, "mew": width / 4.5, "ms": width}
+            axis.plot(*points[index], "o", zorder=3, **look)
+        if part.outline is not None:
+            look = {"facecolor": fill, "edgecolor": edge, "lw": 1.2 * scale}
+            axis.fill(*_placed(part, drawing.bodies[i]).T, zorder=3, **look)
+
+
+def _placed(part: Part, bodies: np.ndarray) -> np.ndarray:
+    """Outline of a part in the world [k, 2] m."""
+    x, y, angle = bodies[part.body]
+    ahead = np.array([cos(angle), sin(angle)])
+    return [x, y] + part.outline @ np.array([ahead, [-ahead[1], ahead[0]]])

@@ -21,14 +21,15 @@ SLOW = {"fig13", "fig25"}
 def test_the_table_has_every_figure_and_known_verdicts():
     rows = [line.strip("| ").split(" | ") for line in TABLE]
     assert {len(row) for row in rows} == {5}
-    assert list(dict.fromkeys(row[0] for row in rows)) == list(FIGURES)
+    judged = [name for name in FIGURES if name != "fig18"]  # curves only
+    assert list(dict.fromkeys(row[0] for row in rows)) == judged
     assert {row[3] for row in rows} == set(VERDICTS)
 
 
 def test_the_summary_has_a_verdict_of_the_table_in_every_row():
     summary = TEXT[TEXT.index("| the chapter | here | |") :].split("\n\n")[0].splitlines()[2:]
     verdicts = [re.split("[|;]", line.rsplit(" | ", 1)[1])[0].strip() for line in summary]
-    assert set(verdicts) == set(VERDICTS) - {"not stated"}
+    assert set(verdicts) == set(VERDICTS)
     for verdict in set(verdicts):
         found = [line for line in TABLE if f" | {verdict} | " in line]
         assert len(found) >= verdicts.count(verdict)

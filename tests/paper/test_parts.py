@@ -5,8 +5,8 @@ import pytest
 
 from stickslip.paper.command import claims_in_words
 from stickslip.paper.figure import FIGURES, Claim, figures_of
-from stickslip.paper.torque import peak_of
-from stickslip.paper.walks import Slide, Walk
+from stickslip.paper.slides import Slide, Walk
+from stickslip.paper.steady import peak_of
 
 
 def test_a_peak_between_samples_is_found_to_third_order():

@@ -70,8 +70,8 @@ def optimise_gait_command(flags: Mapping[str, Any]) -> Content:
 
 
 def _picture(problem: GaitProblem, result: GaitResult) -> bytes:
-    from stickslip.optimise.gait_picture import draw_gait
-    from stickslip.paper.drawing import png
+    from stickslip.envs.rendering.sheet import png
+    from stickslip.optimise.picture import draw_gait
 
     say_stage("drawing")
     unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"

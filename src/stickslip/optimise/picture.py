@@ -1,58 +1,71 @@
-"""A drive along the track as a picture: the vehicle, leg angles, torque and grip."""
+"""Pictures of a drive over its track and of a gait. Needs the extra `viz`."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import jax
 import numpy as np
 
-from stickslip.envs.rendering import theme
+from stickslip.dynamics.scene import Scene
+from stickslip.envs.rendering import BipedFrame, theme
+from stickslip.envs.rendering.biped import BipedSketch
 from stickslip.envs.rendering.extras import require
-from stickslip.optimise.vehicle import draw_scene, extent, poses
-from stickslip.paper import drawing
+from stickslip.envs.rendering.scene import draw_machine
+from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel
+from stickslip.envs.rendering.ugv import ugv_drawing
+from stickslip.envs.ugv.picture import station_frames
+from stickslip.optimise.gait_report import presses
 
 if TYPE_CHECKING:
     from jaxtyping import Float
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-    from stickslip.dynamics.ugv import Pose
-    from stickslip.optim import PostureProblem, PostureResult, Station
+    from stickslip.optim import Gait, GaitProblem, GaitResult, PostureProblem, Station
 
 VEHICLES = 6
 """Drawn at most; fewer where they would cover each other."""
 REAR, FRONT = {"color": theme.MOTOR, "lw": 1.4}, {"color": theme.SLIDES, "lw": 1.4, "ls": "--"}
 """Rear wheel or leg, front wheel or leg."""
-LOWEST, HIGHEST, PANEL, WIDTH = 0.9, 4.0, 1.5, 8.3
-"""Heights of the scene's panel at least and at most, of the others; width of all [inches]."""
+SIDES = ("rear", REAR), ("front", FRONT)
+LOWEST, HIGHEST, WIDTH = 0.9, 4.0, 8.3
+"""Heights of the scene's panel at least and at most, and its width [inches]."""
+ROBOTS, MOST_STEPS = 9, 3
+"""Drawn at most, over so many of the gait's steps."""
+APART = 0.85
+"""From one picture to the next, in the robot's heights."""
+MOSTLY = 0.95
+"""Share of the friction used that is drawn whole where it grows without limit."""
 
 
-def draw_result(problem: PostureProblem, result: PostureResult, vehicles: int = VEHICLES) -> Any:
-    """A matplotlib figure of a result: the vehicle along the track, angles, torque, grip margins.
+def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
+    """A drive's leg angles, torque and grip margins under the vehicle along the track.
 
-    vehicles: how many are drawn at most. Everything stands over the place of the front wheel [m].
-    ValueError for a result without a point.
+    x: the leg angles, whether or not they meet the problem's constraints.
     """
-    if result.x is None:
-        raise ValueError(f"the result holds no drive ({result.message}); accepted: one with x")
-    return draw_drive(problem, result.x, vehicles)
-
-
-def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"], vehicles: int = VEHICLES) -> Any:
-    """The same of a drive's leg angles, whether or not they meet the problem's constraints."""
     stations = problem.stations(x)
-    shown = chosen(problem, vehicles)
-    angles = problem.angles(x)[shown]
-    placed = poses(problem.params, problem.track, problem.x[shown], angles)
-    scene = scene_height(problem, placed)
-    ratios = [scene, PANEL, PANEL, PANEL]
-    height = (sum(ratios) + 4 * 0.35) / 4
-    figure, axes = drawing.sheet(4, height=height, sharex=True, height_ratios=ratios)
-    top, legs, torque, grip = axes[:, 0]
-    draw_angles(legs, problem, stations)
-    draw_torque(torque, stations)
-    draw_grip(grip, problem, stations)
-    draw_scene(top, problem.params, problem.track, placed)
-    drawing.name_panel(top, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
+    shown = chosen(problem, VEHICLES)
+    tall = scene_height(problem, stations, shown)
+    heights = [tall, 1.5, 1.5, 1.5]
+    figure, (top, legs, torque, grip) = make_sheet(4, 1, (9.0, sum(heights) + 2), heights=heights)
+    draw_angles(legs, stations)
+    for end in (problem.params.leg_angle_min, problem.params.leg_angle_max):
+        legs.axhline(float(np.degrees(end)), **LEVEL)
+    name_panel(legs, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
+    torque.plot(stations.x, stations.torque, color=theme.INK, lw=1.4)
+    torque.axhline(0.0, **LEVEL)
+    name_panel(torque, "torque on each wheel [N m]", "negative: drives forwards")
+    for (name, look), (F, N, mu) in zip(SIDES, stations.wheels, strict=True):
+        grip.plot(stations.x, mu * N - np.abs(F), label=name, **look)
+    grip.axhline(problem.min_grip, **LEVEL)
+    least, most = np.min(stations.friction), np.max(stations.friction)
+    mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
+    legend(grip)
+    note = f"μ = {mu}; dashed: the least allowed"
+    name_panel(grip, "grip margin μ N − |F| [N]", note, "front wheel [m]")
+    draw_vehicles(top, problem, stations, shown)
+    name_panel(top, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
     return figure
 
 
@@ -65,39 +78,123 @@ def chosen(problem: PostureProblem, most: int) -> np.ndarray:
     return np.unique(np.argmin(np.abs(problem.x[:, None] - places), axis=0))
 
 
-def scene_height(problem: PostureProblem, placed: Pose) -> float:
+def scene_height(problem: PostureProblem, stations: Station, shown: np.ndarray) -> float:
     """Height of the scene's panel for equal scales [inches], within the page."""
-    left, right, bottom, top = extent(problem.params, placed)
+    left, right, bottom, top = _extent(problem, _drawn(problem, stations, shown).points)
     return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
 
 
-def draw_angles(axis: Axes, problem: PostureProblem, stations: Station) -> None:
-    """Both leg angles in degrees; the range dashed."""
-    for leg, (name, look) in enumerate((("rear", REAR), ("front", FRONT))):
+def draw_angles(axis: Axes, stations: Station) -> None:
+    """Both leg angles in degrees."""
+    for leg, (name, look) in enumerate(SIDES):
         axis.plot(stations.x, np.degrees(stations.leg_angles[:, leg]), label=name, **look)
-    for end in (problem.params.leg_angle_min, problem.params.leg_angle_max):
-        drawing.mark(axis, y=float(np.degrees(end)))
     axis.yaxis.set_major_locator(require("matplotlib.ticker").MultipleLocator(30))
-    drawing.legend(axis)
-    drawing.name_panel(axis, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
+    legend(axis)
 
 
-def draw_torque(axis: Axes, stations: Station) -> None:
-    """The torque of each wheel."""
-    axis.plot(stations.x, stations.torque, color=theme.INK, lw=1.4)
-    drawing.mark(axis, y=0.0)
-    drawing.name_panel(axis, "torque on each wheel [N m]", "negative: drives forwards")
+def draw_vehicles(
+    axis: Axes, problem: PostureProblem, stations: Station, shown: np.ndarray
+) -> None:
+    """The ground and the vehicles at some stations, to scale; sets both axes' limits. Where x axes
+    are shared, draw this one last."""
+    drawing = _drawn(problem, stations, shown)
+    left, right, bottom, top = _extent(problem, drawing.points)
+    x, y = drawing.ground.T
+    axis.fill_between(x, y, y.min() - (right - left), color=theme.floor_colour(0.8), lw=0, zorder=1)
+    axis.plot(x, y, color=theme.INK, lw=1.2, zorder=4)
+    for k in range(len(shown)):
+        draw_machine(axis, drawing, k, 72 * WIDTH / (right - left) / 400)
+    axis.grid(visible=False)
+    axis.set_yticks([])
+    axis.set_xlim(left, right)
+    axis.set_ylim(bottom - 0.1 * (top - bottom), top + 0.05 * (top - bottom), auto=True)
+    axis.set_aspect("equal", adjustable="datalim")
 
 
-def draw_grip(axis: Axes, problem: PostureProblem, stations: Station) -> None:
-    """Draw the grip margin of each wheel; below 0 it slips."""
-    looks = (("rear", REAR), ("front", FRONT))
-    for (name, look), (F, N, mu) in zip(looks, stations.wheels, strict=True):
-        axis.plot(stations.x, mu * N - np.abs(F), label=name, **look)
-    drawing.mark(axis, y=problem.min_grip)
-    least, most = np.min(stations.friction), np.max(stations.friction)
-    mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
-    drawing.legend(axis)
-    drawing.name_panel(
-        axis, "grip margin μ N − |F| [N]", f"μ = {mu}; dashed: the least allowed", "front wheel [m]"
+def _drawn(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Any:
+    """Drawing of the vehicle at some stations."""
+    posture, at = problem.posture, stations.map(lambda of: np.asarray(of)[shown])
+    friction = np.broadcast_to(posture.friction, len(problem.x))[shown]
+    with jax.enable_x64(True):
+        costs = np.zeros(len(shown))
+        ground = posture.odometer, friction, posture.params, problem.solver
+        frames = station_frames(at, costs, *ground)
+    return ugv_drawing(frames, problem.params)
+
+
+def _extent(problem: PostureProblem, points: np.ndarray) -> tuple[float, float, float, float]:
+    """Left, right, bottom and top of the vehicles [m]."""
+    radius = float(problem.params.wheel_radius)
+    left, bottom = points.min(axis=(0, 1)) - radius
+    right, top = points.max(axis=(0, 1)) + radius
+    return float(left), float(right), float(bottom), float(top)
+
+
+def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
+    """The robot link by link at equal times, rate, torque and friction of a result's gait.
+
+    ValueError for a result without one.
+    """
+    gait = result.best
+    figure, (top, rate, torque, friction) = make_sheet(
+        4, 1, (9.0, 9.0), heights=[1.4, 1, 1, 1], sharex=False
     )
+    draw_robots(top, problem, gait)
+    turned = (gait.theta - np.pi / 2) / np.pi + np.arange(gait.grid.steps)[:, None]
+    loaded = presses(gait)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        use = np.where(loaded, gait.friction_force / gait.normal_force, np.nan)
+    curves = (rate, gait.crank_rate), (torque, gait.torque), (friction, use)
+    for axis, values in curves:
+        axis.plot(turned.T, values.T, color=theme.MOTOR, lw=1.4)
+        axis.set_xlim(0, gait.grid.steps)
+    rate.axhline(gait.mean_rate, **LEVEL)
+    name_panel(rate, "crank rate [rad/s]", "dashed: mean")
+    limit, limits = problem.torque_limit, problem.on_grid.limits.mu
+    for sign in (1, -1):
+        if limit is not None:
+            torque.axhline(sign * float(limit), **LEVEL)
+        for j, mu in enumerate([] if limits is None else limits):
+            friction.plot([j, j + 1], [sign * mu] * 2, **LEVEL)
+    name_panel(torque, "motor's torque [N m]", "" if limit is None else "dashed: limit")
+    notes = ["dashed: limit"] if limits is not None else []
+    if not loaded.all():
+        notes.append("gaps: nothing presses the foot down")
+        drawn = np.abs(use[loaded])
+        most = 1.5 * float(np.quantile(drawn, MOSTLY)) if drawn.size else 1.0
+        friction.set_ylim(-most, most)
+    below = "steps, from exchange to exchange"
+    name_panel(friction, "friction / normal force [-]", "; ".join(notes), below)
+    return figure
+
+
+def draw_robots(axis: Axes, problem: GaitProblem, gait: Gait) -> None:
+    """The robot at equal intervals of time, to scale, one picture beside the other."""
+    steps = min(gait.grid.steps, MOST_STEPS)
+    time = np.concatenate([[0.0], np.cumsum(np.minimum(gait.times[:steps], 1e3).ravel())])
+    angles = gait.theta[:steps, 1:] - np.pi / 2 + np.pi * np.arange(steps)[:, None]
+    instants = np.linspace(0, time[-1], ROBOTS)
+    turned = np.interp(instants, time, np.concatenate([[0.0], angles.ravel()]))
+    step = np.minimum((turned / np.pi + 1e-9).astype(int), steps - 1)
+    sketch = BipedSketch(problem.params, Scene.grip())
+    top = sketch.mechanism.top
+    apart = APART * top
+    frames = [
+        BipedFrame(float(np.pi / 2 + turned[i] - np.pi * step[i]), floor_position=i * apart)
+        for i in range(ROBOTS)
+    ]
+    drawing = sketch.drawing(frames, np.empty((0, 4)))
+    for i, instant in enumerate(instants):
+        draw_machine(axis, drawing, i, 0.3)
+        note = f"{instant:.2f} s" + ("" if steps == 1 else f", step {step[i] + 1}")
+        axis.text(i * apart, -0.16 * top, note, ha="center", fontsize=8, color=theme.MUTED)
+    ground = drawing.ground[0, 1]
+    axis.axhline(ground, color=theme.INK, lw=1.2)
+    axis.set_aspect("equal")
+    axis.set_xlim(-0.6 * apart, (ROBOTS - 0.4) * apart)
+    axis.set_ylim(-0.2 * top, 1.06 * top)
+    axis.set_axis_off()
+    note = "dark: the supporting leg; blue: the crank"
+    if steps < gait.grid.steps:
+        note += f"; the first {steps} of {gait.grid.steps} steps"
+    name_panel(axis, "link by link", note)

@@ -155,8 +155,8 @@ def _folder(given: PostureOptions) -> Path:
 
 
 def _picture(problem: PostureProblem, result: PostureResult, track: str) -> bytes:
-    from stickslip.optimise.picture import draw_result
-    from stickslip.paper.drawing import png
+    from stickslip.envs.rendering.sheet import png
+    from stickslip.optimise.picture import draw_drive
 
     say_stage("drawing")
     name = problem.criterion.name.replace("_", " ")
@@ -164,4 +164,4 @@ def _picture(problem: PostureProblem, result: PostureResult, track: str) -> byte
     off_grid = result.details.get("grid_value", result.value) != result.value
     how = f"{result.method} and scp" if off_grid else result.method
     title = f"{name} {result.value:.5g}{unit} over {track}, by {how}"
-    return png(draw_result(problem, result), title)
+    return png(draw_drive(problem, result.x), title)

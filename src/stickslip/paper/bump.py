@@ -1,8 +1,9 @@
-"""Fig. 24: the torque that the UGV needs over the soft bump with its legs held still."""
+"""Figs. 24 and 25: the UGV over the soft bump, with its legs held still, and turning."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,10 +11,19 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
-from stickslip.optim import PostureProblem, Station
+from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel, shades
+from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
-from stickslip.paper import drawing
-from stickslip.paper.figure import NOT_STATED, Claim, Columns, Result, by_construction, share_of
+from stickslip.optimise.picture import draw_angles, draw_vehicles, scene_height
+from stickslip.paper.figure import (
+    BY_CONSTRUCTION,
+    Claim,
+    Columns,
+    Result,
+    claim,
+    share_of,
+    verdict_of,
+)
 
 TRACK = Track.bump()
 """f(x) = 0.1 exp(-(x - 4)^2) [m]."""
@@ -26,6 +36,17 @@ UNEQUAL = ((30, 100), (100, 30))
 FROM, TO = 1.5, 8.0
 """Of the front wheel [m]: both wheels where the bump is lower than 0.2 mm."""
 FRICTION = 0.8
+RATE = 1.0
+"""Largest leg rate [rad/m]; the chapter has no limit."""
+HELD, LIMITED, FREE = "legs held", f"up to {RATE:g} rad/m", "no limit"
+WAYPOINTS = 66
+"""Every 0.1 m."""
+BETWEEN = 10
+"""Trajectories are evaluated at so many times as many points, legs turning evenly between."""
+FINE, COARSE, HELD_ANGLES = 43, 17, 41
+"""Angles of each leg: on the grid with the rate limited; without limit, each move to each pair; of
+postures that are held, every 3 degrees."""
+VEHICLES = 4
 
 Pair = tuple[float, float]
 """Angles of the rear and the front leg [degrees]."""
@@ -44,28 +65,37 @@ class Held(NamedTuple):
         return np.max(np.abs(self.stations.torque), axis=1)
 
 
-def along_bump(
-    waypoints: int, criterion: str = "torque_variation", leg_rate: float | None = None
-) -> PostureProblem:
-    """The trajectory over the soft bump as an optimisation problem; leg_rate [rad/m]."""
+class Drive(NamedTuple):
+    """A trajectory of the legs: stations at its points and its torque variation [N^2 m]; dense,
+    between: the same with points closer together, the legs turning evenly."""
+
+    stations: Station
+    variation: float
+    dense: Station
+    between: float
+
+
+def along_bump(waypoints: int, leg_rate: float | None = None) -> PostureProblem:
+    """The least variation of torque over the soft bump as a problem; leg_rate [rad/m]."""
     x = np.linspace(FROM, TO, waypoints)
-    return PostureProblem(VEHICLE, TRACK, x, criterion, friction=FRICTION, leg_rate=leg_rate)
+    options = {"friction": FRICTION, "leg_rate": leg_rate}
+    return PostureProblem(VEHICLE, TRACK, x, "torque_variation", **options)
 
 
 def statics(samples: int) -> Result:
     """Fig. 24."""
     problem = along_bump(samples + 1)
     drawn = [*EQUAL, *UNEQUAL]
-    shown = _stations(problem, drawn)
+    torques = np.asarray(_stations(problem, drawn).torque)
     every = all_pairs(problem)
     curves = {
         f"torque with legs at {name_of(pair)} [N m]": torque
-        for pair, torque in zip(drawn, np.asarray(shown.torque), strict=True)
+        for pair, torque in zip(drawn, torques, strict=True)
     }
     return Result(
         {"": {"front wheel [m]": problem.x, **curves}, "-pairs": _table(every)},
-        lambda: _draw(problem.x, every, drawn, np.asarray(shown.torque)),
-        [exists(every), passes(every), extremes(every)],
+        lambda: _draw_statics(problem.x, every, drawn, torques),
+        [exists(every), passes(every)],
     )
 
 
@@ -110,44 +140,20 @@ def least_load(at: Station) -> np.ndarray:
 def exists(held: Held) -> Claim:
     """Every posture has a torque."""
     finite = np.all(np.isfinite(held.stations.torque), axis=1)
-    return Claim(
-        "there is a torque function for any static configuration angles",
-        f"{int(np.sum(finite))} of {len(held.pairs)} pairs have one",
-        by_construction(np.all(finite)),
-        "a vehicle held still has one equilibrium: three equations for three unknowns",
-    )
+    measured = f"{int(np.sum(finite))} of {len(held.pairs)} pairs have one"
+    return claim("fig24", "exists", measured, verdict_of(np.all(finite), word=BY_CONSTRUCTION))
 
 
 def passes(held: Held) -> Claim:
     """The ground can give what these torques need."""
     at = held.stations
     fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
-    return Claim(
-        "(the same, passing the bump)",
+    measured = (
         f"{int(np.sum(fine))} of {len(held.pairs)} pairs pass: |F| / N up to "
         f"{np.max(friction_needed(at)):.3f}, normal forces {np.min(least_load(at)):.0f} N or more, "
-        f"{1e3 * np.min(at.clearance):.0f} mm above the ground or more",
-        share_of(fine),
-        f"wheel radius, friction {np.max(at.friction):g} and the legs' range are ours",
+        f"{1e3 * np.min(at.clearance):.0f} mm above the ground or more"
     )
-
-
-def extremes(held: Held) -> Claim:
-    """The pairs with the largest and the smallest of all largest torques."""
-    largest = held.largest
-    unequal = np.array([rear != front for rear, front in held.pairs])
-
-    def shown(which: int) -> str:
-        return f"{largest[which]:.1f} N m ({name_of(held.pairs[which])})"
-
-    equal = int(np.argmax(np.where(unequal, -np.inf, largest)))
-    return Claim(
-        "(the extremes over all pairs)",
-        f"largest torque from {shown(int(np.argmax(largest)))} to "
-        f"{shown(int(np.argmin(largest)))}; of equal angles {shown(equal)} is the largest",
-        NOT_STATED,
-        "a longer wheelbase has the wheels on the steepest places one after the other",
-    )
+    return claim("fig24", "passes", measured, share_of(fine))
 
 
 def _table(held: Held) -> Columns:
@@ -165,25 +171,134 @@ def _table(held: Held) -> Columns:
     }
 
 
-def _draw(x: np.ndarray, held: Held, drawn: Sequence[Pair], torques: np.ndarray):
-    figure, axes = drawing.sheet(2, height=2.8, height_ratios=[3.4, 2.1])
-    curves, largest = axes[:, 0]
-    colours = [*drawing.shades(len(EQUAL)), theme.SLIDES, theme.HIP_EDGE]
+def _draw_statics(x: np.ndarray, held: Held, drawn: Sequence[Pair], torques: np.ndarray):
+    figure, (curves, largest) = make_sheet(2, 1, (9.0, 6.15), heights=[3.4, 2.1], sharex=False)
+    colours = [*shades(len(EQUAL)), theme.SLIDES, theme.HIP_EDGE]
     curves.plot(x, np.asarray(held.stations.torque).T, color=theme.MUTED, lw=0.5, alpha=0.25)
     for pair, torque, colour in zip(drawn, torques, colours, strict=True):
         style = "-" if pair in EQUAL else "--"
         curves.plot(x, torque, color=colour, ls=style, lw=1.6, label=name_of(pair))
-    drawing.legend(curves, title="rear/front", title_fontsize=8.5)
-    drawing.mark(curves, x=4.0, y=0.0)
+    legend(curves, title="rear/front", title_fontsize=8.5)
+    curves.axvline(4.0, **LEVEL)
+    curves.axhline(0.0, **LEVEL)
     curves.set_xlim(FROM, TO)
     note = f"negative: drives forwards; dashed upright: crest; thin: all {len(held.pairs)} pairs"
-    drawing.name_panel(curves, "torque on each wheel [N m]", note, "front wheel [m]")
+    name_panel(curves, "torque on each wheel [N m]", note, "front wheel [m]")
     unequal = np.array([rear != front for rear, front in held.pairs])
     for label, which, edge in (("unequal", unequal, theme.SLIDES), ("equal", ~unequal, theme.INK)):
         look = {"s": 18, "facecolors": "none", "edgecolors": edge, "label": f"{label} angles"}
         largest.scatter(held.wheelbase[which], held.largest[which], **look)
-    drawing.legend(largest)
-    drawing.mark(largest, x=2 * float(VEHICLE.wheel_radius))
+    legend(largest)
+    largest.axvline(2 * float(VEHICLE.wheel_radius), **LEVEL)
     note = "dashed: the wheels touch"
-    drawing.name_panel(largest, "largest torque over the bump [N m]", note, "wheelbase [m]")
+    name_panel(largest, "largest torque over the bump [N m]", note, "wheelbase [m]")
+    return figure
+
+
+def least_variation(samples: int) -> Result:
+    """Fig. 25; its points are WAYPOINTS, whatever samples is."""
+    del samples
+    limited, free = along_bump(WAYPOINTS, leg_rate=RATE), along_bump(WAYPOINTS)
+    held, degrees = best_held(limited)
+    found = {HELD: held, LIMITED: _solved(limited, FINE), FREE: _solved(free, COARSE)}
+    drives = {name: _drive(limited, x) for name, x in found.items()}
+    columns = {"front wheel [m]": limited.x}
+    for name, drive in drives.items():
+        at = drive.stations
+        columns |= {
+            f"{name}: rear leg [rad]": at.leg_angles[:, 0],
+            f"{name}: front leg [rad]": at.leg_angles[:, 1],
+            f"{name}: torque [N m]": at.torque,
+            f"{name}: least grip margin [N]": at.grip,
+        }
+    dense = {f"{name}: torque [N m]": drive.dense.torque for name, drive in drives.items()}
+    tables = {"": columns, "-between": {"front wheel [m]": drives[HELD].dense.x, **dense}}
+    claims = [varies_less(drives, degrees), between(drives), passes_turning(drives[LIMITED])]
+    return Result(tables, lambda: _draw_turning(limited, drives), claims)
+
+
+def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]:
+    """The feasible fixed posture of HELD_ANGLES with the least variation; its angles [degrees]."""
+    low, high = (float(np.degrees(end[0])) for end in problem.bounds)
+    angles = np.linspace(low, high, HELD_ANGLES).round(9)
+    pairs = np.stack(np.meshgrid(angles, angles, indexing="ij"), -1).reshape(-1, 2)
+    trajectories = np.tile(np.radians(pairs), len(problem.x))
+    variation, violation = problem.sample(trajectories)
+    best = int(np.argmin(np.where(violation > 0, np.inf, variation)))
+    rear, front = pairs[best]
+    return trajectories[best], (float(rear), float(front))
+
+
+def _solved(problem: PostureProblem, angles: int) -> np.ndarray:
+    """The local optimum off the grid that the best path over it leads to."""
+    grid = solve(problem, "dp", polish=False, angles=angles)
+    return np.asarray(solve(problem, "scp", start=grid.x).x)
+
+
+def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
+    """The trajectory at the problem's points, and at BETWEEN times as many."""
+    finer = along_bump((len(problem.x) - 1) * BETWEEN + 1)
+    angles = problem.angles(x)
+    dense = np.stack([np.interp(finer.x, problem.x, angles[:, leg]) for leg in (0, 1)], -1).ravel()
+    return Drive(
+        *(problem.stations(x), replace(problem, leg_rate=None).objective(x)),
+        *(finer.stations(dense), finer.objective(dense)),
+    )
+
+
+def varies_less(drives: Mapping[str, Drive], degrees: tuple[float, float]) -> Claim:
+    """degrees: of the best posture held."""
+    held, *others = (one.variation for one in drives.values())
+    below = [1 - one / held for one in others]
+    each = ", ".join(f"{one.variation:.0f} ({name})" for name, one in drives.items())
+    measured = (
+        f"∫(dM/dx)² dx {each} N² m at the points: "
+        f"{' and '.join(f'{100 * of:.0f}' for of in below)} % below the best posture held "
+        f"({degrees[0]:g}/{degrees[1]:g}°)"
+    )
+    verdict = verdict_of(min(below) >= 0, word=BY_CONSTRUCTION)
+    return claim("fig25", "varies_less", measured, verdict)
+
+
+def between(drives: Mapping[str, Drive]) -> Claim:
+    """Variation between the points of the planner."""
+    held, *others = (one.between for one in drives.values())
+    below = [1 - one / held for one in others]
+    shown = [f"{abs(100 * of):.0f} % {'below' if of > 0 else 'above'}" for of in below]
+    each = ", ".join(f"{one.between:.0f} ({name})" for name, one in drives.items())
+    measured = (
+        f"legs turning evenly between the points: {each} N² m: {' and '.join(shown)} the legs held"
+    )
+    return claim("fig25", "between", measured, share_of(of > 0 for of in below))
+
+
+def passes_turning(drive: Drive) -> Claim:
+    """The trajectory holds between its points."""
+    at = drive.dense
+    measured = (
+        f"{LIMITED}, between the points, too: |F| / N up to {friction_needed(at):.3f}, normal "
+        f"forces {least_load(at):.0f} N or more, {1e3 * np.min(at.clearance):.0f} mm of clearance "
+        "or more"
+    )
+    holds = np.all(np.asarray(at.status) == Status.OK)
+    return claim("fig25", "passes", measured, verdict_of(holds))
+
+
+def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
+    stations = drives[LIMITED].stations
+    shown = np.linspace(0, len(problem.x) - 1, VEHICLES).round().astype(int)
+    heights = [1.9, 1.9, scene_height(problem, stations, shown)]
+    figure, (legs, torque, scene) = make_sheet(3, 1, (9.0, sum(heights) + 2.1), heights=heights)
+    draw_angles(legs, stations)
+    name_panel(legs, "(a) leg angles [°]", LIMITED)
+    looks = (theme.MUTED, ":", 1.6), (theme.INK, "-", 1.6), (theme.HOLDS, "--", 1.2)
+    for (name, drive), (colour, style, width) in zip(drives.items(), looks, strict=True):
+        look = {"color": colour, "ls": style, "lw": width}
+        torque.plot(drive.dense.x, drive.dense.torque, label=name, **look)
+    torque.axhline(0.0, **LEVEL)
+    legend(torque)
+    note = "legs turn evenly between points 0.1 m apart"
+    name_panel(torque, "torque on each wheel [N m]", note)
+    draw_vehicles(scene, problem, stations, shown)
+    name_panel(scene, f"(b) least variation, {LIMITED}", "", "front wheel [m]")
     return figure

@@ -13,8 +13,8 @@ import jax
 from stickslip.agents.view_files import require_makeable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.extras import require
+from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import Bar
-from stickslip.paper.drawing import png
 from stickslip.paper.figure import Claim, figures_of
 from stickslip.records.content import Content
 from stickslip.records.files import write_whole

@@ -1,10 +1,13 @@
-"""Declaration of a figure: data, drawing, and claims with their verdicts."""
+"""Declaration of the figures: data, drawing, and claims with their verdicts."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from stickslip.dynamics.plain_checks import nearest
@@ -16,9 +19,7 @@ BY_CALIBRATION = "by calibration"
 """The default masses were chosen for this number: no evidence."""
 BY_CONSTRUCTION = "by construction"
 """True of every robot and parameter: a check of the computation, no evidence."""
-NOT_STATED = "not stated"
-"""The chapter prints a curve or nothing; the measurement is ours alone."""
-VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION, NOT_STATED)
+VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION)
 
 Columns = Mapping[str, Iterable[Any]]
 """Equally long columns of numbers or words by name and unit; NaN is an empty cell."""
@@ -38,25 +39,31 @@ class Claim:
             raise ValueError(f"verdict = {self.verdict!r}; accepted: {', '.join(VERDICTS)}")
 
 
-def verdict_of(agrees: object, partly: object = False) -> str:
-    """AGREES, PARTLY or DIFFERS by two conditions."""
-    return AGREES if agrees else PARTLY if partly else DIFFERS
+@cache
+def _texts() -> dict[str, dict[str, dict[str, str]]]:
+    """Statements and reasons by figure and claim, of claims.json."""
+    return json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
+
+
+def claim(figure: str, name: str, measured: str, verdict: str) -> Claim:
+    """A claim of claims.json with our measurement and its verdict."""
+    text = _texts()[figure][name]
+    return Claim(text["stated"], measured, verdict, text["why"])
+
+
+def verdict_of(agrees: object, partly: object = False, word: str = AGREES) -> str:
+    """`word` where it agrees, else PARTLY or DIFFERS.
+
+    A claim by construction or by calibration DIFFERS where it does not hold: the computation is
+    then wrong.
+    """
+    return word if agrees else PARTLY if partly else DIFFERS
 
 
 def share_of(holds: Iterable[object]) -> str:
     """AGREES where every case holds, PARTLY where some do, DIFFERS where none does or none is."""
     cases = [bool(one) for one in holds]
     return verdict_of(cases and all(cases), any(cases))
-
-
-def by_construction(holds: object) -> str:
-    """BY_CONSTRUCTION; DIFFERS where it does not hold, since the computation is then wrong."""
-    return BY_CONSTRUCTION if holds else DIFFERS
-
-
-def by_calibration(holds: object) -> str:
-    """BY_CALIBRATION; DIFFERS where the number is another."""
-    return BY_CALIBRATION if holds else DIFFERS
 
 
 @dataclass(frozen=True)
@@ -68,7 +75,7 @@ class Result:
 
     tables: Mapping[str, Columns]
     draw: Callable[[], Any]
-    claims: Sequence[Claim]
+    claims: Sequence[Claim] = ()
 
 
 @dataclass(frozen=True)
@@ -86,11 +93,11 @@ class Figure:
 
 
 FIGURES = {
-    "fig11": Figure("Motor torque over a step, crank speeds up to 5 rad/s", "torque", "speeds"),
-    "fig12": Figure("Motor torque over a step, loads on the hip", "torque", "loads"),
+    "fig11": Figure("Motor torque over a step, crank speeds up to 5 rad/s", "steady", "speeds"),
+    "fig12": Figure("Motor torque over a step, loads on the hip", "steady", "loads"),
     "fig13": Figure("Crank angle from rest under constant torques", "start", "torques"),
     "fig14": Figure("Crank angle from rest under 1 N m, several total weights", "start", "weights"),
-    "fig15": Figure("Forces on the supporting foot over a step", "foot", "forces"),
+    "fig15": Figure("Forces on the supporting foot over a step", "steady", "forces"),
     "fig16": Figure("Through the flow chart: sticking and sliding", "slip", "states"),
     "fig17": Figure("Place of the foot at 3 rad/s, friction from 0.03 to 0.1", "slip", "frictions"),
     "fig18": Figure(
@@ -103,7 +110,7 @@ FIGURES = {
     ),
     "fig24": Figure("UGV: torque over the soft bump, legs held still", "bump", "statics"),
     "fig25": Figure(
-        "UGV: over the soft bump with the least variation of torque", "passage", "least_variation"
+        "UGV: over the soft bump with the least variation of torque", "bump", "least_variation"
     ),
 }
 """In the chapter's order."""

@@ -1,4 +1,7 @@
-"""Figs. 16 to 19: how the supporting foot slides at a constant crank rate."""
+"""Figs. 16 to 19: how the supporting foot slides at a constant crank rate.
+
+Claims are judged by the second step: the first begins with the foot at rest.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,19 @@ import numpy as np
 
 from stickslip.dynamics.biped import BODIES, BipedParams
 from stickslip.envs.rendering import theme
-from stickslip.paper import drawing, slip_claims
-from stickslip.paper.figure import NOT_STATED, Claim, Columns, Result, by_construction
-from stickslip.paper.slip_claims import SECOND
-from stickslip.paper.torque import peak_of, phases, poses, steady
-from stickslip.paper.walks import PERIODS, SAME_INSTANT, Walk, walk
+from stickslip.envs.rendering.sheet import family, legend, make_sheet, name_panel, shades
+from stickslip.paper.figure import (
+    BY_CALIBRATION,
+    BY_CONSTRUCTION,
+    Claim,
+    Columns,
+    Result,
+    claim,
+    share_of,
+    verdict_of,
+)
+from stickslip.paper.slides import PERIODS, SAME_INSTANT, Slide, Walk, walk
+from stickslip.paper.steady import peak_of, phases, poses, steady
 
 SLOW, CHART_FRICTION = 3.0, 0.05
 FRICTIONS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.075, 0.079, 0.08, 0.1)
@@ -23,6 +34,19 @@ STEPS = 2
 """Steps of the timeline of Fig. 16."""
 RESTS, FORWARDS, BACKWARDS = "static friction", "sliding forwards", "sliding backwards"
 COLOURS = {RESTS: theme.SWING["main"], FORWARDS: theme.MOTOR, BACKWARDS: theme.SLIDES}
+STATED_FRICTION = 0.08
+MID_STEP = (0.4, 0.6)
+"""Range that counts as "at mid-step", as shares of the step [-]."""
+QUARTER = 0.25
+NEAR = 0.05
+"""A slide ends "when the leg is highest" if it does so within this time [T]."""
+SECOND = 1
+"""The second step, counted from 0."""
+SAME = 5e-3
+"""Onsets closer than this count as the same [T]."""
+
+Walks = Mapping[float, Walk]
+"""Walks by the number that varies."""
 
 State = tuple[str, float, float]
 """A state of the flow chart, its start and end in steps, t / T."""
@@ -57,13 +81,9 @@ def flow(located: list[State]) -> Claim:
     shown = ", ".join(
         f"{state} to {end:.3f}" for state, start, end in located if start < 1 - SAME_INSTANT
     )
-    return Claim(
-        "static friction, imminent sliding, sliding and back (flow chart)",
-        f"first step at {SLOW:g} rad/s, μ = {CHART_FRICTION:g}, in T: {shown}",
-        by_construction({state for state, _, _ in located} == set(COLOURS)),
-        "the walk switches by the chart's rules, eqs. (32), (33) and (36); imminent sliding lasts "
-        "no time",
-    )
+    measured = f"first step at {SLOW:g} rad/s, μ = {CHART_FRICTION:g}, in T: {shown}"
+    every = {state for state, _, _ in located} == set(COLOURS)
+    return claim("fig16", "flow", measured, verdict_of(every, word=BY_CONSTRUCTION))
 
 
 def frictions(samples: int) -> Result:
@@ -72,11 +92,11 @@ def frictions(samples: int) -> Result:
     walks = {mu: walk(params, SLOW, mu, samples=samples) for mu in FRICTIONS}
     use = friction_use(params, SLOW, samples)
     claims = [
-        slip_claims.least_friction(walks, use, SLOW),
-        slip_claims.onset(walks),
-        slip_claims.end(walks, swing_heights(params, samples)),
-        slip_claims.second(walks),
-        slip_claims.repeatedly(walks),
+        least_friction(walks, use),
+        onset(walks),
+        end(walks, swing_heights(params, samples)),
+        second(walks),
+        repeatedly(walks),
     ]
     return _result("mu", "-", walks, f"constant crank rate {SLOW:g} rad/s", claims)
 
@@ -85,15 +105,7 @@ def speeds(samples: int) -> Result:
     """Fig. 18."""
     params = BipedParams.from_bars()
     walks = {rate: walk(params, rate, RATE_FRICTION, samples=samples) for rate in RATES}
-    shown = ", ".join(f"{1e3 * one.distance(SECOND):.2f} mm at {w:g}" for w, one in walks.items())
-    faster = Claim(
-        "(read as: faster slides farther)",
-        f"slips from {least_rate(params, RATE_FRICTION, samples):.3f} rad/s up; distance slid in "
-        f"the second step {shown} rad/s",
-        NOT_STATED,
-        "the chapter prints curves only; least speed with |f| / N = 0.1 at some phase",
-    )
-    return _result("crank rate", "rad/s", walks, f"friction {RATE_FRICTION:g}", [faster])
+    return _result("crank rate", "rad/s", walks, f"friction {RATE_FRICTION:g}", [])
 
 
 def kinetic(samples: int) -> Result:
@@ -101,9 +113,9 @@ def kinetic(samples: int) -> Result:
     params = BipedParams.from_bars()
     walks = {mu: walk(params, FAST, STATIC, mu, samples=samples) for mu in KINETIC}
     claims = [
-        slip_claims.first_onset(walks),
-        slip_claims.later_onsets(walks),
-        slip_claims.smaller_slide(walks),
+        first_onset(walks),
+        later_onsets(walks),
+        smaller_slide(walks),
     ]
     note = f"constant crank rate {FAST:g} rad/s, μs = {STATIC:g}"
     return _result("mu_kinetic", "-", walks, note, claims)
@@ -113,16 +125,6 @@ def friction_use(params: BipedParams, crank_rate: float, samples: int) -> np.nda
     """|f| / N over a step without slip [samples + 1]: the friction that rest needs."""
     needs = steady(params, phases(samples), crank_rate)
     return np.abs(np.asarray(needs.friction_force / needs.normal_force))
-
-
-def least_rate(params: BipedParams, mu: float, samples: int) -> float:
-    """The crank rate above which the foot slips [rad/s], by bisection of the largest |f| / N."""
-    low, high = 0.1, 8.0
-    for _ in range(30):
-        middle = (low + high) / 2
-        slips = peak_of(friction_use(params, middle, samples))[1] > mu
-        low, high = (low, middle) if slips else (middle, high)
-    return low
 
 
 def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:
@@ -136,6 +138,112 @@ def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:
         "centre of mass": np.asarray(pose.centres)[:, swing, 1] @ mass,
     }
     return {name: peak_of(height)[0] for name, height in heights.items()}
+
+
+def least_friction(walks: Walks, use: np.ndarray) -> Claim:
+    """use: |f| / N over a step without slip [n]."""
+    least = peak_of(use)[1]
+    slips = max((mu for mu, one in walks.items() if one.slides), default=0.0)
+    stays = min((mu for mu, one in walks.items() if not one.slides), default=np.inf)
+    measured = (
+        f"{least:.5f} = largest |f| / N; the walks slip up to {slips:g} and not from {stays:g} on"
+    )
+    holds = round(least, 2) == STATED_FRICTION and slips < least <= stays
+    return claim("fig17", "least_friction", measured, verdict_of(holds, word=BY_CALIBRATION))
+
+
+def onset(walks: Walks) -> Claim:
+    """Fig. 17: onset of the slide nearest to mid-step."""
+    found = {mu: _main(one) for mu, one in walks.items() if one.slides}
+    low, high = MID_STEP
+    each = (f"{s.onset:.3f} ({mu:g})" if s else f"none ({mu:g})" for mu, s in found.items())
+    verdict = share_of(s is not None and low < s.onset < high for s in found.values())
+    return claim("fig17", "onset", f"onset, in T: {', '.join(each)}", verdict)
+
+
+def end(walks: Walks, high: Mapping[str, float]) -> Claim:
+    """high: where in the step parts of the swinging leg are highest, by name [T]."""
+    ends = {mu: s.stop for mu, one in walks.items() if (s := _main(one)) is not None}
+    near = {name: [abs(at - when) < NEAR for at in ends.values()] for name, when in high.items()}
+    heights = ", ".join(
+        f"{name} at {when:.3f} T ({sum(near[name])} of {len(ends)} slides end near)"
+        for name, when in high.items()
+    )
+    each = ", ".join(f"{at:.3f} ({mu:g})" for mu, at in ends.items())
+    measured = f"ends at {each} T; highest are the swinging leg's {heights}"
+    return claim("fig17", "end", measured, share_of(max(near.values(), key=sum)))
+
+
+def second(walks: Walks) -> Claim:
+    """Fig. 17: the slides that are not nearest to mid-step."""
+    others = [
+        (mu, slide)
+        for mu, one in walks.items()
+        for slide in one.starting_in(SECOND)
+        if slide is not _main(one)
+    ]
+    shown = ", ".join(f"{s.onset:.3f} to {s.stop:.3f} ({mu:g})" for mu, s in others)
+    verdict = share_of(s.stop <= QUARTER for mu, s in others if mu > min(walks))
+    return claim("fig17", "second", f"the other slides, in T: {shown or 'none'}", verdict)
+
+
+def repeatedly(walks: Walks) -> Claim:
+    """Fig. 17: slides of the least friction."""
+    found = walks[min(walks)].within(SECOND)
+    sliding = sum(s.end - s.start for s in found)
+    shown = ", ".join(
+        f"{s.onset:.3f} to {s.stop:.3f} T {'forwards' if s.displacement > 0 else 'backwards'}"
+        for s in found
+    )
+    measured = f"{len(found)} slides in the second step, {100 * sliding:.0f} % of its time: {shown}"
+    return claim("fig17", "repeatedly", measured, verdict_of(len(found) > 2, sliding > 0.5))
+
+
+def first_onset(walks: Walks) -> Claim:
+    """Fig. 19: before the first slide kinetic friction does not enter."""
+    first = [one.slides[0].start if one.slides else np.inf for one in walks.values()]
+    spread = float(np.ptp(first)) if np.all(np.isfinite(first)) else np.inf
+    measured = f"first onset at {min(first):.4f} T, apart by {spread:.1g} T"
+    verdict = verdict_of(spread < SAME_INSTANT, word=BY_CONSTRUCTION)
+    return claim("fig19", "first_onset", measured, verdict)
+
+
+def later_onsets(walks: Walks) -> Claim:
+    """Fig. 19: where slides start once the foot has slid before."""
+    onsets = {mu: [s.onset for s in one.starting_in(SECOND)] for mu, one in walks.items()}
+    shown = "; ".join(
+        f"{', '.join(f'{at:.3f}' for at in found) or 'none'} for {mu:g}"
+        for mu, found in onsets.items()
+    )
+    first, *others = onsets.values()
+    common = [
+        at for at in first if all(any(abs(one - at) < SAME for one in found) for found in others)
+    ]
+    same = common and all(len(found) == len(common) for found in onsets.values())
+    measured = f"onsets in the second step, in T: {shown}"
+    return claim("fig19", "later_onsets", measured, verdict_of(same, common))
+
+
+def smaller_slide(walks: Walks) -> Claim:
+    """Fig. 19: distance slid and displacement; walks by falling kinetic friction."""
+    distances = [[one.distance(step) for one in walks.values()] for step in range(PERIODS)]
+    net = [one.displacement for one in walks.values()]
+    farther = np.all(np.diff(distances, axis=1) > 0)
+    more_net = np.all(np.diff(np.abs(net)) > 0)
+    shown = ", ".join(
+        f"{1e3 * far:.2f} mm for {mu:g}" for mu, far in zip(walks, distances[SECOND], strict=True)
+    )
+    measured = (
+        f"distance slid in the second step {shown}; displacement after {PERIODS} steps "
+        f"{', '.join(f'{1e3 * at:+.2f}' for at in net)} mm"
+    )
+    verdict = verdict_of(farther and more_net, farther or more_net)
+    return claim("fig19", "smaller_slide", measured, verdict)
+
+
+def _main(walk: Walk) -> Slide | None:
+    """Of the slides that start in the second step, the one that starts nearest to mid-step."""
+    return min(walk.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
 
 
 def _result(
@@ -159,14 +267,14 @@ def _result(
 def _draw(walks: Mapping[str, Walk], note: str):
     """Places over time, and when the foot slides in the second step."""
     ratio = 0.07 * (3 + len(walks))
-    figure, axes = drawing.sheet(2, height=2.2 + 0.9 * ratio, height_ratios=(1.4, ratio))
-    place, bars = axes[:, 0]
+    size = (9.0, 2 * (2.2 + 0.9 * ratio) + 0.55)
+    figure, (place, bars) = make_sheet(2, 1, size, heights=(1.4, ratio), sharex=False)
     time = next(iter(walks.values())).time
-    drawing.family(place, time, [(name, 1e3 * one.place) for name, one in walks.items()])
+    family(place, time, [(name, 1e3 * one.place) for name, one in walks.items()])
     title = "place of the foot x1 [mm], forwards up"
-    drawing.name_panel(place, title, note, "time in steps, t / T")
+    name_panel(place, title, note, "time in steps, t / T")
     place.set_xlim(0, PERIODS)
-    rows = zip(walks.values(), drawing.shades(len(walks)), strict=True)
+    rows = zip(walks.values(), shades(len(walks)), strict=True)
     for row, (one, colour) in enumerate(rows):
         for part in one.within(SECOND):
             look = {"height": 0.75, "color": colour, "edgecolor": theme.PANEL}
@@ -174,22 +282,21 @@ def _draw(walks: Mapping[str, Walk], note: str):
     bars.set_yticks(range(len(walks)), list(walks), fontsize=7)
     bars.set_ylim(len(walks) - 0.5, -0.5)
     bars.set_xlim(0, 1)
-    drawing.name_panel(bars, "when it slides in a step", "the second step", "share of the step")
+    name_panel(bars, "when it slides in a step", "the second step", "share of the step")
     return figure
 
 
 def _draw_states(states: list[State], one: Walk):
     """The foot's place over time, shaded by its state."""
-    figure, axes = drawing.sheet(height=3.2)
-    axis = axes[0, 0]
+    figure, (axis,) = make_sheet(1, 1, (9.0, 3.75))
     chosen = one.time <= STEPS
     axis.plot(one.time[chosen], 1e3 * one.place[chosen], color=theme.INK, lw=1.4)
     spans = {
         state: axis.axvspan(start, end, color=COLOURS[state], alpha=0.35, lw=0)
         for state, start, end in states
     }
-    drawing.legend(axis, handles=list(spans.values()), labels=list(spans))
+    legend(axis, handles=list(spans.values()), labels=list(spans))
     note = f"{SLOW:g} rad/s, μ = {CHART_FRICTION:g}"
-    drawing.name_panel(axis, "place of the foot x1 [mm]", note, "time in steps, t / T")
+    name_panel(axis, "place of the foot x1 [mm]", note, "time in steps, t / T")
     axis.set_xlim(0, STEPS)
     return figure

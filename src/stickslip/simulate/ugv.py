@@ -66,8 +66,8 @@ def simulate_ugv_command(flags: Mapping[str, Any]) -> Content:
             print(f"misses {name} by {by:.3g} {UNITS[name]}")
     written = [write_table(out, stations_table(stations), given.overwrite)]
     if picture is not None:
+        from stickslip.envs.rendering.sheet import png
         from stickslip.optimise.picture import draw_drive
-        from stickslip.paper.drawing import png
 
         title = f"Over {given.track}, friction {given.friction:g}"
         content = png(draw_drive(problem, x), title)

@@ -1,7 +1,6 @@
 """Walks at a constant crank rate with a foot that may slip, and the slides in them.
 
 A slide runs from an instant of slip to the next instant of stick, always in one direction.
-Displacement is signed, forwards positive; the distance slid adds up both directions.
 """
 
 from __future__ import annotations

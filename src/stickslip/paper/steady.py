@@ -1,0 +1,302 @@
+"""Figs. 11, 12 and 15: torque and forces on the foot at a constant crank rate, without slip."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import (
+    BODIES,
+    JOINT_FORCES,
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedParams,
+    InverseDynamics,
+    Kinematics,
+    inverse_dynamics,
+    kinematics,
+    step_length,
+)
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.sheet import LEVEL, family, legend, make_sheet, name_panel
+from stickslip.paper.figure import BY_CONSTRUCTION, Claim, Result, claim, share_of, verdict_of
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, Real
+
+    from stickslip.dynamics.numeric import Number
+
+SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
+LOADS = (0.0, 5.0, 10.0, 15.0)
+RATE = 3.0
+"""The chapter does not say at which speed Figs. 12 and 15 are drawn; this is Fig. 17's [rad/s]."""
+HARDLY = 0.1
+"""Curves "hardly differ" if their largest gap is below this share of the curve's range [-]."""
+ALIKE = 0.95
+"""Curves have "the same shape" if their correlation is above this [-]."""
+LEVEL_HIP = 0.01
+"""The hip stays "at the same level" if it moves up and down by less than this share of a step."""
+FOOT, TIBIA, BAR = "1", "2", "11"
+ROUNDING = 1e-9
+"""An equation holds if its residual is below this share of the weight [-]."""
+
+
+def phases(samples: int) -> jax.Array:
+    """Crank angles of the supporting leg over one step, ends included [samples + 1, rad]."""
+    return jnp.linspace(SUPPORT_START, SUPPORT_END, samples + 1)
+
+
+@partial(jax.jit, static_argnames="outputs")
+def steady(
+    params: BipedParams,
+    crank_angles: Float[Array, " n"],
+    crank_rate: Real[Number, ""],
+    outputs: Literal["forces", "joints"] = "forces",
+) -> InverseDynamics[Any]:
+    """Inverse dynamics at constant crank rate without slip (eq. 18), along an array of angles."""
+    rate, still = jnp.asarray(crank_rate, crank_angles.dtype), jnp.zeros((), crank_angles.dtype)
+    return jax.vmap(lambda angle: inverse_dynamics(params, angle, rate, still, outputs=outputs))(
+        crank_angles
+    )
+
+
+@jax.jit
+def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
+    """Kinematics along an array of crank angles."""
+    return jax.vmap(lambda angle: kinematics(params, angle))(crank_angles)
+
+
+def peak_of(values: np.ndarray) -> tuple[float, float]:
+    """Place of the maximum along an even grid, from 0 to 1, and its value, both by the parabola
+    through the largest value and its neighbours."""
+    i, last = int(np.argmax(values)), len(values) - 1
+    if i in (0, last):
+        return i / last, float(values[i])
+    before, at, after = values[i - 1 : i + 2]
+    shift = (before - after) / (2 * (before - 2 * at + after))
+    return (i + float(shift)) / last, float(at - (before - after) * shift / 4)
+
+
+def speeds(samples: int) -> Result:
+    """Fig. 11."""
+    params, angles = BipedParams.from_bars(), phases(samples)
+    curves = {w: np.asarray(steady(params, angles, w).torque) for w in (0.0, *SPEEDS)}
+    slow = curves[0.0]
+    gap = {w: float(np.max(np.abs(curves[w] - slow)) / np.ptp(slow)) for w in SPEEDS}
+    alike = {w: float(np.corrcoef(curves[w], slow)[0, 1]) for w in SPEEDS}
+    columns = {f"torque at {w:g} rad/s [N m]": curve for w, curve in curves.items()}
+    named = {"quasi-static": slow} | {f"{w:g} rad/s": curves[w] for w in SPEEDS}
+    return Result(
+        {"": {"time / T [-]": _time(samples), **columns}},
+        lambda: _draw_torques(samples, named, "constant crank rate"),
+        [hardly(gap), same_shape(alike)],
+    )
+
+
+def loads(samples: int) -> Result:
+    """Fig. 12."""
+    params, angles = BipedParams.from_bars(), phases(samples)
+    robots = {m: params.replace(payload=jnp.asarray(m, angles.dtype)) for m in LOADS}
+    curves, still = (
+        {m: np.asarray(steady(one, angles, rate).torque) for m, one in robots.items()}
+        for rate in (RATE, 0.0)
+    )
+    rise = {m: peak_of(curves[m])[1] / peak_of(curves[0.0])[1] - 1 for m in LOADS[1:]}
+    heights = np.asarray(poses(params, angles).centres)[:, BODIES.index("13"), 1]
+    columns = {f"torque with {m:g} kg [N m]": curve for m, curve in curves.items()}
+    named = {f"{m:g} kg": curve for m, curve in curves.items()}
+    return Result(
+        {"": {"time / T [-]": _time(samples), **columns}},
+        lambda: _draw_torques(samples, named, f"at {RATE:g} rad/s"),
+        [
+            slightly(rise, _gaps(curves), float(params.total_mass)),
+            level(float(np.ptp(heights)), float(step_length(params)), _gaps(still)),
+        ],
+    )
+
+
+def hardly(gap: Mapping[float, float]) -> Claim:
+    """gap: largest distance to the quasi-static curve over its range, by speed."""
+    measured = f"largest gap to the quasi-static curve, of its range: {_percent(gap)} rad/s"
+    verdict = share_of(share < HARDLY for w, share in gap.items() if w < 3)
+    return claim("fig11", "hardly", measured, verdict)
+
+
+def same_shape(alike: Mapping[float, float]) -> Claim:
+    """alike: correlation with the quasi-static curve, by speed."""
+    *slower, fastest = alike.values()
+    kept = [share > ALIKE for share in slower]
+    breaks = fastest <= ALIKE
+    each = ", ".join(f"{share:.3f} at {w:g}" for w, share in alike.items())
+    measured = f"correlation with the quasi-static curve: {each} rad/s"
+    verdict = verdict_of(all(kept) and breaks, all(kept) or (any(kept) and breaks))
+    return claim("fig11", "same_shape", measured, verdict)
+
+
+def slightly(rise: Mapping[float, float], gap: Mapping[float, float], mass: float) -> Claim:
+    """rise, gap: of the peak torque and of the curve, by load [-]; mass: of the robot [kg]."""
+    each = ", ".join(f"{100 * share:+.1f} % with {m:g} kg" for m, share in rise.items())
+    measured = (
+        f"at {RATE:g} rad/s peak torque {each} (robot: {mass:.2f} kg); largest gap of the range: "
+        f"{_percent(gap)} kg"
+    )
+    return claim("fig12", "slightly", measured, share_of(share < HARDLY for share in gap.values()))
+
+
+def level(height: float, step: float, still: Mapping[float, float]) -> Claim:
+    """height: by which the hip moves up and down in a step [m]. still: gap by load at rest."""
+    load, share = list(still.items())[-1]
+    flat, so = height < LEVEL_HIP * step, share < HARDLY
+    measured = (
+        f"the hip moves {1e3 * height:.2f} mm up and down in a step of {1e3 * step:.0f} mm; "
+        f"without inertia {load:g} kg change the torque by {100 * share:.1f} % of its range"
+    )
+    return claim("fig12", "level", measured, verdict_of(flat and so, flat or so))
+
+
+def _gaps(curves: Mapping[float, np.ndarray]) -> dict[float, float]:
+    """Largest distance to the curve without load over its range, by load [-]."""
+    bare = curves[0.0]
+    return {m: float(np.max(np.abs(c - bare)) / np.ptp(bare)) for m, c in curves.items() if m}
+
+
+def _percent(shares: Mapping[float, float]) -> str:
+    return ", ".join(f"{100 * share:.0f} % at {x:g}" for x, share in shares.items())
+
+
+def _time(samples: int) -> np.ndarray:
+    return np.linspace(0.0, 1.0, samples + 1)
+
+
+def _draw_torques(samples: int, curves: Mapping[str, np.ndarray], note: str):
+    figure, (axis,) = make_sheet(1, 1, (9.0, 4.35))
+    family(axis, _time(samples), curves.items())
+    name_panel(axis, "motor torque [N m]", note, "time in steps, t / T")
+    axis.axhline(0.0, **LEVEL)
+    axis.set_xlim(0, 1)
+    return figure
+
+
+class FootForces(NamedTuple):
+    """Forces on the foot over a step, ground frame, each [n, 2] N; zmp [n] m from the ankle."""
+
+    ground: np.ndarray
+    tibia: np.ndarray
+    bar: np.ndarray
+    zmp: np.ndarray
+
+    @property
+    def by_label(self) -> dict[str, np.ndarray]:
+        """The three forces by name."""
+        labels = ("f01, ground on foot", "tibia (2) on foot", "bar (11) on foot")
+        return dict(zip(labels, self[:3], strict=True))
+
+
+def forces(samples: int) -> Result:
+    """Fig. 15."""
+    params, angles = BipedParams.from_bars(), phases(samples)
+    on_foot = foot_forces(steady(params, angles, RATE, outputs="joints"))
+    placed = poses(params, angles)
+    bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
+    gravity = float(params.gravity)
+    own = gravity * float(params.mass[BODIES.index(FOOT)])
+    columns = {
+        f"{label} {axis} [N]": values[:, i]
+        for label, values in on_foot.by_label.items()
+        for i, axis in enumerate("xy")
+    }
+    time = {"time / T [-]": _time(samples)}
+    tables = {"": time | columns | {"zero-moment point from the ankle [m]": on_foot.zmp}}
+    weight = gravity * float(params.total_mass)
+    claims = [*equations(*residuals(on_foot, bar_pin, own), weight, on_foot.zmp), pinned(placed)]
+    return Result(tables, lambda: _draw_forces(on_foot), claims)
+
+
+def foot_forces(motion: InverseDynamics[Any]) -> FootForces:
+    """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
+    joints = np.asarray(motion.joint_forces)
+
+    def on_foot(other: str) -> np.ndarray:
+        columns = []
+        for axis in "xy":
+            own, reaction = (FOOT, other, axis), (other, FOOT, axis)
+            sign, name = (1.0, own) if own in JOINT_FORCES else (-1.0, reaction)
+            columns.append(sign * joints[:, JOINT_FORCES.index(name)])
+        return np.stack(columns, -1)
+
+    ground = np.stack([np.asarray(motion.friction_force), np.asarray(motion.normal_force)], -1)
+    return FootForces(ground, on_foot(TIBIA), on_foot(BAR), np.asarray(motion.zmp))
+
+
+def residuals(on_foot: FootForces, bar_pin: np.ndarray, weight: float) -> tuple[float, float]:
+    """Largest residual force [N] and moment about the ankle [N m] of a foot at rest.
+
+    The ankle is at ground level, is the tibia's pin and the foot's centre of mass, so neither the
+    friction, nor the tibia, nor the foot's weight has a moment about it. bar_pin: link 11's pin
+    from the ankle [n, 2] m. weight: of the foot [N].
+    """
+    force = on_foot.ground + on_foot.tibia + on_foot.bar - np.array([0.0, weight])
+    of_bar = bar_pin[:, 0] * on_foot.bar[:, 1] - bar_pin[:, 1] * on_foot.bar[:, 0]
+    moment = on_foot.zmp * on_foot.ground[:, 1] + of_bar
+    return float(np.abs(force).max()), float(np.abs(moment).max())
+
+
+def equations(linear: float, moment: float, weight: float, zmp: np.ndarray) -> list[Claim]:
+    """linear, moment: residuals of eqs. (29) and (30); weight: of the robot [N]; zmp [n, m]."""
+
+    def verdict(residual: float) -> str:
+        return verdict_of(residual < ROUNDING * weight, word=BY_CONSTRUCTION)
+
+    force = f"residual {_below(linear)} N of a weight of {weight:.1f} N, at {RATE:g} rad/s"
+    about = (
+        f"residual {_below(moment)} N m; the point moves from {zmp.min():.3f} to "
+        f"{zmp.max():.3f} m from the ankle"
+    )
+    return [
+        claim("fig15", "forces", force, verdict(linear)),
+        claim("fig15", "moment", about, verdict(moment)),
+    ]
+
+
+def pinned(placed: Kinematics) -> Claim:
+    """A bar can hold the foot's second pin if its other end stays equally far away."""
+    foot, *ends = (
+        np.asarray(of)[:, 0]
+        for of in (placed.pins.ankle_bar, placed.pins.knee_bar, placed.pins.C_bar)
+    )
+    far = {
+        link: np.linalg.norm(end - foot, axis=-1) for link, end in zip((11, 12), ends, strict=True)
+    }
+    shown = "; ".join(
+        f"to link {link}'s other end {1e3 * of.min():.1f} to {1e3 * of.max():.1f} mm"
+        for link, of in far.items()
+    )
+    measured = f"over a step, from the foot's second pin {shown}"
+    return claim(
+        "fig15", "pinned", measured, verdict_of(np.ptp(far[12]) < ROUNDING * far[12].max())
+    )
+
+
+def _below(residual: float) -> str:
+    """A bound in powers of ten: the rounding differs from machine to machine."""
+    return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
+
+
+def _draw_forces(on_foot: FootForces):
+    figure, axes = make_sheet(3, 1, (9.0, 7.15))
+    time = _time(len(on_foot.zmp) - 1)
+    for axis, i, name in zip(axes[:2], (0, 1), ("horizontal", "vertical"), strict=True):
+        colours = (theme.HOLDS, theme.MOTOR, theme.SLIDES)
+        for (label, values), colour in zip(on_foot.by_label.items(), colours, strict=True):
+            axis.plot(time, values[:, i], color=colour, lw=1.4, label=label)
+        name_panel(axis, f"{name} force on the foot [N]", f"constant {RATE:g} rad/s")
+    legend(axes[0])
+    axes[2].plot(time, 1e3 * on_foot.zmp, color=theme.INK, lw=1.4)
+    name_panel(axes[2], "zero-moment point from the ankle [mm]", "", "time in steps, t / T")
+    axes[2].set_xlim(0, 1)
+    return figure
