@@ -32,9 +32,8 @@ from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import say_stage
-from stickslip.records.content import Content
 from stickslip.records.signals import stoppable
-from stickslip.records.table import Column, Table
+from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

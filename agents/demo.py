@@ -18,9 +18,9 @@ from stickslip.agents.registry import machine_by_name, machines
 from stickslip.agents.training.directory import list_checkpoints, read_config
 from stickslip.agents.training.run import train
 from stickslip.dynamics.checks import require_number, shown
-from stickslip.records.content import Content
 from stickslip.records.files import write_whole
 from stickslip.records.signals import stoppable
+from stickslip.records.table import Content
 
 if TYPE_CHECKING:
     from collections.abc import Callable

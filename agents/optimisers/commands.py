@@ -11,7 +11,7 @@ from stickslip.agents.optimisers.methods import METHODS, methods_table
 from stickslip.records.signals import Interrupted, complain
 
 if TYPE_CHECKING:
-    from stickslip.records.content import Content
+    from stickslip.records.table import Content
 
 OK, WRONG_INPUT = 0, 2
 PROGRAM = "stickslip bench optimisers"
@@ -91,8 +91,8 @@ def _run(given: argparse.Namespace) -> Content:
     from stickslip.agents.sweeps.cells import StoppedError
     from stickslip.agents.view_files import require_folder
     from stickslip.optim.instances.catalogue import suite
-    from stickslip.records.content import Content
     from stickslip.records.signals import stoppable
+    from stickslip.records.table import Content
 
     require_folder(given.out)
     names = list(suite()) if given.instances is None else given.instances
@@ -119,8 +119,8 @@ def _report(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table, write_ioh
     from stickslip.agents.optimisers.runs import read_results, write_results
     from stickslip.agents.view_files import require_folder
-    from stickslip.records.content import Content
     from stickslip.records.files import write_whole
+    from stickslip.records.table import Content
 
     require_folder(given.out)
     if given.out.exists():
@@ -137,7 +137,7 @@ def _report(given: argparse.Namespace) -> Content:
 
 
 def _methods(given: argparse.Namespace) -> Content:
-    from stickslip.records.content import Content
+    from stickslip.records.table import Content
 
     table = methods_table()
     print(table.terminal())

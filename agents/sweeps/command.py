@@ -19,8 +19,8 @@ from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.agents.tasks.players import every_option
 from stickslip.agents.view_files import require_folder
 from stickslip.dynamics.checks import shown
-from stickslip.records.content import Content
 from stickslip.records.signals import stoppable
+from stickslip.records.table import Content
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -20,7 +20,7 @@ from stickslip.dynamics.plain_checks import require_choice
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.records.content import Content
+    from stickslip.records.table import Content
 
 PACKAGE = "stickslip"
 
@@ -67,8 +67,7 @@ def bench_command(flags: Mapping[str, Any]) -> Content:
 
 def list_benchmarks() -> Content:
     """Print a table of all, and what is needed for those that do not run here; return it."""
-    from stickslip.records.content import Content
-    from stickslip.records.table import Column, Table
+    from stickslip.records.table import Column, Content, Table
 
     root = checkout()
     heads = [Column(name, words=True) for name in ("benchmark", "runs here", "about")]
@@ -94,7 +93,7 @@ def run_benchmark(name: str, arguments: Sequence[str], *, as_json: bool = False)
     ValueError for an unknown name, for one that cannot run here and, with as_json, for one that
     writes its own JSON.
     """
-    from stickslip.records.content import Content
+    from stickslip.records.table import Content
 
     require_choice("benchmark", name, BENCHMARKS)
     one, root = BENCHMARKS[name], checkout()

@@ -7,10 +7,11 @@ on stderr and exit status 2. With --json standard output holds one JSON object a
 from __future__ import annotations
 
 import argparse
+import codecs
 import os
 import sys
 from contextlib import redirect_stdout
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import IO, TYPE_CHECKING, Any, NoReturn
 
 from stickslip.commands import (
     COMMANDS,
@@ -23,22 +24,13 @@ from stickslip.commands import (
 from stickslip.parser import Parser, add_examples
 from stickslip.programs import compiled_programs
 from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
-from stickslip.streams import prepare_streams, whole_output
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.records.content import Content
+    from stickslip.records.table import Content
 
-__all__ = [
-    "COMMANDS",
-    "NOTHING_FOUND",
-    "OK",
-    "READER_LEFT",
-    "WRONG_INPUT",
-    "main",
-    "make_parser",
-]
+__all__ = ["COMMANDS", "NOTHING_FOUND", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
 LONGEST = 1200
 """Characters of a message."""
 EXHAUSTED = "RESOURCE_EXHAUSTED"
@@ -61,6 +53,11 @@ EXTRAS = {
 }
 """Optional packages and the extra that brings them."""
 
+PLAIN = "stickslip-plain"
+"""Name of the error handler."""
+INSTEAD = {"─": "-", "±": "+-", "×": "x", "–": "-", "…": "...", "²": "2", "°": " deg"}
+"""Replacements for letters that the encoding lacks; a question mark for others."""
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 where nothing was found or a simulated machine
@@ -72,10 +69,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         complete(make_parser)
     prepare_streams()
     try:
-        with handled(interrupt), whole_output():
+        with handled(interrupt):
             words = list(sys.argv[1:] if arguments is None else arguments)
-            given = make_parser(words).parse_args(words)
-            return _run(given)
+            try:
+                return _run(make_parser(words).parse_args(words))
+            finally:
+                sys.stdout.flush()  # while a failure of that can still be reported
     except ModuleNotFoundError as error:
         package = (error.name or "").partition(".")[0]
         if package not in EXTRAS:
@@ -169,6 +168,29 @@ def _found(flags: dict[str, Any]) -> Content | None:
         return function_of(command.run)(flags)
     with compiled_programs(keep=flags["keep_programs"]):
         return function_of(command.run)(flags)
+
+
+def prepare_streams() -> None:
+    """Make both fit to print on, whatever the surroundings gave.
+
+    A closed one (None in Python, which then prints errors on the other) leads nowhere; one whose
+    encoding lacks a letter (ASCII, Windows' code pages) gets a plainer one, where Python would end
+    a command whose work is done.
+    """
+    codecs.register_error(PLAIN, _plain)
+    for name in ("stdout", "stderr"):
+        stream: IO[str] | None = getattr(sys, name)
+        if stream is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif getattr(stream, "errors", None) == "strict" and hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors=PLAIN)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    missing = error.object[error.start : error.end]
+    return "".join(INSTEAD.get(letter, "?") for letter in missing), error.end
 
 
 class _Version(argparse.Action):

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.agents.policy.record import every_record, record_of
 from stickslip.agents.view_files import require_new, require_suffix, require_writable
-from stickslip.records.content import Content
 from stickslip.records.files import write_whole
-from stickslip.records.table import Column, Table
+from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.records.content import Content
-from stickslip.records.table import Column, Table
+from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

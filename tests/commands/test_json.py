@@ -10,8 +10,7 @@ import pytest
 from stickslip.agents import shipped_names
 from stickslip.cli import COMMANDS, NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.envs import TASKS
-from stickslip.records.content import Content
-from stickslip.records.table import Column, Table
+from stickslip.records.table import Column, Content, Table
 
 
 def strict(text: str) -> dict:

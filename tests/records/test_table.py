@@ -3,7 +3,6 @@
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +10,9 @@ import pytest
 from benchmarks.report import markdown
 from stickslip.agents.evaluation.table import Column as Metric
 from stickslip.agents.evaluation.table import Evaluation, Interval, Row
-from stickslip.optimise.report import table
 from stickslip.paper.command import claims_table
 from stickslip.paper.figure import Claim
 from stickslip.records.table import Column, Table, cell_text, csv_line, json_text
-
-RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
 
 
 class Played:
@@ -30,7 +26,7 @@ def evaluation() -> Evaluation:
     speed, falls = Metric("speed", "m/s", 3), Metric("falls", "%", 0, percent=True)
     columns = {"speed": (speed, None), "falls": (falls, None)}
     shares = Interval(0.25, 0.125, 0.5), Interval(math.nan)
-    speeds = Interval(-1.25, -1.5, -1.0), Interval(2.0), Interval(math.inf)
+    speeds = Interval(-1.25, -1.5, -1.0), Interval(2.0), Interval(math.nan)
     given = [("grip", "pi", speeds[0], shares[0]), ("grip", "a | b", speeds[1], shares[1])]
     given.append(("ice", "pi", speeds[2], shares[1]))
     rows = tuple(
@@ -87,11 +83,6 @@ def test_a_benchmarks_table_is_aligned_with_what_begins_with_a_digit_to_the_righ
     )
 
 
-def test_what_has_no_value_is_left_out_of_a_solved_problems_rows():
-    lines = [("value", "3.5 J"), ("message", ""), ("lower bound", "none proved")]
-    assert table(lines) == "value        3.5 J\nlower bound  none proved\n"
-
-
 def test_columns_are_csv_with_ten_digits():
     columns = {"a [m]": np.asarray([1 / 3, np.nan, np.inf], "f8"), "b": ["x, y", 'a "b"', 7]}
     assert (
@@ -131,17 +122,10 @@ def test_json_has_null_for_what_is_not_finite_and_keeps_every_letter():
     assert json_text(content) == json.dumps(expected, indent=1, ensure_ascii=False) + "\n"
 
 
-@pytest.mark.parametrize("path", sorted(RESULTS.glob("*.json")), ids=lambda path: path.stem)
-def test_a_measurement_is_written_as_it_stands(path: Path):
-    text = path.read_text(encoding="utf-8")
-    assert json_text(json.loads(text)) == text
-
-
 def test_html_holds_every_cell_as_text():
     table = Table([Column("who <b>", words=True), Column("way", "m")], [["a & b", 1.5], ["c", 2]])
-    text = table.html("how <far>")
+    text = table.html()
     assert "<b>" not in text
-    assert "<far>" not in text
-    for shown in ("who &lt;b&gt;", "way [m]", "a &amp; b", "1.5", "how &lt;far&gt;"):
+    for shown in ("who &lt;b&gt;", "way [m]", "a &amp; b", "1.5"):
         assert shown in text
     assert text.count("<tr>") == 3

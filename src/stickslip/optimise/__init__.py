@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.records.content import Content
+    from stickslip.records.table import Content
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:

@@ -21,8 +21,7 @@ from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, g
 from stickslip.optimise.report import table
 from stickslip.optimise.shared import limit_of, require_folder, write_all
 from stickslip.parser import options_of
-from stickslip.records.content import Content
-from stickslip.records.table import json_text
+from stickslip.records.table import Content, json_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -38,8 +38,7 @@ from stickslip.optimise.shared import (
     write_all,
 )
 from stickslip.parser import options_of
-from stickslip.records.content import Content
-from stickslip.records.table import json_text
+from stickslip.records.table import Content, json_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -16,9 +16,8 @@ from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import Bar
 from stickslip.paper.figure import Claim, figures_of
-from stickslip.records.content import Content
 from stickslip.records.files import write_whole
-from stickslip.records.table import Column, Table
+from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
     from typing import TextIO

@@ -1,4 +1,4 @@
-"""Rows with units as text: for a terminal, as Markdown, HTML, CSV and JSON."""
+"""Rows with units as text (terminal, Markdown, HTML, CSV), and results of a command as JSON."""
 
 from __future__ import annotations
 
@@ -98,36 +98,28 @@ class Table:
             before = line[0]
         return "".join("  ".join(self._aligned(line, widths)).rstrip() + "\n" for line in lines)
 
-    def html(self, caption: str = "") -> str:
-        """A table of HTML in a box that scrolls sideways, words to the left and numbers to the
-        right, whatever characters the cells hold."""
-        kinds = ["words" if column.words else "number" for column in self.columns]
+    def html(self) -> str:
+        """An HTML table, words to the left and numbers to the right."""
         sides = ["left" if column.words else "right" for column in self.columns]
-        marks = [
-            f'class="{kind}" style="text-align:{side}"'
-            for kind, side in zip(kinds, sides, strict=True)
-        ]
-        head, *body = (list(map(escape, line)) for line in self._shown())
-        titles = zip(head, marks, strict=True)
-        lines = [f'<th scope="col" {mark}>{cell}</th>' for cell, mark in titles]
         rows = [
-            "".join(f"<td {mark}>{cell}</td>" for cell, mark in zip(line, marks, strict=True))
-            for line in body
+            "".join(
+                f'<{kind} style="text-align:{side}">{escape(cell)}</{kind}>'
+                for cell, side in zip(line, sides, strict=True)
+            )
+            for kind, line in zip(["th", *["td"] * len(self.rows)], self._shown(), strict=True)
         ]
-        named = f"<caption>{escape(caption)}</caption>" if caption else ""
-        return (
-            '<div class="scroll" style="overflow-x:auto" tabindex="0" role="region" '
-            f'aria-label="{escape(caption or "Table")}"><table>{named}'
-            f"<thead><tr>{''.join(lines)}</tr></thead>\n<tbody>"
-            + "".join(f"<tr>{row}</tr>\n" for row in rows)
-            + "</tbody></table></div>\n"
-        )
+        return "<table>" + "".join(f"<tr>{row}</tr>\n" for row in rows) + "</table>\n"
 
     def csv(self, digits: int | None = None) -> str:
         """A head and a line a row; see `cell_text`."""
         lines = [[column.title for column in self.columns]]
         lines += [[cell_text(value, digits) for value in row] for row in self.rows]
         return "".join(map(csv_line, lines))
+
+    def records(self) -> list[dict[str, Any]]:
+        """Rows by the columns' names."""
+        names = [column.name for column in self.columns]
+        return [dict(zip(names, row, strict=True)) for row in self.rows]
 
     def _shown(self) -> list[list[str]]:
         head = [column.title for column in self.columns]
@@ -141,6 +133,32 @@ class Table:
             text.ljust(width) if column.words else text.rjust(width)
             for text, width, column in zip(line, widths, self.columns, strict=True)
         ]
+
+
+@dataclass(frozen=True)
+class Content:
+    """tables: by name, of numbers and words as they are, not as they are shown. facts: anything
+    else that JSON knows, arrays included. units: of numbers among the facts, by their names.
+    status: exit status of the command.
+    """
+
+    tables: Mapping[str, Table] = field(default_factory=dict)
+    facts: Mapping[str, object] = field(default_factory=dict)
+    units: Mapping[str, object] = field(default_factory=dict)
+    status: int = 0
+
+    def json(self, command: str) -> str:
+        """Tables as lists of rows, `units` by table and column ("-": none), then the facts.
+
+        null: what is not defined or not finite. Keys are the columns' names.
+        """
+        units = {
+            name: {column.name: column.unit for column in table.columns}
+            for name, table in self.tables.items()
+        }
+        rows = {name: table.records() for name, table in self.tables.items()}
+        head = {"command": command, "exit_status": self.status, "units": units | dict(self.units)}
+        return json_text(head | rows | dict(self.facts))
 
 
 def cell_text(value: Any, digits: int | None = None) -> str:
@@ -169,11 +187,6 @@ def json_text(content: Mapping[str, Any]) -> str:
     return json.dumps(_jsonable(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def undefined(value: Any) -> bool:
-    """True if a value is a float that is not finite."""
-    return isinstance(value, float) and not isfinite(value)
-
-
 def _jsonable(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(name): _jsonable(entry) for name, entry in value.items()}
@@ -181,4 +194,4 @@ def _jsonable(value: Any) -> Any:
         return [_jsonable(entry) for entry in value]
     if isinstance(value, np.ndarray | np.generic) or hasattr(value, "dtype"):
         return _jsonable(np.asarray(value).tolist())
-    return None if undefined(value) else value
+    return None if isinstance(value, float) and not isfinite(value) else value

@@ -25,7 +25,7 @@ from stickslip.dynamics.scene import SceneOptions
 from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import Bar
 from stickslip.parser import options_of
-from stickslip.records.content import Content
+from stickslip.records.table import Content
 from stickslip.simulate.flags import WalkOptions
 from stickslip.simulate.output import output_paths, print_summary, write_table
 from stickslip.simulate.torque import Recorded, torque_of

@@ -24,9 +24,8 @@ from stickslip.optimise.report import (
 )
 from stickslip.optimise.shared import limit_of, track_of
 from stickslip.parser import options_of
-from stickslip.records.content import Content
 from stickslip.records.files import write_whole
-from stickslip.records.table import Column, Table
+from stickslip.records.table import Column, Content, Table
 from stickslip.simulate.flags import DriveOptions
 from stickslip.simulate.output import STATUS, output_paths, print_summary, write_table
 
