@@ -7,10 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Scene, Status
+from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedState, simulate, step
 from tests.dynamics.biped.helpers import default_model, default_params, state_of
-from tests.precision import mostly_single
 
 MEMBERS = 8
 
@@ -66,33 +65,6 @@ def test_a_robot_of_plain_numbers_walks_inside_a_callers_own_program(float64):
     assert traced.phase.shape == (3,)
 
 
-@mostly_single
-@pytest.mark.parametrize("bad", [jnp.nan, jnp.inf])
-def test_a_bad_member_leaves_the_others_bit_for_bit(dtype, bad):
-    model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
-    states, torques, scenes = batch(dtype.name)
-    good = many(model, scenes, states, torques, size)
-    mixed = many(model, scenes, states, torques.at[3].set(bad), size)
-    assert int(mixed[1].status[3]) == Status.NON_FINITE
-    others = np.arange(MEMBERS) != 3
-    for a, b in zip(jax.tree.leaves(good), jax.tree.leaves(mixed), strict=True):
-        np.testing.assert_array_equal(np.asarray(a)[others], np.asarray(b)[others])
-    for before, after in zip(jax.tree.leaves(states), jax.tree.leaves(mixed[0]), strict=True):
-        np.testing.assert_array_equal(before[3], after[3])  # the last state inside the model
-
-
-@pytest.mark.long
-def test_a_compiled_step_is_the_step_as_written(float64):
-    model, size = default_model(), jnp.asarray(0.02)
-    states, torques, scenes = batch()
-    arguments = [member(x, 1) for x in (scenes, states, torques)]
-    compiled = step(model, *arguments, size)
-    with jax.disable_jit(), jax.numpy_dtype_promotion("standard"):
-        written = step(model, *arguments, size)
-    for a, b in zip(jax.tree.leaves(compiled), jax.tree.leaves(written), strict=True):
-        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-13)
-
-
 def test_types_stay_what_they_are(dtype):
     model, size = default_model(dtype=dtype.name), jnp.asarray(0.02, dtype)
     states, torques, scenes = batch(dtype.name)
@@ -135,12 +107,3 @@ def test_single_precision_walks_like_double(float64):
         a, b = (np.asarray(getattr(t.states, name), float) for t in (single, double))
         assert np.max(np.abs(a - b)) < 2e-4 * max(1.0, np.max(np.abs(b))), name
     np.testing.assert_array_equal(single.contacts.switches, double.contacts.switches)
-
-
-def test_splitting_a_long_walk_over_calls_changes_nothing(float64):
-    whole = walk_in("float64")
-    state, scene = state_of(), Scene.uniform(jnp.asarray(0.15), jnp.asarray(0.12))
-    for _ in range(50):
-        state, _ = step(default_model(), scene, state, jnp.asarray(1.2), jnp.asarray(0.005))
-    for a, b in zip(jax.tree.leaves(state), jax.tree.leaves(member(whole.states, 50)), strict=True):
-        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-14)

@@ -10,7 +10,6 @@ from stickslip.dynamics.biped import (
     SUPPORT_END,
     SUPPORT_START,
     BipedParams,
-    BipedState,
     exchange_mismatch,
     floor_position,
     kinematics,
@@ -87,17 +86,6 @@ def test_exchange_changes_nothing_but_the_leg(float64, direction, mu):
     np.testing.assert_allclose(turned, 3e-5 * direction, rtol=1e-2)
     moved = floor_position(model, after) - floor_position(model, state)
     np.testing.assert_allclose(moved, 0.24 * direction, atol=1e-5)
-
-
-def test_the_walk_back_retraces_the_walk(float64):
-    """Time reversal without slip: the same torque with the rate reversed, across the exchange."""
-    model, scene, torque = default_model(), Scene.grip(outputs="state"), jnp.full(200, 1.0)
-    out = simulate(model, scene, state_of(), torque, 0.85, 0.85 / 200).final
-    assert int(out.steps) == 1
-    back = BipedState(**(vars(out) | {"crank_rate": -out.crank_rate}))
-    back = simulate(model, scene, back, torque, 0.85, 0.85 / 200).final
-    np.testing.assert_allclose(back.crank_angle, np.pi / 2, atol=2e-5)
-    np.testing.assert_allclose(back.crank_rate, 0.0, atol=2e-4)
 
 
 def test_mismatch_is_rounding_for_the_default_and_grows_with_the_asymmetry(float64):

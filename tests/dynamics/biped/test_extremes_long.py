@@ -97,15 +97,3 @@ def test_ten_thousand_steps_in_single_precision():
     assert abs(apart[FREE]) < 2e-3  # of 38 J
     assert abs(float(single.foot_position[HELD])) == 0.0
     np.testing.assert_allclose(single.time, 10_000 * np.float64(np.float32(0.005)), rtol=6e-8)
-
-
-@pytest.mark.long
-def test_a_million_steps_in_single_precision():
-    """What docs/extremes.md says of them."""
-    single, double, switches = both(1_000_000)
-    assert np.all(double.steps > 4000)
-    assert switches[SLIPPING] > 30_000
-    turned = angle(double)
-    assert np.abs(angle(single) - turned)[HELD] < 1e-6 * turned[HELD]
-    assert np.all(np.isfinite(single.crank_rate))
-    assert abs(float(single.foot_position[HELD])) == 0.0

@@ -94,20 +94,6 @@ def test_sliding_friction_opposes_the_slide_with_mu_kinetic_times_normal_force(f
     np.testing.assert_allclose(f, -direction * mu_kinetic[slides] * N, rtol=1e-12)
 
 
-def test_a_sticking_foot_has_velocity_zero_and_stays_where_it_is(float64):
-    before, after, _, contact, *_ = random_walks()
-    assert np.all((contact.mode == 0) == (after.foot_velocity == 0))
-    rests = (before.foot_velocity == 0) & (contact.switches == 0) & (contact.mode == 0)
-    assert np.sum(rests) > 200
-    assert np.all(after.foot_position[rests] == before.foot_position[rests])
-    assert np.all(contact.slide_distance[rests] == 0)
-
-
-def test_the_ground_only_pushes(float64):
-    *_, contact, _, _ = random_walks()
-    assert np.all(contact.normal_force > 0)
-
-
 def test_a_foot_breaks_loose_against_the_force_that_held_it(float64):
     before, after, torque, contact, *_ = random_walks()
     onset = (contact.switches == 1) & (contact.status == Status.SLIP_ONSET)

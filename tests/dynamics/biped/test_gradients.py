@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import BipedState, forward_dynamics, step
-from tests.dynamics.biped.helpers import default_model, default_params, model_of, outcome, state_of
+from stickslip.dynamics.biped import BipedState, step
+from tests.dynamics.biped.helpers import default_model, default_params, model_of, outcome
 
 pytestmark = pytest.mark.long
 
@@ -169,22 +169,3 @@ def test_reverse_derivatives_are_the_forward_ones(float64, name):
     ahead, back, *_ = jacobians()
     assert np.all(np.isfinite(back[index]))
     assert scaled_error(back[index], ahead[index]) < 1e-10
-
-
-def test_derivative_by_the_time_step_is_the_motion_itself(float64):
-    """Through a slip onset: d(state)/d(dt) = (rate, alpha, v, a1), to the integrator's accuracy."""
-    model, mu = default_model(), (jnp.asarray(0.06), jnp.asarray(0.05))
-    state = state_of(phase=2.368, crank_rate=2.6)
-    torque = jnp.asarray(0.0)
-
-    @jax.jit
-    def after(dt):
-        state_after, contact = step(model, Scene.uniform(*mu), state, torque, dt)
-        return outcome(state_after), contact.switches
-
-    (end, switches), (slope, _) = jax.jvp(after, (jnp.asarray(0.0025),), (jnp.ones(()),))
-    assert int(switches) == 1
-    angle, rate, _, velocity = end
-    motion = jax.jit(forward_dynamics)(model, angle, rate, velocity, torque, *mu)
-    want = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration]
-    np.testing.assert_allclose(slope, want, rtol=1e-5)

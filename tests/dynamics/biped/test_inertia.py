@@ -1,7 +1,5 @@
 """M, P, Y: derivatives belong to their functions, the table to the exact functions."""
 
-from dataclasses import replace
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,13 +11,10 @@ from stickslip.dynamics.biped import (
     SUPPORT_END,
     SUPPORT_START,
     BipedParams,
-    Table,
     kinematics,
 )
-from stickslip.dynamics.biped.model import load, loaded_params, unit_payload
-from stickslip.dynamics.biped.tables import fit_table
+from stickslip.dynamics.biped.model import load, loaded_params
 from tests.dynamics.biped.helpers import (
-    FINE,
     default_model,
     default_params,
     exact_along,
@@ -117,23 +112,6 @@ def test_table_slopes_are_the_derivatives_of_table_values(float64):
         assert worst(getattr(table, slope), getattr(slopes, value)) < 1e-12, slope
 
 
-def test_table_pieces_meet(float64):
-    model = default_model("table")
-    joints = SUPPORT_START + np.arange(1, 32) * (SUPPORT_END - SUPPORT_START) / 32
-    left, right = (table_along(model, jnp.asarray(joints + s)) for s in (-1e-13, 1e-13))
-    for value, slope in PAIRS:
-        assert off(getattr(left, value), getattr(right, value)) < 2e-10, value
-        assert off(getattr(left, slope), getattr(right, slope)) < 2e-8, slope
-
-
-def test_finer_tables_are_better_by_orders_of_magnitude(float64):
-    exact = inertia_along(default_params(), ANGLES)
-    coarse, fine = (table_along(default_model(t), jnp.asarray(ANGLES)) for t in ("table", FINE))
-    for name in exact._fields:
-        errors = [off(getattr(table, name), getattr(exact, name)) for table in (coarse, fine)]
-        assert errors[0] > 1e4 * errors[1], name
-
-
 def test_float32_table_keeps_its_digits(float64):
     """Rounding errors, summed over 24 bodies: 4e-6 of the largest, as the exact functions."""
     table = table_along(default_model("table", "float32"), jnp.asarray(ANGLES, jnp.float32))
@@ -156,18 +134,6 @@ def test_a_series_goes_on_straight_behind_the_support_phase(float64):
     moments = jax.vmap(inertia.moment_at)(angles)
     for name in moments._fields:
         assert worst(getattr(moments, name)[::3], getattr(moments, name)[1:3]) < 0.05, name
-
-
-@pytest.mark.long
-def test_mapped_parameters_fit_their_own_tables(float64):
-    robots = [random_robot(seed) for seed in range(3)]
-    batch = jax.tree.map(lambda *leaves: jnp.stack(leaves), *robots)
-    fits = jax.jit(jax.vmap(lambda params: fit_table(params, Table())))(batch)
-    for index, params in enumerate(robots):
-        alone = model_of(params, "table").inertia
-        member = jax.tree.map(lambda leaf, i=index: leaf[i], fits)
-        for a, b in zip(jax.tree.leaves(member), jax.tree.leaves(alone), strict=True):
-            np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-13)
 
 
 @settings(max_examples=20)
@@ -194,18 +160,3 @@ def test_a_loaded_robot_has_the_masses_of_its_inertia_functions(float64):
     for found, want in ((table_along, inertia), (moments_along, moment)):
         for a, b in zip(found(model, angles), want, strict=True):
             assert worst(a, b) < 1e-10
-
-
-@pytest.mark.long
-def test_inertia_is_linear_in_the_masses(float64):
-    """What `load` builds on: scaled masses and a payload need no new fit."""
-    params = default_params()
-    heavier = replace(params, mass=1.3 * params.mass, inertia=1.3 * params.inertia)
-    heavier = heavier.replace(payload=jnp.asarray(4.0))
-    unit = jax.jit(unit_payload, static_argnums=1)(params, "table")
-    loaded = load(default_model("table"), unit, jnp.asarray(1.3), jnp.asarray(4.0))
-    angles = jnp.asarray(ANGLES)
-    want = table_along(model_of(heavier, "table"), angles)
-    for a, b in zip(table_along(loaded, angles), want, strict=True):
-        assert worst(a, b) < 1e-12
-    np.testing.assert_allclose(loaded.total_mass, heavier.total_mass, rtol=1e-14)

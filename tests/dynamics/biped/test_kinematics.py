@@ -169,29 +169,6 @@ def test_angles_are_those_of_the_printed_arccos_forms(float64):
         assert np.all(np.cos(turn) > 0), name
 
 
-def test_equal_angles_of_eq_9_and_the_other_leg_half_a_turn_on(float64):
-    angles = jnp.asarray(ANGLES)
-    now, opposite = (along(default_params(), angles + shift) for shift in (0.0, np.pi))
-    number = {name: BODIES.index(name) for name in BODIES}
-    for one, *others in (("1", "5", "10"), ("3", "4", "12"), ("6", "2", "11")):
-        for other in others:
-            turn = now.angles[:, number[one]] - now.angles[:, number[other]]
-            np.testing.assert_allclose(np.sin(turn / 2), 0.0, atol=1e-14)
-    hip, hip_opposite = now.angles[:, number["13"]], opposite.angles[:, number["13"]]
-    for name in BODIES[13:]:
-        turn = now.angles[:, number[name]] - hip
-        turn -= opposite.angles[:, number[name[:-1]]] - hip_opposite
-        np.testing.assert_allclose(np.sin(turn / 2), 0.0, atol=1e-14, err_msg=name)
-
-
-def test_knees_bend_forwards(float64):
-    """Eq. (7): of the two intersections the one with the knee ahead of the way ankle to C."""
-    now = along(default_params(), jnp.asarray(ANGLES))
-    thigh, way = np.asarray(now.pins.K - now.pins.E), np.asarray(now.pins.C - now.pins.E)
-    left = way[..., 0] * thigh[..., 1] - way[..., 1] * thigh[..., 0]
-    assert np.all(left < 0)
-
-
 @pytest.mark.parametrize("crank_length", [0.01, 0.03, 0.2])
 def test_a_step_is_eight_crank_lengths(float64, crank_length):
     params = BipedParams.from_bars(crank_length=crank_length)

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import BipedState, floor_position, simulate, step
+from stickslip.dynamics.biped import floor_position, simulate, step
 from stickslip.dynamics.biped.contact import patch_at
 from tests.dynamics.biped.helpers import (
     FINE,
     RECORDING,
     default_model,
     default_params,
-    model_of,
     state_of,
 )
 
@@ -54,18 +53,6 @@ def test_states_are_the_same_without_forces(float64):
     assert_same(full.states, bare.states)
     assert bare.contacts.zmp is None
     assert full.contacts.zmp.shape == (COUNT,)
-
-
-@pytest.mark.long
-def test_payload_in_the_scene_is_payload_in_the_robot(float64):
-    carried = default_params().replace(payload=jnp.asarray(4.0))
-    state, torque, size = state_of(phase=2.0), jnp.asarray(1.0), jnp.asarray(0.01)
-    scene = Scene.grip(payload=jnp.asarray(4.0))
-    one, _ = step(default_params(), scene, state, torque, size, fidelity=FINE)
-    other, _ = step(model_of(carried), Scene.grip(), state, torque, size)
-    plain, _ = step(default_model(), Scene.grip(), state, torque, size)
-    assert_same(one, other)
-    assert abs(float(one.crank_rate - plain.crank_rate)) > 1e-3
 
 
 def test_a_floor_of_equal_patches_is_a_uniform_floor(float64):
@@ -168,15 +155,3 @@ def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
     )
     assert_same(number.states, function.states)
     np.testing.assert_array_equal(function.torques, 0.9)
-
-
-def test_torque_as_a_function_sees_the_state_at_the_start_of_each_step(float64):
-    walk = simulate(
-        default_model(), Scene.grip(), state_of(), lambda state: 0.5 + state.time, 0.8, 0.8 / COUNT
-    )
-    np.testing.assert_allclose(walk.torques, 0.5 + walk.states.time[:-1], rtol=1e-14)
-
-
-def test_time_is_kept(float64):
-    walk = go(Scene.grip(), BipedState(**(vars(state_of()) | {"time": jnp.asarray(5.0)})))
-    np.testing.assert_allclose(walk.states.time, 5.0 + np.linspace(0, 0.8, COUNT + 1), rtol=1e-13)

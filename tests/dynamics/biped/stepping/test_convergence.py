@@ -1,20 +1,15 @@
 """The integrator is of fourth order, and stays so across switching instants."""
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import RK4Split, step
 from tests.dynamics.biped.helpers import (
-    RECORDING,
     default_model,
     floor_of,
     last_state,
     outcome,
     start_of,
-    state_of,
     walk,
 )
 
@@ -52,26 +47,6 @@ def test_order_is_four_across_slips_stops_and_exchanges(float64, reference, inde
     assert 3.95 < observed_order(reference["trajectories"][index]) < 4.6
 
 
-def onset_time(size) -> float:
-    """When the foot breaks loose on the way of reference trajectory 4, in steps of `size`."""
-    model, scene = default_model(), Scene.uniform(jnp.asarray(0.06), jnp.asarray(0.05))
-    state, size = state_of(phase=2.0, crank_rate=3.0), jnp.asarray(size)
-    while True:
-        state, contact = step(model, scene, state, jnp.asarray(0.0), size, integrator=RECORDING)
-        if int(contact.switches):
-            return float(contact.events.times[0])
-
-
-@pytest.mark.long
-def test_slip_onset_is_located_to_fourth_order(float64):
-    truth = onset_time(0.0002)
-    sizes = np.array([0.016, 0.008, 0.004, 0.002])
-    errors = [[abs(onset_time(size * shift) - truth) for shift in SHIFTS] for size in sizes]
-    worst = np.max(errors, axis=1)
-    assert worst[0] < 1e-7
-    assert np.polyfit(np.log(sizes), np.log(worst), 1)[0] > 3.9
-
-
 @pytest.mark.parametrize("index", SWITCHING)
 def test_coarse_steps_meet_every_event_of_the_reference(float64, reference, index):
     """In 50 steps (16 to 40 ms); a missed onset once waited for the end of its step."""
@@ -81,15 +56,3 @@ def test_coarse_steps_meet_every_event_of_the_reference(float64, reference, inde
     last = max(time for time, _, _ in case["events"])
     for (time, _, _), (want, _, _) in zip(events, case["events"], strict=True):
         assert abs(time - want) < 0.04 * last
-
-
-@pytest.mark.long
-def test_a_step_splits_like_its_parts(float64):
-    """Two half steps in one call (substeps) are two calls of half a step."""
-    model, scene = default_model(), Scene.uniform(jnp.asarray(0.15), jnp.asarray(0.12))
-    twice, torque, size = state_of(), jnp.asarray(1.2), jnp.asarray(0.01)
-    once, _ = step(model, scene, twice, torque, size, integrator=RK4Split(substeps=2))
-    for _ in range(2):
-        twice, _ = step(model, scene, twice, torque, size / 2)
-    for a, b in zip(jax.tree.leaves(once), jax.tree.leaves(twice), strict=True):
-        np.testing.assert_allclose(a, b, rtol=1e-13, atol=1e-16)

@@ -70,11 +70,3 @@ def test_sums_over_a_walk_that_falls_are_those_up_to_the_fall(float64):
     assert float(np.sum(slid)) == pytest.approx(np.sum(path), rel=1e-12)
     assert float(np.sum(done)) == pytest.approx(2 * (float(fallen.final.crank_angle) - 4))
     assert float(np.sum(fallen.contacts.positive_work)) == pytest.approx(float(np.sum(done)))
-
-
-def test_slide_distance_is_the_path_of_the_foot(float64, reference):
-    trajectory = walk(reference["trajectories"][3], 3200)
-    slide = np.asarray(trajectory.states.foot_position)
-    np.testing.assert_allclose(
-        trajectory.contacts.slide_distance, np.abs(np.diff(slide)), atol=1e-15
-    )

@@ -16,7 +16,6 @@ from tests.dynamics.biped.helpers import (
     exact_along,
     forward,
     inertia_along,
-    still_forces,
 )
 from tests.dynamics.biped.stepping.marching import Start, march
 from tests.precision import mostly_single
@@ -111,40 +110,6 @@ def test_hardly_any_friction_is_as_good_as_none(dtype):
     np.testing.assert_allclose(np.abs(end.contact.friction_force), pressed, rtol=1e-5)
 
 
-def test_no_kinetic_friction_holds_until_the_edge_and_then_glides(dtype):
-    """mu_k = 0: sticks as long as mu_s allows; from then on nothing drives the foot."""
-    counts = range(1, 49)
-    rows = [
-        replace(Start(mu_static=0.08, mu_kinetic=mu, **WALK), phase=2.4, count=n)
-        for mu in (0.0, 0.08)
-        for n in counts
-    ]
-    end = march_in(dtype, rows)
-    assert np.all(end.sound)
-    moves = end.state.foot_velocity.reshape(2, -1) != 0
-    first = moves.argmax(axis=1)
-    assert first[0] == first[1] > 0  # the same onset whatever mu_k
-    assert np.all(moves[0, first[0] :])
-    glides = end.of(np.concatenate([moves[0], np.zeros_like(moves[1])]))
-    assert np.all(glides.contact.friction_force == 0)
-    momentum, _ = momentum_and_energy(
-        glides.state.phase, glides.state.crank_rate, glides.state.foot_velocity
-    )
-    assert len(momentum) > 5
-    assert np.ptp(momentum) < (2e-5 if dtype == jnp.float32 else 1e-6)
-
-
-def test_friction_without_bound_is_a_floor_that_holds(dtype):
-    """mu from 10 to 1e30, beyond what sliding allows: at rest the cone decides, and it holds."""
-    mus = [10.0, 100.0, 1e6, 1e30]
-    end = march_in(dtype, [Start(mu_static=mu, **WALK | {"crank_rate": 4.0}) for mu in mus])
-    assert np.all(end.sound)
-    assert set(end.status) == {Status.OK}
-    assert np.all(end.path == 0)
-    for name in ("phase", "crank_rate"):
-        assert len(np.unique(getattr(end.state, name))) == 1
-
-
 @pytest.mark.parametrize(("direction", "known"), [(1, 3.2636), (-1, 1.3410)])
 def test_sliding_beyond_painleve_is_refused_and_short_of_it_runs(float64, direction, known):
     """Both directions have a bound; 0.1 % below it a step still has its one solution."""
@@ -160,26 +125,6 @@ def test_sliding_beyond_painleve_is_refused_and_short_of_it_runs(float64, direct
         assert end.status == [Status.OK] + [Status.NO_SOLUTION] * 3 + [Status.OK]
         assert np.all(end.state.phase[1:4] == np.asarray(phase, dtype))
         assert np.all(end.state.time[1:4] == 0)
-
-
-def test_a_slide_stops_at_the_bound_wherever_it_meets_it(dtype):
-    """Sliding backwards at mu = 2 from phases where that is sound: it stops in time, or at the
-    first phase where the equations lose their solution, and every number is finite."""
-    angles = np.linspace(1.7, 3.0, 20)
-    rows = [
-        Start(mu_static=2.0, phase=phase, crank_rate=6.0, foot_velocity=-v, dt=1e-3, count=400)
-        for phase in angles
-        for v in (0.5, 5.0)
-    ]
-    end = march_in(dtype, rows)
-    assert np.all(end.sound)
-    lost = np.array([status == Status.NO_SOLUTION for status in end.status])
-    assert 0 < lost.sum() < len(rows)
-    with jax.enable_x64(True):
-        M, _, P, _, Y, _ = inertia_along(default_params(), end.state.phase[lost])
-        room = M * float(default_params().total_mass) - P * (P - 2.0 * Y)
-    assert np.all(room < 1e-5)  # of some 0.1 kg^2 m^2
-    assert np.all(end.state.foot_velocity[lost] <= 0)
 
 
 def edges(dtype) -> list[tuple[float, float, float]]:
@@ -216,27 +161,6 @@ def test_chatter_at_the_edge_of_the_cone_is_bounded(dtype):
         among = getattr(end.state, name).reshape(len(nudges), -1)
         single = dtype == jnp.float32  # where 1000 roundings are 1e-4 of mu
         assert np.max(np.ptp(among, axis=0)) < (5e-3 if single else limit), name
-
-
-def test_a_torque_that_holds_the_foot_at_the_edge_moves_it_as_sticking_does(float64):
-    """|f| = mu_s N to rounding, approached from both sides: the crank goes on as if it stuck."""
-    mu, phase = 0.1, 2.0
-    M, dM, P, dP, Y, dY = (column[0] for column in inertia_along(default_params(), [phase]))
-    mass, gravity = float(default_params().total_mass), float(np.asarray(default_params().gravity))
-    # P alpha + dP w^2 = mu (m g + Y alpha + dY w^2) with w = 1
-    alpha = (mu * (mass * gravity + dY) - dP) / (P - mu * Y)
-    torque = M * alpha + dM / 2 + gravity * Y
-    f, N = still_forces(default_params(), [phase], [1.0], [torque])
-    assert f[0] == pytest.approx(mu * N[0], rel=1e-12)
-    state = {"phase": phase, "crank_rate": 1.0, "torque": torque, "dt": 1e-3}
-    nudges = np.concatenate([-np.logspace(-16, -9, 36), [0.0, 1e-16, 1e-14, 1e-9]])
-    end = march_in(float64, [Start(mu_static=mu * (1 + nudge), **state) for nudge in nudges])
-    assert np.all(end.sound)
-    assert end.most_switches.max() <= TRIALS
-    assert np.ptp(end.state.crank_rate) < 1e-12
-    assert end.state.crank_rate[0] == pytest.approx(1 + 1e-3 * alpha, rel=1e-3)
-    assert np.max(np.abs(end.state.foot_position)) < 1e-15
-    assert np.all(end.state.foot_velocity == 0)
 
 
 NUDGES = np.array([0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6])

@@ -102,26 +102,6 @@ def test_the_instant_of_a_grazing_onset_has_the_slope_of_a_square_root(float64):
     assert steep[0] == pytest.approx(steep[1], rel=0.01)
 
 
-def test_a_vanished_onset_leaves_no_derivative_behind(float64):
-    """The slide jumps by 1 cm at the peak where mu kinetic is lower, and no derivative says so."""
-    slide, barely = OUTPUTS.index("slide"), near_peak(0.8, 1e-4)
-    assert barely.switches == 2
-    assert barely.values[slide] > 0.009
-    held = near_peak(0.8, -1e-6)
-    assert held.switches == 0
-    assert held.values[slide] == 0
-    assert not np.any(held.forward[slide])
-
-
-def test_with_equal_coefficients_a_grazing_onset_is_smooth(float64):
-    """The slide then begins as the square of the excess, and its derivative as the excess."""
-    slide, by = OUTPUTS.index("slide"), INPUTS.index("mu static")
-    more, less = (near_peak(1.0, below) for below in (1e-3, 1e-4))
-    assert more.values[slide] == pytest.approx(100 * less.values[slide], rel=0.02)
-    slopes = [found.forward[slide, by : by + 2].sum() for found in (more, less)]
-    assert slopes[0] == pytest.approx(10 * slopes[1], rel=0.02)
-
-
 @jax.jit
 def unsplit(static: jax.Array, size: jax.Array, count: jax.Array) -> tuple[jax.Array, jax.Array]:
     """End of "breaks loose, stops" by steps that switch at their ends, and its derivative."""

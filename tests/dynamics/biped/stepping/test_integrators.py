@@ -242,18 +242,6 @@ def test_support_is_exchanged_either_way_and_time_runs_on(float64, name, start):
     assert walk.states.time[-1] == pytest.approx(COUNT * DT, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["rk4", "event_exact"])
-def test_batches_equal_single_walks(float64, name):
-    phase, rate, torque, *mu = STARTS["forwards"]
-    alone = simulate(
-        default_model(), Scene.uniform(*map(jnp.asarray, mu)),
-        state_of(phase=phase, crank_rate=rate), torque, COUNT * DT, DT,
-        integrator=INTEGRATORS[name],
-    )  # fmt: skip
-    together = member(walks(name, "float64"), "forwards")
-    np.testing.assert_allclose(outcome(together.final), outcome(alone.final), rtol=1e-9, atol=1e-12)
-
-
 def test_an_adaptive_call_that_runs_out_of_steps_says_so_and_how_far_it_came(float64):
     model, scene = default_model(), Scene.uniform(0.5, 0.4)
     state = state_of(phase=2.0, crank_rate=3.0)
@@ -278,20 +266,3 @@ def test_euler_stops_a_slide_where_equation_36_says(float64):
     assert float(after.foot_velocity) == 0
     assert float(after.foot_position) == pytest.approx(1e-3 * until / 2, rel=1e-4)
     assert float(contact.events.times[0]) == pytest.approx(until, rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: Euler(substeps=0), ("substeps", "0", ">= 1")),
-        (lambda: RK4(substeps=1.5), ("substeps", "1.5", "integer")),
-        (lambda: EventExact(rtol=0.0), ("rtol", "0.0", "above 0")),
-        (lambda: EventExact(atol=-1.0), ("atol", "-1.0")),
-        (lambda: EventExact(max_steps=True), ("max_steps", "True")),
-        (lambda: EventExact(max_turn=4.0), ("max_turn", "4.0", "up to 1")),
-    ],
-)
-def test_bad_settings_are_refused_by_name(make, words):
-    with pytest.raises(ValueError) as caught:  # noqa: PT011
-        make()
-    assert all(word in str(caught.value) for word in words)

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import RK4, Euler, RK4Split, SemiImplicitEuler, step
-from stickslip.dynamics.biped.contact import System, Torque
-from stickslip.dynamics.biped.stepping import integrate
+from stickslip.dynamics.biped import RK4, Euler, SemiImplicitEuler, step
 from stickslip.dynamics.biped.stepping import stages as tableaux
-from stickslip.dynamics.biped.stepping.walk import Walk, start
 from tests.dynamics.biped.helpers import default_model, forward, state_of
 
 MU = 0.5, 0.4
@@ -104,59 +101,6 @@ def test_a_foot_that_would_turn_back_stops_after_v_squared_over_2_a(
         rest[3] = 0.0
         want = evenly_accelerated(rest, SIZE - until)
     np.testing.assert_allclose(found[:2], want[:2], rtol=1e-11)
-
-
-def running(velocity: float = 0.2) -> tuple[System, Walk]:
-    """A call of SIZE, and where it begins."""
-    scene, size = Scene.uniform(*MU), jnp.asarray(SIZE)
-    system = System(default_model(), scene, Torque(jnp.asarray(TORQUE)), size)
-    begin = state_of(phase=PHASE, crank_rate=RATE, foot_position=SLIDE, foot_velocity=velocity)
-    return system, start(system.model, scene, begin, size, RK4Split(), size.dtype)
-
-
-@pytest.mark.parametrize("jerk", [0.0, 70.0])
-def test_moved_onto_an_event_a_step_follows_its_own_parabolas(float64, jerk):
-    """Places as accelerations at its end say; rates with the accelerations' own change, too."""
-    system, walk = running()
-    (theta, rate, alpha), (slide, velocity, foot) = (2.6, 1.4, -9.0), (0.03, 0.1, 5.0)
-    change, time = jerk * SIZE / 2, -0.008 * SIZE
-    trial = integrate._blank(system, walk)._replace(
-        step=jnp.asarray(SIZE),
-        mode=jnp.asarray(1.0),
-        theta=jnp.asarray(theta),
-        rate=jnp.asarray(rate),
-        alpha=jnp.asarray(alpha),
-        alpha_middle=jnp.asarray(alpha - change),
-        slide=jnp.asarray(slide),
-        velocity=jnp.asarray(velocity),
-        foot=jnp.asarray(foot),
-        foot_middle=jnp.asarray(foot + change),
-        time=jnp.asarray(1 + time / SIZE),
-        switches=jnp.asarray(True),
-    )
-    moved = integrate._moved(system, walk, trial)
-    half = time**2 / 2
-
-    def near(value: float):
-        return pytest.approx(value, rel=1e-5, abs=1e-15)
-
-    assert float(moved.theta) - theta - rate * time == near(alpha * half)
-    assert float(moved.slide) - slide - velocity * time == near(foot * half)
-    assert float(moved.rate) - rate - alpha * time == near(jerk * half)
-    assert float(moved.velocity) - velocity - foot * time == near(-jerk * half)
-    assert float(moved.work) == pytest.approx(TORQUE * (float(moved.theta) - PHASE))
-    assert float(moved.distance) == pytest.approx(float(moved.slide) - SLIDE)
-    assert float(moved.left) == pytest.approx(-time)
-
-
-@pytest.mark.parametrize("mode", [1.0, -1.0])
-def test_after_the_last_trial_a_foot_slides_with_its_mode_or_rests(float64, mode):
-    for final, way, kept in ((True, 1, True), (True, -1, False), (False, -1, True)):
-        system, walk = running(0.2 * mode * way)
-        trial = integrate._blank(system, walk)
-        trial = trial._replace(mode=jnp.asarray(mode), final=jnp.asarray(final))
-        after = integrate._tidy_unsplit(system, walk, trial)
-        assert float(after.velocity) == (0.2 * mode * way if kept else 0.0)
 
 
 def trees(order: int) -> list[tuple]:
