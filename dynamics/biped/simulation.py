@@ -214,11 +214,11 @@ def stepped(
     end = clock(begun, duration)
     passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
     after = BipedState(
-        phase=walk.theta,
+        phase=walk.phase,
         steps=walk.steps,
-        crank_rate=walk.rate,
-        foot_position=walk.slide,
-        foot_velocity=walk.velocity,
+        crank_rate=walk.crank_rate,
+        foot_position=walk.foot_position,
+        foot_velocity=walk.foot_velocity,
         time=jnp.where(walk.left == 0, end, begun + passed),
     )
     contact = Contact(
@@ -282,8 +282,8 @@ def _simulate(
 
 def _contact(system: System, walk: Walk, outputs: str) -> Instant:
     """Forces and status of the state as it is."""
-    friction = friction_on(system.scene.floor, walk.patch, walk.theta.dtype)
-    return at_instant(system, friction, walk.theta, walk.rate, walk.velocity, outputs)
+    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
+    return at_instant(system, friction, walk.phase, walk.crank_rate, walk.foot_velocity, outputs)
 
 
 def _idle(contact: Contact) -> Contact:

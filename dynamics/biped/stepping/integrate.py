@@ -85,18 +85,18 @@ def _going(walk: Walk):
 def _blank(system: System, walk: Walk) -> Trial:
     """The trial before the first: nothing moves when it is settled."""
     zero, none, no = (
-        jnp.zeros_like(walk.theta),
+        jnp.zeros_like(walk.phase),
         jnp.zeros_like(walk.status),
-        walk.theta != walk.theta,
+        walk.phase != walk.phase,
     )
     power = None if isinstance(system.drive, Torque) else zero
     return Trial(
         step=zero,
         mode=zero,
-        theta=walk.theta,
-        rate=walk.rate,
-        slide=walk.slide,
-        velocity=walk.velocity,
+        phase=walk.phase,
+        crank_rate=walk.crank_rate,
+        foot_position=walk.foot_position,
+        foot_velocity=walk.foot_velocity,
         alpha=zero,
         foot=zero,
         alpha_middle=zero,
@@ -122,7 +122,7 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     """
     fixed = isinstance(spec, RK4Split)
     longest = system.duration / spec.substeps if fixed else trial.size
-    slips = (walk.velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
+    slips = (walk.foot_velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
     walk = note(walk, slips, jnp.full_like(walk.status, EventKind.SLIP))
     ends = trial.switches & (trial.kind == END)
     moved = note(_moved(system, walk, trial), trial.switches & ~ends, trial.kind)
@@ -133,7 +133,7 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     again = walk._replace(
         aim=trial.time * trial.step,
         target=trial.kind,
-        breakaway=jnp.where(walk.velocity == 0, trial.mode, 0.0),
+        breakaway=jnp.where(walk.foot_velocity == 0, trial.mode, 0.0),
     )
     ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
     over = ended.status > Status.SLIP_ONSET
@@ -150,25 +150,27 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     """The walk at the trial's end, corrected onto the event by a small fraction of the step."""
     part = jnp.where(trial.switches & (trial.step > 0), trial.time - 1, 0.0)
     time = part * trial.step
-    theta = trial.theta + time * trial.rate + time**2 / 2 * trial.alpha
-    rate = trial.rate + time * trial.alpha + time * part * (trial.alpha - trial.alpha_middle)
-    slide = trial.slide + time * trial.velocity + time**2 / 2 * trial.foot
-    velocity = trial.velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
+    theta = trial.phase + time * trial.crank_rate + time**2 / 2 * trial.alpha
+    rate = trial.crank_rate + time * trial.alpha + time * part * (trial.alpha - trial.alpha_middle)
+    slide = trial.foot_position + time * trial.foot_velocity + time**2 / 2 * trial.foot
+    velocity = (
+        trial.foot_velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
+    )
     left = walk.left - trial.step - time
-    tiny = 8 * jnp.finfo(walk.theta.dtype).eps * system.duration
+    tiny = 8 * jnp.finfo(walk.phase.dtype).eps * system.duration
     if isinstance(system.drive, Torque):
-        work = system.drive.torque * (theta - walk.theta)
+        work = system.drive.torque * (theta - walk.phase)
     else:  # a given crank motion: integrated along the step
         work = jnp.asarray(trial.work) + time * jnp.asarray(trial.power)
     work = jnp.where(trial.step > 0, work, 0.0)
     return walk._replace(
-        theta=theta,
-        rate=rate,
-        slide=slide,
-        velocity=velocity,
+        phase=theta,
+        crank_rate=rate,
+        foot_position=slide,
+        foot_velocity=velocity,
         left=jnp.where((left <= tiny) | trial.final & ~trial.switches, 0.0, left),
         breakaway=jnp.zeros_like(walk.breakaway),
-        distance=walk.distance + jnp.abs(slide - walk.slide),
+        distance=walk.distance + jnp.abs(slide - walk.foot_position),
         work=walk.work + work,
         positive_work=walk.positive_work + jnp.maximum(work, 0.0),
     )
@@ -176,26 +178,26 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
 
 def _switched(system: System, walk: Walk, trial: Trial) -> Walk:
     """State after an event: new velocity, direction, leg or patch."""
-    low, high = bounds(walk.theta.dtype)
+    low, high = bounds(walk.phase.dtype)
     kind = jnp.where(trial.switches, trial.kind, EventKind.NONE)
     exchange = kind == EventKind.EXCHANGE
-    bound = jnp.where(walk.theta > jnp.pi, high, low)
+    bound = jnp.where(walk.phase > jnp.pi, high, low)
     if not slips_freely(system.scene):
         walk = walk._replace(
-            velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.velocity),
+            foot_velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.foot_velocity),
             breakaway=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
         )
     if isinstance(system.scene.floor, Patches):
         crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)
         walk = walk._replace(patch=jnp.where(kind == EventKind.PATCH, crossed, walk.patch))
-    walk = walk._replace(theta=jnp.where(exchange, bound, walk.theta))
+    walk = walk._replace(phase=jnp.where(exchange, bound, walk.phase))
     return hand_over(system, walk, exchange)
 
 
 def _tidy_unsplit(system: System, walk: Walk, trial: Trial) -> Walk:
     """After the last trial allowed: no sliding against the mode, support and patch by the place."""
-    low, high = bounds(walk.theta.dtype)
-    turned_back = trial.final & (trial.mode * walk.velocity < 0)
-    walk = walk._replace(velocity=jnp.where(turned_back, 0.0, walk.velocity))
-    passed = (walk.theta > high) | (walk.theta < low)
+    low, high = bounds(walk.phase.dtype)
+    turned_back = trial.final & (trial.mode * walk.foot_velocity < 0)
+    walk = walk._replace(foot_velocity=jnp.where(turned_back, 0.0, walk.foot_velocity))
+    passed = (walk.phase > high) | (walk.phase < low)
     return hand_over(system, walk, trial.final & passed, landed=trial.final)

@@ -32,10 +32,10 @@ if TYPE_CHECKING:
 class Taken(NamedTuple):
     """Result of one step, with the quantities that event detection needs."""
 
-    theta: Float[Array, ""]
-    rate: Float[Array, ""]
-    slide: Float[Array, ""]
-    velocity: Float[Array, ""]
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
+    foot_position: Float[Array, ""]
+    foot_velocity: Float[Array, ""]
     end: Motion
     """The motion at the end."""
     inertia: Coefficients
@@ -63,9 +63,9 @@ def _midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
 class _Stages(NamedTuple):
     """Carried through the four stages: the current one's place and the weighted sums so far."""
 
-    theta: Array
-    rate: Array
-    velocity: Array | None
+    phase: Array
+    crank_rate: Array
+    foot_velocity: Array | None
     inertia: Coefficients
     sum_rate: Array
     sum_alpha: Array
@@ -81,16 +81,16 @@ def classical_step(
 ) -> Taken:
     """The classical fourth-order step, as a loop so that the inertia is compiled once."""
     last = _classical_stages(system, friction, mode, walk, inertia, step)
-    velocity, slide = walk.velocity, walk.slide
+    velocity, slide = walk.foot_velocity, walk.foot_position
     if friction is not None:
-        velocity = walk.velocity + step * last.sum_foot
-        slide = walk.slide + step * (walk.velocity + step * last.sum_slide)
+        velocity = walk.foot_velocity + step * last.sum_foot
+        slide = walk.foot_position + step * (walk.foot_velocity + step * last.sum_slide)
     return Taken(
-        theta=last.theta,
-        rate=last.rate,
-        slide=slide,
-        velocity=velocity,
-        end=system.motion(friction, mode, last.inertia, last.rate, velocity),
+        phase=last.phase,
+        crank_rate=last.crank_rate,
+        foot_position=slide,
+        foot_velocity=velocity,
+        end=system.motion(friction, mode, last.inertia, last.crank_rate, velocity),
         inertia=last.inertia,
         middle=last.middle,
         work=None if last.sum_power is None else step * last.sum_power,
@@ -101,31 +101,31 @@ def classical_step(
 def _classical_stages(
     system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
 ) -> _Stages:
-    dtype = walk.theta.dtype
+    dtype = walk.phase.dtype
     shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
     weights = jnp.asarray([1 / 6, 1 / 3, 1 / 3, 1 / 6], dtype)
     slide_weights = jnp.asarray([1 / 6, 1 / 6, 1 / 6, 0.0], dtype)
 
     def body(index, now: _Stages) -> _Stages:
-        velocity = walk.velocity if now.velocity is None else now.velocity
-        motion = system.motion(friction, mode, now.inertia, now.rate, velocity)
+        velocity = walk.foot_velocity if now.foot_velocity is None else now.foot_velocity
+        motion = system.motion(friction, mode, now.inertia, now.crank_rate, velocity)
         alpha, foot = motion.crank_acceleration, motion.foot_acceleration
-        sum_rate = now.sum_rate + weights[index] * now.rate
+        sum_rate = now.sum_rate + weights[index] * now.crank_rate
         sum_alpha = now.sum_alpha + weights[index] * alpha
         last = index == 3
-        theta = walk.theta + step * jnp.where(last, sum_rate, shares[index] * now.rate)
-        rate = walk.rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
+        theta = walk.phase + step * jnp.where(last, sum_rate, shares[index] * now.crank_rate)
+        rate = walk.crank_rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
         halfway = (index == 1) | (index == 2)
         now_here = _midpoint(friction, motion)
         sum_power = now.sum_power
         if sum_power is not None:
-            sum_power = sum_power + weights[index] * motion.torque * now.rate
-        if now.velocity is not None:
-            velocity = walk.velocity + step * shares[index] * foot
+            sum_power = sum_power + weights[index] * motion.torque * now.crank_rate
+        if now.foot_velocity is not None:
+            velocity = walk.foot_velocity + step * shares[index] * foot
         return _Stages(
-            theta=theta,
-            rate=rate,
-            velocity=None if now.velocity is None else velocity,
+            phase=theta,
+            crank_rate=rate,
+            foot_velocity=None if now.foot_velocity is None else velocity,
             inertia=system.model.inertia.at(theta),
             sum_rate=sum_rate,
             sum_alpha=sum_alpha,
@@ -137,11 +137,11 @@ def _classical_stages(
             ),
         )
 
-    zero = jnp.zeros_like(walk.theta)
+    zero = jnp.zeros_like(walk.phase)
     begin = _Stages(
-        theta=walk.theta,
-        rate=walk.rate,
-        velocity=walk.velocity if isinstance(system.scene.floor, Smoothed) else None,
+        phase=walk.phase,
+        crank_rate=walk.crank_rate,
+        foot_velocity=walk.foot_velocity if isinstance(system.scene.floor, Smoothed) else None,
         inertia=inertia,
         sum_rate=zero,
         sum_alpha=zero,
@@ -183,10 +183,16 @@ _END = 6
 
 def dormand_prince_step(system: System, friction: Friction | None, mode, walk: Walk, step) -> Taken:
     """A fifth-order step with error estimates; the eight stages are one loop (see above)."""
-    dtype = walk.theta.dtype
+    dtype = walk.phase.dtype
     tableau = jnp.asarray(_TABLEAU, dtype)
     at_start = jnp.stack(
-        [walk.theta, walk.rate, walk.slide, walk.velocity, jnp.zeros_like(walk.theta)]
+        [
+            walk.phase,
+            walk.crank_rate,
+            walk.foot_position,
+            walk.foot_velocity,
+            jnp.zeros_like(walk.phase),
+        ]
     )
 
     def stage(slopes, index):
@@ -208,10 +214,10 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
     inertia = jax.tree.map(lambda row: row[_END], inertias)
     errors = step * _weighted(jnp.asarray(_ERROR, dtype), slopes[:, :4])
     return Taken(
-        theta=theta,
-        rate=rate,
-        slide=slide if friction is not None else walk.slide,
-        velocity=velocity if friction is not None else walk.velocity,
+        phase=theta,
+        crank_rate=rate,
+        foot_position=slide if friction is not None else walk.foot_position,
+        foot_velocity=velocity if friction is not None else walk.foot_velocity,
         end=end,
         inertia=inertia,
         middle=_midpoint(friction, middle),

@@ -48,10 +48,10 @@ class Trial(NamedTuple):
     step: Float[Array, ""]
     """Its length [s]."""
     mode: Float[Array, ""]
-    theta: Float[Array, ""]
-    rate: Float[Array, ""]
-    slide: Float[Array, ""]
-    velocity: Float[Array, ""]
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
+    foot_position: Float[Array, ""]
+    foot_velocity: Float[Array, ""]
     alpha: Float[Array, ""]
     """Crank acceleration at the end."""
     foot: Float[Array, ""]
@@ -95,10 +95,10 @@ class _Beginning(NamedTuple):
 class _Samples(NamedTuple):
     """Start, middle and end of a trial."""
 
-    theta: tuple[Array, Array, Array]
-    rate: tuple[Array, Array, Array]
-    slide: tuple[Array, Array, Array]
-    velocity: tuple[Array, Array, Array]
+    phase: tuple[Array, Array, Array]
+    crank_rate: tuple[Array, Array, Array]
+    foot_position: tuple[Array, Array, Array]
+    foot_velocity: tuple[Array, Array, Array]
     cone: tuple[Array, Array, Array]
     """Margin of the static friction cone [N]."""
 
@@ -116,11 +116,11 @@ class _Event(NamedTuple):
 
 def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     """Take one Runge-Kutta step in the walk's mode and judge it."""
-    friction = friction_on(system.scene.floor, walk.patch, walk.theta.dtype)
-    inertia = system.model.inertia.at(walk.theta)
+    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
+    inertia = system.model.inertia.at(walk.phase)
     begun = _begun(spec, system, walk, friction, inertia)
     step, mode = begun.step, begun.mode
-    first = system.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    first = system.motion(friction, mode, inertia, walk.crank_rate, walk.foot_velocity)
     if isinstance(spec, EventExact):
         taken = dormand_prince_step(system, friction, mode, walk, step)
     else:
@@ -141,16 +141,16 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     return Trial(
         step=step,
         mode=mode,
-        theta=taken.theta,
-        rate=taken.rate,
-        slide=taken.slide,
-        velocity=taken.velocity,
+        phase=taken.phase,
+        crank_rate=taken.crank_rate,
+        foot_position=taken.foot_position,
+        foot_velocity=taken.foot_velocity,
         alpha=end.crank_acceleration,
         foot=end.foot_acceleration,
         alpha_middle=middle.crank_acceleration,
         foot_middle=middle.foot_acceleration,
         work=taken.work,
-        power=None if taken.work is None else end.torque * taken.rate,
+        power=None if taken.work is None else end.torque * taken.crank_rate,
         size=size,
         direction=-jnp.sign(end.friction_force),
         kind=event.kind,
@@ -173,7 +173,7 @@ def _begun(
     if isinstance(spec, RK4Split):
         whole = whole | final  # the last trial goes to the end of the call
         # a foot that breaks loose again and again to no effect sticks
-        mode = jnp.where(final & (walk.velocity == 0), 0.0, mode)
+        mode = jnp.where(final & (walk.foot_velocity == 0), 0.0, mode)
         # the cone's margin is noise within some roundings of its edge
         noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * system.duration
         near = jnp.where(walk.target == EventKind.SLIP, noise, near)
@@ -188,10 +188,14 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Sample
 
     end = taken.end
     return _Samples(
-        halfway(walk.theta, taken.theta, walk.rate, taken.rate),
-        halfway(walk.rate, taken.rate, first.crank_acceleration, end.crank_acceleration),
-        halfway(walk.slide, taken.slide, walk.velocity, taken.velocity),
-        halfway(walk.velocity, taken.velocity, first.foot_acceleration, end.foot_acceleration),
+        halfway(walk.phase, taken.phase, walk.crank_rate, taken.crank_rate),
+        halfway(
+            walk.crank_rate, taken.crank_rate, first.crank_acceleration, end.crank_acceleration
+        ),
+        halfway(walk.foot_position, taken.foot_position, walk.foot_velocity, taken.foot_velocity),
+        halfway(
+            walk.foot_velocity, taken.foot_velocity, first.foot_acceleration, end.foot_acceleration
+        ),
         (cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)),
     )
 
@@ -199,8 +203,8 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Sample
 def _grounds(system: System, samples: _Samples, motions, inertia: Coefficients, taken: Taken):
     """Ground forces at the three samples."""
     inertias = inertia, None, taken.inertia
-    start, middle, end = map(Sample, samples.theta, samples.rate, motions, inertias)
-    return grounds_of(system, lever_at(system, start.theta), (start, middle, end))
+    start, middle, end = map(Sample, samples.phase, samples.crank_rate, motions, inertias)
+    return grounds_of(system, lever_at(system, start.phase), (start, middle, end))
 
 
 def _event(
@@ -231,16 +235,16 @@ def _is_noise(system: System, walk: Walk, begun: _Beginning, samples: _Samples, 
     edge = share * jnp.abs(taken.end.friction_force)
     speed = share * system.model.gravity * begun.step
     onset = (begun.mode == 0) & (jnp.abs(samples.cone[2]) <= edge)
-    stop = (begun.mode != 0) & (jnp.abs(samples.velocity[2]) <= speed)
+    stop = (begun.mode != 0) & (jnp.abs(samples.foot_velocity[2]) <= speed)
     return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
 
 
 def _status(system: System, walk: Walk, first: Motion, ground: Ground, taken: Taken, step):
     """Status of the trial: the model holds at its start, and its step is valid."""
     end = taken.end
-    sound = taken.theta + taken.rate + taken.slide + taken.velocity
+    sound = taken.phase + taken.crank_rate + taken.foot_position + taken.foot_velocity
     sound = jnp.isfinite(sound + end.crank_acceleration + end.foot_acceleration)
-    return status_at(system, walk, first, ground, step, taken.theta, sound)
+    return status_at(system, walk, first, ground, step, taken.phase, sound)
 
 
 def _controlled(
@@ -272,8 +276,8 @@ def _next_size(spec: EventExact, system: System, walk: Walk, taken: Taken, step)
     """
     dtype = step.dtype
     rtol = max(spec.rtol, 32 * float(jnp.finfo(dtype).eps))
-    before = jnp.stack([walk.theta, walk.rate, walk.slide, walk.velocity])
-    after = jnp.stack([taken.theta, taken.rate, taken.slide, taken.velocity])
+    before = jnp.stack([walk.phase, walk.crank_rate, walk.foot_position, walk.foot_velocity])
+    after = jnp.stack([taken.phase, taken.crank_rate, taken.foot_position, taken.foot_velocity])
     if walk.size is None or taken.errors is None:
         raise TypeError("step control needs a walk and a step with an error estimate")
     # what roundings of the weight make of a step: near rest nothing is known to a part of itself
@@ -289,7 +293,7 @@ def _next_size(spec: EventExact, system: System, walk: Walk, taken: Taken, step)
     kept = jax.lax.stop_gradient(jnp.maximum(walk.size, step))  # a step cut short says little
     plain = jax.lax.stop_gradient(step)
     size = jnp.where(fails, plain * factor, jnp.where(step < walk.size, kept, plain * factor))
-    rate = jnp.where(jnp.isfinite(taken.rate), taken.rate, walk.rate)
+    rate = jnp.where(jnp.isfinite(taken.crank_rate), taken.crank_rate, walk.crank_rate)
     return within_turn(spec, size, rate), fails
 
 
@@ -306,15 +310,15 @@ def _first_event(
     """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
-    rate, end = taken.rate, taken.end
+    rate, end = taken.crank_rate, taken.end
     last, margins = jnp.full_like(walk.target, END), ending.margins
     slope = parabola_slope(margins)
     nearer = spec.close / 10, spec.reach  # a walk ends once: another trial costs little
     ended = last, first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
-    low, high = bounds(walk.theta.dtype)
+    low, high = bounds(walk.phase.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
-    room = [jnp.minimum(high - theta, theta - low) for theta in samples.theta]
-    theta = samples.theta[2]
+    room = [jnp.minimum(high - theta, theta - low) for theta in samples.phase]
+    theta = samples.phase[2]
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
     best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
     best = _earlier(ended, best)
@@ -323,7 +327,7 @@ def _first_event(
     slides = mode != 0
     margins = [
         jnp.where(slides, mode * velocity, cone)
-        for velocity, cone in zip(samples.velocity, samples.cone, strict=True)
+        for velocity, cone in zip(samples.foot_velocity, samples.cone, strict=True)
     ]
     slowing = mode * end.foot_acceleration * step
     slope = jnp.where(slides, slowing, parabola_slope(margins))
@@ -338,9 +342,9 @@ def _first_event(
         edge = edge - walk.steps.astype(edge.dtype) * system.model.step_length
         ahead = slides & jnp.isfinite(edge)
         edge = jnp.where(ahead, edge, 0.0)
-        gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.slide]
+        gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.foot_position]
         kind = jnp.full_like(exchange, EventKind.PATCH)
-        closing = jnp.where(ahead, -mode * samples.velocity[2] * step, 0.0)
+        closing = jnp.where(ahead, -mode * samples.foot_velocity[2] * step, 0.0)
         crossing = first_crossing(gaps, closing, walk.target == kind, *near)
         best = _earlier((kind, crossing), best)
     return best

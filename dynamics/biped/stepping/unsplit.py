@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 class _Reached(NamedTuple):
     """Result of a step without switches."""
 
-    theta: Float[Array, ""]
-    rate: Float[Array, ""]
-    slide: Float[Array, ""]
-    velocity: Float[Array, ""]
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
+    foot_position: Float[Array, ""]
+    foot_velocity: Float[Array, ""]
     work: Float[Array, ""]
 
 
@@ -71,41 +71,45 @@ def _part(
     spec: Unsplit, system: System, walk: Walk, step: Float[Array, ""]
 ) -> tuple[Walk, Float[Array, ""]]:
     """A step of length `step` up to a slide's stop; the walk there and the rest of the step."""
-    friction = friction_on(system.scene.floor, walk.patch, walk.theta.dtype)
-    inertia = system.model.inertia.at(walk.theta)
+    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
+    inertia = system.model.inertia.at(walk.phase)
     mode = mode_at(system, friction, walk, inertia)
-    first = system.motion(friction, mode, inertia, walk.rate, walk.velocity)
+    first = system.motion(friction, mode, inertia, walk.crank_rate, walk.foot_velocity)
     if isinstance(spec, RK4):
         taken = classical_step(system, friction, mode, walk, inertia, step)
         work = taken.work
         if work is None:
-            work = first.torque * (taken.theta - walk.theta)
-        reached = _Reached(taken.theta, taken.rate, taken.slide, taken.velocity, work)
+            work = first.torque * (taken.phase - walk.phase)
+        reached = _Reached(
+            taken.phase, taken.crank_rate, taken.foot_position, taken.foot_velocity, work
+        )
     elif isinstance(spec, Euler):
         reached = _uniformly_accelerated(walk, first, step)
     else:
         reached = _semi_implicit(walk, first, step)
-    sound = jnp.isfinite(reached.theta + reached.rate + reached.slide + reached.velocity)
-    sample = Sample(walk.theta, walk.rate, first, inertia)
-    ground = ground_at(system, lever_at(system, walk.theta), sample)
-    found = status_at(system, walk, first, ground, step, reached.theta, sound)
+    sound = jnp.isfinite(
+        reached.phase + reached.crank_rate + reached.foot_position + reached.foot_velocity
+    )
+    sample = Sample(walk.phase, walk.crank_rate, first, inertia)
+    ground = ground_at(system, lever_at(system, walk.phase), sample)
+    found = status_at(system, walk, first, ground, step, reached.phase, sound)
     # A second part of no length and a walk that has ended change no status.
     judged = (step > 0) & (walk.status <= Status.SLIP_ONSET)
     found = jnp.where(judged, found, Status.OK)
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)
-    slips = runs & (walk.velocity == 0) & (mode != 0)
+    slips = runs & (walk.foot_velocity == 0) & (mode != 0)
     moved = note(walk, slips, jnp.full_like(status, EventKind.SLIP))
     rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
     if not slips_freely(system.scene):
         reached, rest, stops = _stopped(spec, walk, first, mode, reached, step)
     moved = moved._replace(
-        theta=reached.theta,
-        rate=reached.rate,
-        slide=reached.slide,
-        velocity=reached.velocity,
+        phase=reached.phase,
+        crank_rate=reached.crank_rate,
+        foot_position=reached.foot_position,
+        foot_velocity=reached.foot_velocity,
         left=walk.left - (step - rest),
-        distance=walk.distance + jnp.abs(reached.slide - walk.slide),
+        distance=walk.distance + jnp.abs(reached.foot_position - walk.foot_position),
         work=walk.work + reached.work,
         positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
     )
@@ -125,43 +129,47 @@ def _stopped(
 ) -> tuple[_Reached, Float[Array, ""], Bool[Array, ""]]:
     """The step with its foot stopped where it would turn back; what is left; whether it stops."""
     slows = first.foot_acceleration * mode < 0
-    until = -walk.velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
-    turned = (mode != 0) & (reached.velocity * mode <= 0)
+    until = -walk.foot_velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
+    turned = (mode != 0) & (reached.foot_velocity * mode <= 0)
     zero = jnp.zeros_like(step)
     if isinstance(spec, Euler):
-        stops = slows & (mode * walk.velocity > 0) & (until < step)
+        stops = slows & (mode * walk.foot_velocity > 0) & (until < step)
         at_stop = _uniformly_accelerated(walk, first, jnp.where(stops, until, step))
         reached = jax.tree.map(lambda a, b: jnp.where(stops, a, b), at_stop, reached)
         rest = jnp.where(stops, step - until, zero)
         stops = stops | turned
     else:
         stops, rest = turned, zero
-        way = walk.velocity * until / 2  # until it stops, at the acceleration it starts with
-        way = jnp.where(slows & (mode * walk.velocity > 0), way, zero)
-        reached = reached._replace(slide=jnp.where(stops, walk.slide + way, reached.slide))
-    return reached._replace(velocity=jnp.where(stops, 0.0, reached.velocity)), rest, stops
+        way = walk.foot_velocity * until / 2  # until it stops, at the acceleration it starts with
+        way = jnp.where(slows & (mode * walk.foot_velocity > 0), way, zero)
+        reached = reached._replace(
+            foot_position=jnp.where(stops, walk.foot_position + way, reached.foot_position)
+        )
+    return reached._replace(foot_velocity=jnp.where(stops, 0.0, reached.foot_velocity)), rest, stops
 
 
 def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
     """Accelerations constant during the step: eqs. (27) and (35), for crank and foot alike."""
     alpha, foot = first.crank_acceleration, first.foot_acceleration
-    theta = walk.theta + step * (walk.rate + step / 2 * alpha)
-    slide = walk.slide + step * (walk.velocity + step / 2 * foot)
-    work = first.torque * (theta - walk.theta)
-    return _Reached(theta, walk.rate + step * alpha, slide, walk.velocity + step * foot, work)
+    theta = walk.phase + step * (walk.crank_rate + step / 2 * alpha)
+    slide = walk.foot_position + step * (walk.foot_velocity + step / 2 * foot)
+    work = first.torque * (theta - walk.phase)
+    return _Reached(
+        theta, walk.crank_rate + step * alpha, slide, walk.foot_velocity + step * foot, work
+    )
 
 
 def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
-    rate = walk.rate + step * first.crank_acceleration
-    velocity = walk.velocity + step * first.foot_acceleration
-    theta = walk.theta + step * rate
-    work = first.torque * (theta - walk.theta)
-    return _Reached(theta, rate, walk.slide + step * velocity, velocity, work)
+    rate = walk.crank_rate + step * first.crank_acceleration
+    velocity = walk.foot_velocity + step * first.foot_acceleration
+    theta = walk.phase + step * rate
+    work = first.torque * (theta - walk.phase)
+    return _Reached(theta, rate, walk.foot_position + step * velocity, velocity, work)
 
 
 def _exchange(system: System, walk: Walk, running: Bool[Array, ""]) -> Walk:
     """Hand over the support if a step that was taken went past the end of the support phase."""
-    low, high = bounds(walk.theta.dtype)
-    passed = running & ((walk.theta > high) | (walk.theta < low))
+    low, high = bounds(walk.phase.dtype)
+    passed = running & ((walk.phase > high) | (walk.phase < low))
     walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
     return hand_over(system, walk, passed)

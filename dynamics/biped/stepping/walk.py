@@ -45,10 +45,10 @@ class EventLog(NamedTuple):
 class Walk(NamedTuple):
     """The integrator's running state within one call."""
 
-    theta: Float[Array, ""]
-    rate: Float[Array, ""]
-    slide: Float[Array, ""]
-    velocity: Float[Array, ""]
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
+    foot_position: Float[Array, ""]
+    foot_velocity: Float[Array, ""]
     steps: Int[Array, ""]
     patch: Int[Array, ""]
     left: Float[Array, ""]
@@ -76,9 +76,9 @@ def mode_at(
 ) -> Float[Array, ""]:
     """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
     if friction is None or isinstance(system.scene.floor, Smoothed):
-        return jnp.zeros_like(walk.theta)
-    still = system.still(inertia, walk.rate)
-    mode = mode_of(still, walk.velocity, friction.mu_static)
+        return jnp.zeros_like(walk.phase)
+    still = system.still(inertia, walk.crank_rate)
+    mode = mode_of(still, walk.foot_velocity, friction.mu_static)
     return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
 
 
@@ -107,10 +107,10 @@ def start(
     elif isinstance(spec, RK4Split):
         aim = duration / spec.substeps
     walk = Walk(
-        theta=value(state.phase),
-        rate=rate,
-        slide=slide,
-        velocity=velocity,
+        phase=value(state.phase),
+        crank_rate=rate,
+        foot_position=slide,
+        foot_velocity=velocity,
         steps=steps,
         patch=none,
         left=duration,
@@ -135,8 +135,8 @@ def on_its_patch(
     """The walk with its patch looked up by the foot's place on the floor, where `where`."""
     if not isinstance(scene.floor, Patches):
         return walk
-    place = walk.steps.astype(walk.slide.dtype) * model.step_length + walk.slide
-    found = patch_at(scene.floor, place, walk.velocity)
+    place = walk.steps.astype(walk.foot_position.dtype) * model.step_length + walk.foot_position
+    found = patch_at(scene.floor, place, walk.foot_velocity)
     return walk._replace(patch=jnp.where(where, found, walk.patch))
 
 
@@ -167,8 +167,8 @@ def status_at(
     sound: the numbers at the step's end are finite. The gravest word comes last, so that a step
     that overflows says the same in every precision.
     """
-    turn = jnp.maximum(jnp.abs(walk.rate) * step, jnp.abs(theta - walk.theta))
-    begins = walk.theta + walk.rate + walk.slide + walk.velocity
+    turn = jnp.maximum(jnp.abs(walk.crank_rate) * step, jnp.abs(theta - walk.phase))
+    begins = walk.phase + walk.crank_rate + walk.foot_position + walk.foot_velocity
     # a drive that is no number makes an acceleration that is none
     begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
@@ -176,8 +176,8 @@ def status_at(
     status = jnp.where(coarse, Status.NOT_CONVERGED, status)
     ended = status_now(system, ground)
     status = jnp.where(ended > Status.OK, ended, status)
-    low, high = bounds(walk.theta.dtype)
-    supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
+    low, high = bounds(walk.phase.dtype)
+    supports = (walk.phase > low - PHASE_SLACK) & (walk.phase < high + PHASE_SLACK)
     solvable = system.model.closes & supports
     status = jnp.where(solvable, status, Status.NO_SOLUTION)
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
@@ -185,8 +185,8 @@ def status_at(
 
 def entry_status(system: System, walk: Walk, state: BipedState) -> Int[Array, ""]:
     """The status of a call before anything moves: OK, or the error of the input."""
-    low, high = bounds(walk.theta.dtype)
-    supports = (walk.theta > low - PHASE_SLACK) & (walk.theta < high + PHASE_SLACK)
+    low, high = bounds(walk.phase.dtype)
+    supports = (walk.phase > low - PHASE_SLACK) & (walk.phase < high + PHASE_SLACK)
     status = jnp.where(supports, walk.status, Status.NO_SOLUTION)
     model = system.model
     given = (state, system.drive, system.duration, system.scene.floor)
@@ -202,15 +202,15 @@ def hand_over(
     landed: where the patch is looked up; default: at the exchange.
     """
     model, scene = system.model, system.scene
-    low, high = bounds(walk.theta.dtype)
+    low, high = bounds(walk.phase.dtype)
     one = scene.steps == "one"
     stops = exchange if one else exchange & ~model.symmetric
     word = Status.STEP_COMPLETE if one else Status.NO_EXCHANGE
     passes = exchange & ~stops
-    turn = jnp.where(passes, jnp.where(walk.theta > jnp.pi, 1, -1), 0).astype(jnp.int32)
-    theta = walk.theta - turn.astype(low.dtype) * (high - low)
+    turn = jnp.where(passes, jnp.where(walk.phase > jnp.pi, 1, -1), 0).astype(jnp.int32)
+    theta = walk.phase - turn.astype(low.dtype) * (high - low)
     walk = walk._replace(
-        theta=jnp.where(exchange, jnp.clip(theta, low, high), walk.theta),
+        phase=jnp.where(exchange, jnp.clip(theta, low, high), walk.phase),
         steps=walk.steps + turn,
         status=jnp.where(stops, word, walk.status).astype(jnp.int32),
     )
@@ -224,7 +224,7 @@ def note(
     log = walk.log
     if log is not None:
         when = walk.left if left is None else left
-        angle = walk.theta + jnp.pi * walk.steps.astype(walk.theta.dtype)
+        angle = walk.phase + jnp.pi * walk.steps.astype(walk.phase.dtype)
         place = jnp.minimum(walk.switches, log.left.shape[0] - 1)
         log = jax.tree.map(
             lambda row, new: row.at[place].set(
@@ -260,7 +260,7 @@ class Midpoint(NamedTuple):
 class Ground(NamedTuple):
     """Ground forces at one instant, from which the ends are detected."""
 
-    rate: Float[Array, ""]
+    crank_rate: Float[Array, ""]
     normal: Float[Array, ""]
     solvability: Float[Array, ""]
     moment: Float[Array, ""] | None
@@ -277,8 +277,8 @@ class Ending(NamedTuple):
 class Sample(NamedTuple):
     """An instant of a trial step; inertia None in the middle."""
 
-    theta: Float[Array, ""]
-    rate: Float[Array, ""]
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
     motion: Motion | Midpoint
     inertia: Coefficients | None
 
@@ -294,8 +294,8 @@ def ground_at(system: System, lever: GroundMoment | None, sample: Sample) -> Gro
     motion, moment = sample.motion, None
     if lever is not None:
         accelerations = motion.crank_acceleration, motion.foot_acceleration
-        moment = ankle_moment(system.model, lever, sample.rate, *accelerations)
-    return Ground(sample.rate, motion.normal_force, motion.solvability, moment)
+        moment = ankle_moment(system.model, lever, sample.crank_rate, *accelerations)
+    return Ground(sample.crank_rate, motion.normal_force, motion.solvability, moment)
 
 
 def grounds_of(
@@ -318,8 +318,8 @@ def _levers(
     inertia, later = start.inertia, end.inertia
     if inertia is None or later is None:
         raise TypeError("the inertia at both ends of a step is needed")
-    L, dL = system.model.inertia.spin_at(end.theta)
-    turn = end.theta - start.theta
+    L, dL = system.model.inertia.spin_at(end.phase)
+    turn = end.phase - start.phase
     enough = jnp.abs(turn) > 1e-3  # below, a difference of L has no digits and is not needed
     mean = (first.dL + dL) / 2
     secant = jnp.where(enough, (L - first.L) / jnp.where(enough, turn, 1.0), mean)
@@ -353,7 +353,7 @@ def status_now(system: System, at: Ground) -> Int[Array, ""]:
         off_foot = _off_foot(system.model, at.normal, at.moment)
         status = jnp.where(off_foot, fall_under(system.model, at.normal), status)
     if system.max_rate is not None:
-        status = jnp.where(jnp.abs(at.rate) > system.max_rate, Status.RUNAWAY, status)
+        status = jnp.where(jnp.abs(at.crank_rate) > system.max_rate, Status.RUNAWAY, status)
     status = jnp.where(at.normal <= 0, Status.LIFT_OFF, status)
     return jnp.where(at.solvability > 0, status, Status.NO_SOLUTION).astype(jnp.int32)
 
@@ -369,7 +369,7 @@ def first_ending(system: System, samples: tuple[Ground, Ground, Ground]) -> Endi
     if isinstance(system.drive, Torque) and not isinstance(system.scene.floor, Grip):
         best = _earlier(best, _ending(Status.NO_SOLUTION, [at.solvability for at in samples]))
     if system.max_rate is not None:
-        room = [system.max_rate - jnp.abs(at.rate) for at in samples]
+        room = [system.max_rate - jnp.abs(at.crank_rate) for at in samples]
         best = _earlier(best, _ending(Status.RUNAWAY, room))
     return best
 
