@@ -12,10 +12,6 @@ from stickslip.dynamics.biped.inertia import (
     ground_moment,
     reduced_inertia,
 )
-from stickslip.dynamics.biped.joints.newton_euler import (
-    NewtonEuler,
-    newton_euler,
-)
 from stickslip.dynamics.biped.joints.pins import JOINT_FORCES
 from stickslip.dynamics.biped.links import (
     BODIES,
@@ -75,7 +71,6 @@ __all__ = [
     "Joint",
     "Kinematics",
     "LegPins",
-    "NewtonEuler",
     "Paper",
     "RK4Split",
     "Recommendation",
@@ -93,7 +88,6 @@ __all__ = [
     "ground_moment",
     "inverse_dynamics",
     "kinematics",
-    "newton_euler",
     "own_time",
     "prepare",
     "recommend",

@@ -24,12 +24,12 @@ QUICK = (
 NO_CONSTRUCTORS = {
     # what a call returns, or a function of numbers inside a trace, whose failures are statuses
     "BipedEnvParams", "BipedEnvState", "Contact", "Events", "ForwardDynamics", "GroundMoment",
-    "InverseDynamics", "Kinematics", "LegPins", "NewtonEuler", "Recommendation", "ReducedInertia",
+    "InverseDynamics", "Kinematics", "LegPins", "Recommendation", "ReducedInertia",
     "Setting", "Trajectory", "UGVEnvParams", "UGVEnvState", "Equilibrium", "Forces", "Pose",
     "Result", "PostureResult", "DriveBound", "Evaluation", "Station", "OptimStatus",
     "FunctionalEnv", "exchange_mismatch",
     "floor_position", "forward_dynamics", "ground_moment", "inverse_dynamics", "kinematics",
-    "newton_euler", "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
+    "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
     "place", "wheel_turns", "station", "Odometer", "Collected", "WheelContact",
     # no arguments, or checked by tests of their own
     "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",

@@ -27,13 +27,11 @@ from stickslip.dynamics.biped import (
     ground_moment,
     inverse_dynamics,
     kinematics,
-    newton_euler,
     reduced_inertia,
     simulate,
     simulate_inverse,
     step,
 )
-from stickslip.dynamics.biped.joints.newton_euler import GIVEN
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
 from stickslip.envs import BipedEnv, UGVEnv
 from stickslip.optim import PostureProblem
@@ -116,12 +114,6 @@ def test_dynamics_at_an_instant():
         )
 
     traced_shapes(everything)
-
-
-@pytest.mark.parametrize("system", first_quick(GIVEN))
-def test_the_chapters_systems(system: str):
-    given = dict.fromkeys(GIVEN[system], 1.0)
-    traced_shapes(lambda: newton_euler(BARS(), 2.0, 3.0, system=system, **given))
 
 
 @pytest.mark.parametrize("fidelity", FIDELITIES)

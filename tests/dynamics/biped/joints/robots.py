@@ -1,21 +1,30 @@
-"""Random robots and instants for the Newton-Euler tests."""
+"""Random robots and instants for the tests of joint forces."""
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams, reduced_inertia
-from stickslip.dynamics.biped.joints.newton_euler import GIVEN, SYSTEMS, NewtonEuler, newton_euler
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import (
+    BipedParams,
+    forward_dynamics,
+    ground_moment,
+    inverse_dynamics,
+    prepare,
+    reduced_inertia,
+)
+from stickslip.dynamics.biped.contact import System, Torque, ankle_moment, at_instant
 from stickslip.dynamics.biped.links import least_closure
 from stickslip.dynamics.biped.params import NON_NEGATIVE, POSITIVE
 from tests.dynamics.biped.helpers import default_params
 
 COUNT = 256
-"""Robots, and instants, in every call of `every_system`."""
+"""Robots, and instants, in every call of `every_motion`."""
 
 LENGTHS = tuple(n for n in (*POSITIVE, *NON_NEGATIVE) if n not in ("gravity", "payload"))
 
@@ -61,43 +70,55 @@ def random_instants(seed: int = 1, dtype: str = "float64") -> dict[str, jax.Arra
         "torque": rng.uniform(-5, 5, COUNT),
         "crank_acceleration": rng.uniform(-80, 80, COUNT),
         "foot_acceleration": rng.uniform(-10, 10, COUNT),
-        "mu_kinetic": rng.uniform(0, 0.6, COUNT),
+        "mu_kinetic": rng.uniform(0, 0.3, COUNT),
         "direction": rng.choice([-1.0, 1.0], COUNT),
     }
     return {name: jnp.asarray(value, dtype) for name, value in values.items()}
 
 
+MOTIONS = ("inverse", "stick", "slip")
+"""A motion is given; a torque is, and the foot is at rest, or slides."""
+
+
+class Forces(NamedTuple):
+    """All forces and accelerations of one instant."""
+
+    joint_forces: jax.Array
+    torque: jax.Array
+    friction_force: jax.Array
+    normal_force: jax.Array
+    zmp: jax.Array
+    ankle_moment: jax.Array
+    crank_acceleration: jax.Array
+    foot_acceleration: jax.Array
+
+
 @jax.jit
-def every_system(robots: BipedParams, given: dict[str, jax.Array]) -> dict[str, NewtonEuler]:
-    """All five systems for each robot and instant."""
+def every_motion(robots: BipedParams, given: dict[str, jax.Array]) -> dict[str, Forces]:
+    """MOTIONS of each robot at its instant."""
 
-    def one(params, values):
-        def solve(system):
-            known = {name: values[name] for name in GIVEN[system]}
-            theta, rate = values["theta"], values["crank_rate"]
-            return newton_euler(params, theta, rate, system=system, **known)
+    def one(params, at):
+        theta, rate, torque, way = at["theta"], at["crank_rate"], at["torque"], at["direction"]
+        alpha, a1, mu = at["crank_acceleration"], at["foot_acceleration"], at["mu_kinetic"]
+        zero, lever = jnp.zeros_like(theta), ground_moment(params, theta)
 
-        return {system: solve(system) for system in SYSTEMS}
+        def forces(found, torque, alpha, a1):
+            moment = ankle_moment(params, lever, rate, alpha, a1)
+            ground = found.friction_force, found.normal_force, found.zmp, moment
+            return Forces(found.joint_forces, torque, *ground, alpha, a1)
+
+        inverse = inverse_dynamics(params, theta, rate, alpha, zero, a1, outputs="joints")
+        found = {"inverse": forces(inverse, inverse.torque, alpha, a1)}
+        now = forward_dynamics(params, theta, rate, way, torque, mu, mu, outputs="joints")
+        found["slip"] = forces(now, torque, now.crank_acceleration, now.foot_acceleration)
+        system = System(prepare(params), Scene.grip(), Torque(torque), zero)
+        held = at_instant(system, None, theta, rate, zero, "joints")
+        forces_of = held.motion._asdict() | {"zmp": held.zmp, "joint_forces": held.joint_forces}
+        accelerations = held.motion.crank_acceleration, held.motion.foot_acceleration
+        found["stick"] = forces(SimpleNamespace(**forces_of), torque, *accelerations)
+        return found
 
     return jax.vmap(one)(robots, given)
-
-
-def _slip(params, values):
-    given = {name: values[name] for name in ("torque", "mu_kinetic", "direction")}
-    theta, rate = values["theta"], values["crank_rate"]
-    return newton_euler(params, theta, rate, system="forward_slip", **given)
-
-
-@jax.jit
-def slip(params: BipedParams, values: dict[str, jax.Array]) -> NewtonEuler:
-    """One robot that slides at one instant (eq. 36)."""
-    return _slip(params, values)
-
-
-@jax.jit
-def slips(robots: BipedParams, given: dict[str, jax.Array]) -> NewtonEuler:
-    """The same for each robot and instant."""
-    return jax.vmap(_slip)(robots, given)
 
 
 @jax.jit
@@ -107,7 +128,7 @@ def reduced_along(robots: BipedParams, angles: jax.Array):
 
 
 def by_reduced(robots: BipedParams, given: dict[str, jax.Array]) -> dict[str, dict[str, Any]]:
-    """What MODEL 1.4 says of every system, written out again with linear solves in numpy."""
+    """What MODEL 1.4 says of every motion, written out again with linear solves in numpy."""
     M, dM, P, dP, Y, dY = map(np.asarray, reduced_along(robots, given["theta"]))
     at = {name: np.asarray(value) for name, value in given.items()}
     square, mass, g = (
@@ -129,18 +150,14 @@ def by_reduced(robots: BipedParams, given: dict[str, jax.Array]) -> dict[str, di
 
     alpha = at["crank_acceleration"]
     held = described(alpha, at["foot_acceleration"])
-    normal = described(alpha, zero)["normal_force"]
-    slide = (-signed * normal - P * alpha - dP * square) / mass
     drive = at["torque"] - dM * square / 2 - g * Y
     drag = -dP * square - signed * (mass * g + dY * square)
     matrix = np.stack([np.stack([M, P], -1), np.stack([P + signed * Y, mass], -1)], -2)
     both = np.linalg.solve(matrix, np.stack([drive, drag], -1)[..., None])[..., 0]
     return {
         "inverse": held,
-        "inverse_ground": held,
-        "inverse_slip": described(alpha, slide),
-        "forward_stick": described(drive / M, zero),
-        "forward_slip": described(*both.T),
+        "stick": described(drive / M, zero),
+        "slip": described(*both.T),
     }
 
 

@@ -1,4 +1,4 @@
-"""The chapter's five systems against the reduced equations, the reference file and mechanics."""
+"""Joint forces of given motions and torques: the reference file's, and mechanics body by body."""
 
 from dataclasses import replace
 
@@ -7,27 +7,22 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.biped import BODIES, BipedParams, kinematics
+from stickslip.dynamics.biped import BODIES, kinematics
 from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.dynamics.biped.joints.equations import body_equations, link_motion
-from stickslip.dynamics.biped.joints.newton_euler import SYSTEMS, newton_euler
 from stickslip.dynamics.biped.joints.pins import JOINT_FORCES
 from stickslip.dynamics.biped.links import LINK_OF_BODY
-from tests.dynamics.biped.helpers import default_params
 from tests.dynamics.biped.joints.robots import (
     COUNT,
-    LENGTHS,
+    MOTIONS,
     by_reduced,
     default_robots,
-    every_system,
+    every_motion,
     random_instants,
     random_robots,
-    slip,
-    slips,
 )
 from tests.precision import mostly_single
 
-SLIPPING = ("inverse_slip", "forward_slip")
 PLACES = {
     "1-2": "E", "1-11": "ankle_bar", "2-3": "K", "2-5": "K", "5-11": "knee_bar",
     "5-12": "knee_bar", "10-12": "C_bar", "7-3": "C", "7-10": "C", "3-6": "F", "4-2": "H",
@@ -46,20 +41,41 @@ def difference(got, want, size) -> float:
     return float(np.max(np.abs(np.asarray(got) - np.asarray(want)) / size))
 
 
-def test_every_system_agrees_with_the_reduced_equations(float64):
+def test_every_motion_agrees_with_the_reduced_equations(float64):
     robots, given = random_robots(), random_instants()
-    got, want = every_system(robots, given), by_reduced(robots, given)
+    got, want = every_motion(robots, given), by_reduced(robots, given)
     weight = np.asarray(robots.total_mass * robots.gravity)
-    for system in SYSTEMS:
-        for name, value in want[system].items():
-            found = getattr(got[system], name)
-            if found is None:
-                continue
+    for motion in MOTIONS:
+        for name, value in want[motion].items():
+            found = getattr(got[motion], name)
             size = {"torque": weight * 0.03, "crank_acceleration": 300, "foot_acceleration": 9}
             assert difference(found, value, size.get(name, weight) + np.abs(value)) < 1e-9, (
-                system,
+                motion,
                 name,
             )
+
+
+@jax.jit
+def equations_of(robots, angles):
+    def one(params, angle):
+        return body_equations(params, link_motion(params, angle))
+
+    return jax.vmap(one)(robots, angles)
+
+
+def test_the_whole_matrix_of_72_equations_has_the_same_solution(float64):
+    robots, given = random_robots(), random_instants()
+    got = every_motion(robots, given)["inverse"]
+    forces, torque, ground, loads = map(np.asarray, equations_of(robots, given["theta"]))
+    matrix = np.concatenate([forces, torque[..., None], ground], axis=-1).reshape(COUNT, 72, 72)
+    motion = np.stack(
+        [got.crank_acceleration, given["crank_rate"] ** 2, got.foot_acceleration, robots.gravity]
+    )
+    right = np.einsum("nbij,jn->nbi", loads, motion).reshape(COUNT, 72, 1)
+    want = np.linalg.solve(matrix, right)[..., 0]
+    rest = [got.torque, got.friction_force, got.normal_force, got.ankle_moment]
+    found = np.concatenate([got.joint_forces, np.stack(rest, -1)], axis=1)
+    assert difference(found, want, np.max(np.abs(want), axis=1, keepdims=True)) < 1e-9
 
 
 def reference_instants(reference):
@@ -76,33 +92,10 @@ def reference_instants(reference):
     return given, states[:8]
 
 
-@jax.jit
-def equations_of(robots, angles):
-    def one(params, angle):
-        return body_equations(params, link_motion(params, angle))
-
-    return jax.vmap(one)(robots, angles)
-
-
-def test_the_whole_matrix_of_72_equations_has_the_same_solution(float64):
-    robots, given = random_robots(), random_instants()
-    got = every_system(robots, given)["inverse_ground"]
-    forces, torque, ground, loads = map(np.asarray, equations_of(robots, given["theta"]))
-    matrix = np.concatenate([forces, torque[..., None], ground], axis=-1).reshape(COUNT, 72, 72)
-    motion = np.stack(
-        [got.crank_acceleration, given["crank_rate"] ** 2, got.foot_acceleration, robots.gravity]
-    )
-    right = np.einsum("nbij,jn->nbi", loads, motion).reshape(COUNT, 72, 1)
-    want = np.linalg.solve(matrix, right)[..., 0]
-    rest = [got.torque, got.friction_force, got.normal_force, got.ankle_moment]
-    found = np.concatenate([got.joint_forces, np.stack(rest, -1)], axis=1)
-    assert difference(found, want, np.max(np.abs(want), axis=1, keepdims=True)) < 1e-9
-
-
 def test_every_joint_force_is_the_reference_files(float64, reference):
     given, states = reference_instants(reference)
-    got = every_system(default_robots(), given)
-    for system in ("inverse", "inverse_ground", "forward_stick"):
+    got = every_motion(default_robots(), given)
+    for system in ("inverse", "stick"):
         for i, state in enumerate(states):
             ours = dict(zip(JOINT_FORCES, np.asarray(got[system].joint_forces[i]), strict=True))
             theirs = state["stick"]["joint_forces"]
@@ -115,7 +108,7 @@ def test_every_joint_force_is_the_reference_files(float64, reference):
 
 def test_accelerations_and_ground_force_are_the_reference_files(float64, reference):
     given, states = reference_instants(reference)
-    got = every_system(default_robots(), given)
+    got = every_motion(default_robots(), given)
     names = {
         "alpha": "crank_acceleration",
         "foot_acceleration": "foot_acceleration",
@@ -124,7 +117,7 @@ def test_accelerations_and_ground_force_are_the_reference_files(float64, referen
         "ankle_moment": "ankle_moment",
         "zmp": "zmp",
     }
-    for system, mode in (("forward_stick", "stick"), ("forward_slip", "slip")):
+    for system, mode in (("stick", "stick"), ("slip", "slip")):
         for i, state in enumerate(states):
             for theirs, ours in names.items():
                 if theirs in state[mode]:
@@ -143,11 +136,11 @@ def along_motion(robots, theta, rate, alpha, a1, time):
     return jax.vmap(one)(robots, theta, rate, alpha, a1)
 
 
-@pytest.mark.parametrize("system", SYSTEMS)
+@pytest.mark.parametrize("system", MOTIONS)
 def test_every_body_moves_as_its_forces_say(system, float64):
     """Newton and Euler body by body, forces by name, accelerations by differences in time."""
     robots, given = random_robots(), random_instants()
-    got = every_system(robots, given)[system]
+    got = every_motion(robots, given)[system]
     motion = robots, given["theta"], given["crank_rate"]
     motion += got.crank_acceleration, got.foot_acceleration
     h = 5e-5
@@ -172,28 +165,26 @@ def test_every_body_moves_as_its_forces_say(system, float64):
     moment[:, BODIES.index("13")] -= got.torque
     mass = np.asarray(jax.vmap(body_masses)(robots))
     net[:, :, 1] -= mass * np.asarray(robots.gravity)[:, None]
-    if system == "inverse":  # the foot's ground force is not among its unknowns
-        first = 1
-    else:
-        first = 0
-        ground = np.stack([got.friction_force, got.normal_force], -1)
-        net[:, 0] += ground
-        moment[:, 0] += got.ankle_moment + cross(-centres[:, 0], ground)
+    ground = np.stack([got.friction_force, got.normal_force], -1)
+    net[:, 0] += ground
+    moment[:, 0] += got.ankle_moment + cross(-centres[:, 0], ground)
     size = np.max(np.abs(np.asarray(got.joint_forces)), axis=1)[:, None]
     off = net - mass[..., None] * acceleration
-    assert difference(off[:, first:], 0, size[..., None]) < 1e-6
+    assert difference(off, 0, size[..., None]) < 1e-6
     spin = np.asarray(robots.inertia)[:, LINK_OF_BODY] * turning
-    assert difference((moment - spin)[:, first:], 0, 0.5 * size) < 1e-6
+    assert difference(moment - spin, 0, 0.5 * size) < 1e-6
 
 
-@pytest.mark.parametrize("system", SYSTEMS[1:])
+@pytest.mark.parametrize("system", MOTIONS)
 def test_the_motor_and_friction_do_all_the_work(system, float64):
     """dE/dt = T w + f v1 for a foot that slides at v1."""
     robots, given = random_robots(), random_instants()
-    got = every_system(robots, given)[system]
+    got = every_motion(robots, given)[system]
     speed = jnp.linspace(-1, 1, COUNT)
     rate = given["crank_rate"]
-    work = rate_of_energy(robots, given["theta"], rate, speed, *got[-2:])
+    work = rate_of_energy(
+        robots, given["theta"], rate, speed, got.crank_acceleration, got.foot_acceleration
+    )
     power = got.torque * rate + got.friction_force * speed
     assert difference(work, power, np.abs(np.asarray(got.torque * rate)) + 10) < 1e-9
 
@@ -221,10 +212,9 @@ def rate_of_energy(robots, theta, rate, speed, alpha, a1):
     return jax.vmap(one)(robots, theta, rate, speed, alpha, a1)
 
 
-@pytest.mark.parametrize("system", SLIPPING)
-def test_friction_of_a_sliding_foot_is_coulombs(system, float64):
+def test_friction_of_a_sliding_foot_is_coulombs(float64):
     given = random_instants()
-    got = every_system(random_robots(), given)[system]
+    got = every_motion(random_robots(), given)["slip"]
     want = -given["direction"] * given["mu_kinetic"] * got.normal_force
     assert difference(got.friction_force, want, 1 + np.abs(np.asarray(got.normal_force))) < 1e-12
 
@@ -239,7 +229,7 @@ def test_at_rest_the_ground_bears_the_weight_and_the_pins_bear_a_payload(float64
     heavier = replace(robots, payload=robots.payload + 15.0)
     in_hip = replace(robots, mass=robots.mass.at[:, 12].add(15.0))
     light, loaded, same = (
-        every_system(robot, given)["inverse_ground"] for robot in (robots, heavier, in_hip)
+        every_motion(robot, given)["inverse"] for robot in (robots, heavier, in_hip)
     )
     weight = robots.total_mass * robots.gravity
     assert difference(light.normal_force, weight, 1.0) < 1e-11
@@ -251,97 +241,5 @@ def test_at_rest_the_ground_bears_the_weight_and_the_pins_bear_a_payload(float64
 @mostly_single
 def test_precision_is_that_of_what_is_given(dtype):
     given = default_robots(dtype.name), random_instants(dtype=dtype.name)
-    batch = jax.eval_shape(lambda: slips(*given))  # types are known uncompiled
+    batch = jax.eval_shape(lambda: every_motion(*given)["slip"])  # types are known uncompiled
     assert all(value.dtype == dtype for value in batch)
-
-
-@pytest.mark.long
-def test_derivatives_are_those_of_finite_differences(float64):
-    params = default_params()
-
-    @jax.jit
-    def load(inputs):
-        theta, rate, torque, mu, density, tibia = inputs
-        robot = replace(params, mass=params.mass * density, tibia=params.tibia * tibia)
-        values = {"theta": theta, "crank_rate": rate, "torque": torque, "mu_kinetic": mu}
-        found = slip(robot, values | {"direction": jnp.ones_like(mu)})
-        shares = jnp.cos(jnp.arange(68.0))
-        return shares @ found.joint_forces + found.zmp + found.crank_acceleration
-
-    at, h = jnp.asarray([2.1, 3.0, 0.7, 0.2, 1.1, 1.001]), 1e-6
-    slope = jax.jit(jax.grad(load))(at)
-    for i, step in enumerate(np.eye(6) * h):
-        change = (load(at + step) - load(at - step)) / (2 * h)
-        assert slope[i] == pytest.approx(float(change), rel=1e-6, abs=1e-6)
-
-
-SCALES = [(1.0, 1.0), (1e-3, 1e6), (1e3, 1e-6)]
-
-
-def scaled(params: BipedParams, length: float, mass: float) -> BipedParams:
-    """The same robot, lengths and masses times a factor."""
-    lengths = {name: getattr(params, name) * length for name in LENGTHS}
-    masses = {"mass": params.mass * mass, "inertia": params.inertia * mass * length**2}
-    return replace(params, **lengths, **masses, centre=params.centre * length)
-
-
-def same_motion(given, length: float, mass: float):
-    """Instants of the same motion at another scale: time goes with the root of length."""
-    factors = {"crank_rate": length**-0.5, "torque": mass * length}
-    return {name: value * factors.get(name, 1.0) for name, value in given.items()}
-
-
-def worst(got, want, length: float = 1.0, mass: float = 1.0, size=1.0) -> dict[str, float]:
-    """Largest errors, forces by the largest one, accelerations by 10 (crank: 10 / size) or more.
-
-    length, mass: what `want` is to be scaled by.
-    """
-    forces = np.asarray(want.joint_forces) * mass
-    off = np.abs(np.asarray(got.joint_forces, float) - forces)
-    found = {"forces": np.max(off / np.max(np.abs(forces), axis=1, keepdims=True))}
-    for name, unit in (("crank_acceleration", 1 / length), ("foot_acceleration", 1.0)):
-        value = np.asarray(getattr(want, name)) * unit
-        least = 10 * unit / (size if name == "crank_acceleration" else 1.0)
-        error = np.abs(np.asarray(getattr(got, name), float) - value)
-        found[name] = np.max(error / (least + np.abs(value)))
-    return {name: float(value) for name, value in found.items()}
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("length", "mass"), SCALES)
-def test_single_precision_keeps_its_digits_at_every_scale(length, mass):
-    """Measured, worst of 256 instants: forces 3e-5, accelerations 5e-5."""
-    with jax.enable_x64(False):
-        robots, given = default_robots("float32"), random_instants(dtype="float32")
-        robots, given = scaled(robots, length, mass), same_motion(given, length, mass)
-        got = jax.tree.map(np.asarray, slips(robots, given))
-        given = jax.tree.map(np.asarray, (robots, given))
-    assert got.joint_forces.dtype == np.float32
-    with jax.enable_x64(True):
-        want = slips(*jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), given))
-    found = worst(got, want, size=length)
-    assert found["forces"] < 1e-4, found
-    assert found["crank_acceleration"] < 2e-4, found
-    assert found["foot_acceleration"] < 1e-4, found
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        (
-            {"system": "backward"},
-            "system = 'backward' is unknown; accepted: 'inverse', 'inverse_gr",
-        ),
-        ({"torque": None}, "torque is missing; accepted: torque, mu_kinetic, direction"),
-        ({"crank_acceleration": 1.0}, "crank_acceleration is given; accepted: torque, mu"),
-        (
-            {"difference_step": 0.0},
-            r"difference_step = 0.0; accepted: None \(exact\) or a crank an",
-        ),
-        ({"difference_step": True}, "difference_step = True; accepted"),
-    ],
-)
-def test_what_does_not_fit_is_refused_by_name(changes, message):
-    right = {"system": "forward_slip", "torque": 1.0, "mu_kinetic": 0.1, "direction": 1.0}
-    with pytest.raises(ValueError, match=message):
-        newton_euler(BipedParams.from_bars(), jnp.asarray(2.0), jnp.asarray(1.0), **right | changes)
