@@ -197,18 +197,27 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
         return numbers_in_words(vars(task.params))
 
-    def describe(self, env: Env, params: Params) -> dict[str, Json]:
-        """An environment and its parameters as JSON values, for a policy's file: for people, and
-        for `read_task`; under "environment" the name of its class."""
-        from stickslip.agents.tasks.file import task_entry
+    def parts(self, env: Env, params: Params) -> dict[str, Any]:
+        """The parts of a task that a policy's file holds, the environment among them."""
+        return {"env": env, "values": params}
 
-        return {"environment": type(env).__name__, **task_entry(env=env, values=params)}
+    def build(self, *, env: Env, values: Params) -> Task[Env, Params]:
+        """The task of its parts. ValueError for parts that will not do."""
+        env.check_params(values)
+        env.observation_bounds(values)  # for what only it knows
+        return Task(env, values)
+
+    def describe(self, env: Env, params: Params) -> dict[str, Json]:
+        """An environment and its parameters as JSON values, for a policy's file."""
+        from stickslip.agents.tasks.file import described
+
+        return described(env, params, self.parts(env, params))
 
     def read_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params] | None:
         """The task that a policy's file holds; None if it holds none. ValueError if damaged."""
-        from stickslip.agents.tasks.file import read_standard_task
+        from stickslip.agents.tasks.file import read_task
 
-        return read_standard_task(metadata, type(self.env()))
+        return read_task(metadata, self)
 
     def sightless(self, env: Env) -> Env:
         """The environment without what only changes what is observed."""

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 
     from stickslip.envs.biped.params import BipedEnvParams
 
-ANOTHER = "one sweep for each, or tasks that differ in it"
 FRICTION = ("scene.mu_static", "scene.mu_kinetic")
 
 
@@ -61,21 +60,6 @@ class BipedSwept(Swept):
     }
     slip: ClassVar[tuple[str, str] | None] = ("slid", "walked")
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {"mu": FRICTION}
-    structure: ClassVar[Mapping[str, str]] = {
-        "scene": f"--scene NAME, {ANOTHER}",
-        "floor": f"--scene NAME, {ANOTHER}",
-        "scene.floor": f"--scene NAME, {ANOTHER}",
-        "fidelity": ANOTHER,
-        "setting": ANOTHER,
-        "integrator": ANOTHER,
-        "substeps": ANOTHER,
-        "max_events": ANOTHER,
-        "see_friction": "policies that see it or not: each is shown what it was trained on",
-        "see_patch": "policies that see it or not: each is shown what it was trained on",
-        "scene.steps": ANOTHER,
-        "scene.outputs": ANOTHER,
-        "dtype": ANOTHER,
-    }
 
     def parts(self, params: BipedEnvParams) -> dict[str, PyTree]:
         """See Swept; the payload is the scene's, with which the robot is prepared."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast
 
 import jax
@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import Task, TrainingTask
-from stickslip.agents.tasks.file import in_words, plain, rebuilt_task, same_numbers, task_entry
+from stickslip.agents.tasks.file import numbers_in_words, require_numbers, same_numbers
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform
@@ -30,14 +30,11 @@ if TYPE_CHECKING:
 
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.machine import Options
-    from stickslip.agents.untrusted import Json
 
     BipedTask: TypeAlias = Task[BipedEnv, BipedEnvParams]
 
 NUMBERS = (*POSITIVE, *NON_NEGATIVE)
 """Of BipedEnvParams."""
-KINDS = {"env": BipedEnv, "robot": BipedParams, "scene": Scene, "randomisation": Randomisation}
-"""Parts of a task in a file, beside dtype and numbers."""
 ANY_PHASE = (SUPPORT_START, SUPPORT_END)
 WEIGHTS = ("tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
 """Of the reward, which a configuration may give otherwise for training."""
@@ -107,9 +104,9 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         changed["commanded_rate"] = options["commanded_rate"]
         drawn = replace(drawn, commanded_rate=None, command_interval=None)
     place = replace(params.scene, floor=floor, payload=load).validate()
-    parts = _parts(*task) | {"scene": place, "randomisation": drawn}
-    parts["numbers"] = parts["numbers"] | changed
-    env, params = _build(**parts)
+    given = parts(*task) | {"scene": place, "randomisation": drawn}
+    given["numbers"] = given["numbers"] | changed
+    env, params = build(**given)
     return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
 
 
@@ -141,16 +138,9 @@ def label(task: BipedTask, scene: str | None) -> str:
 
 def details(task: BipedTask) -> str:
     """The numbers of the task in a line."""
-    params = task.params
-    floor = {name: in_words(plain(value)) for name, value in vars(params.scene.floor).items()}
-    words = [f"{name} {value}" for name, value in floor.items()] or ["no slip"]
-    numbers = _parts(*task)["numbers"]
-    words += [f"{name} {in_words(plain(value))}" for name, value in numbers.items()]
-    for one in fields(params.randomisation):
-        ends = getattr(params.randomisation, one.name)
-        if ends is not None:
-            words.append(f"{one.name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
-    return ", ".join(words).replace("_", " ")
+    floor, numbers = vars(task.params.scene.floor), parts(*task)["numbers"]
+    words = numbers_in_words({**floor, **numbers}, task.params.randomisation)
+    return words if floor else f"no slip, {words}"
 
 
 def floor_words(scene: Scene) -> str:
@@ -167,35 +157,8 @@ def floor_words(scene: Scene) -> str:
     return f"{count} patches"
 
 
-def describe(env: BipedEnv, params: BipedEnvParams) -> dict[str, Json]:
-    """The configuration of an environment as JSON values, for a policy's metadata.
-
-    Static choices, floor, randomisation and every number, of the robot its mass, and the size of
-    the observation, for people; and all of it again in parts, for `read_task`.
-    """
-    parts, scene = _parts(env, params), params.scene
-    return {
-        "environment": type(env).__name__,
-        "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "floor": {"kind": type(scene.floor).__name__}
-        | {name: plain(value) for name, value in vars(scene.floor).items()},
-        "steps": scene.steps,
-        "payload": plain(scene.payload),
-        "randomisation": plain(vars(params.randomisation)),
-        "total_mass": plain(params.robot.total_mass),
-        "observation_size": len(env.observation_bounds(params)[0]),
-        **{name: plain(value) for name, value in parts["numbers"].items()},
-        **task_entry(**parts),
-    }
-
-
-def read_task(metadata: Mapping[str, Json]) -> BipedTask | None:
-    """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
-    return rebuilt_task(metadata, _build, KINDS, NUMBERS, MARK)
-
-
-def _parts(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
-    """The arguments of `_build` for a task."""
+def parts(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+    """See Machine; the arguments of `build`."""
     robot = params.robot.bare
     return {
         "env": env,
@@ -207,7 +170,8 @@ def _parts(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
     }
 
 
-def _build(env: BipedEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> BipedTask:
+def build(env: BipedEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> BipedTask:
     """The task of its parts. ValueError for parts that will not do."""
+    require_numbers(numbers, NUMBERS, MARK)
     dtype = jax.dtypes.canonicalize_dtype(dtype)
     return Task(env, env.make_params(**parts, dtype=dtype, **numbers))

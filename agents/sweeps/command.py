@@ -54,7 +54,6 @@ def _planned(given: Options) -> Plan:
     """Check the arguments and print the plan."""
     require_folder(given["out"])
     machine, axes = machine_by_name(given["machine"]), _axes(given["axis"])
-    machine.swept().require_no_structure(axes)
     options = {name: given.get(name) for name in every_option()}
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
     design = Design.of(axes, given["samples"], 0)

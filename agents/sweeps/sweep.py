@@ -95,7 +95,6 @@ def sweep(
     """
     require_named("axes", axes, '{"mu": "0.02:0.3:64"} or such')
     machine, given = cases_on(task, policies)
-    machine.swept().require_no_structure(axes)
     plan = Plan.of(machine, given, Design.of(dict(axes), samples, design_seed), episodes)
     return run_plan(plan, Path(out), **how)
 

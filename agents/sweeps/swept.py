@@ -40,8 +40,6 @@ class Swept:
     """Columns of the distance slid and of the distance travelled, where slip is of interest."""
     short: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Names that set several fields at once."""
-    structure: ClassVar[Mapping[str, str]] = {}
-    """Names of what is compiled into the program, and what to do instead of an axis."""
 
     def parts(self, params: PyTree) -> dict[str, PyTree]:
         """Trees of numbers by the first word of their names, the most important first."""
@@ -73,8 +71,7 @@ class Swept:
         return self.units.get(".".join(words), self.units.get(words[-1], "-"))
 
     def targets(self, params: PyTree, name: str) -> tuple[str, ...]:
-        """The dotted fields that an axis sets. ValueError for an unknown name and a structure."""
-        self.require_no_structure([name])
+        """The dotted fields that an axis sets. ValueError for an unknown name."""
         known = self.known(params)
         if name in self.short and all(one in known for one in self.short[name]):
             return self.short[name]
@@ -92,15 +89,6 @@ class Swept:
             f"{', ...' if len(shorter) > LISTED else ''}; or with the part in front: "
             f"{', '.join(f'{part}.NAME' for part in self.parts(params))}"
         )
-
-    def require_no_structure(self, names: Iterable[str]) -> None:
-        """Raise ValueError for axes that would change the compiled program."""
-        for name in names:
-            if name in self.structure:
-                raise ValueError(
-                    f"axis {name} changes the compiled program, not a number in it; accepted: "
-                    f"{self.structure[name]}"
-                )
 
     def known(self, params: PyTree) -> dict[str, Path]:
         """Paths of all fields that an axis may set, by their dotted names."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import asdict, fields, is_dataclass, replace
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -21,16 +21,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.machine import Task
 from stickslip.agents.registry import machines
 from stickslip.agents.untrusted import LARGEST_TEXT, RefusedError, refusing
-from stickslip.dynamics.checks import require_kind, require_known, shown
+from stickslip.dynamics.checks import require_known, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
+    from collections.abc import Collection, Mapping
 
-    from stickslip.agents.machine import AnyTask, Options
-    from stickslip.agents.protocol import AnyEnv
+    from stickslip.agents.machine import AnyMachine, AnyTask, Options
+    from stickslip.agents.protocol import AnyEnv, Timed
     from stickslip.agents.untrusted import Json
 
 TASK = "task"
@@ -74,53 +73,39 @@ def task_entry(**parts: object) -> dict[str, Json]:
     return {TASK: content}
 
 
-def read_parts(metadata: Mapping[str, Json], names: tuple[str, ...]) -> dict[str, Any] | None:
-    """The parts of a description's task; None where it has none, RefusedError for a damaged one."""
+def described(env: AnyEnv, params: Timed, parts: Mapping[str, object]) -> dict[str, Json]:
+    """Description of a task for a policy's metadata: class and choices of the environment, size of
+    the observation, and the parts."""
+    return {
+        "environment": type(env).__name__,
+        "choices": plain(asdict(env)),
+        "observation_size": len(env.observation_bounds(params)[0]),
+        **task_entry(**parts),
+    }
+
+
+def read_task(metadata: Mapping[str, Json], machine: AnyMachine) -> AnyTask | None:
+    """The task in a policy's metadata; None where it has none. RefusedError for a damaged one."""
     content = metadata.get(TASK)
     if content is None:
         return None
     with refusing("its task"):
-        if not isinstance(content, dict) or set(content) != set(names):
-            raise RefusedError(f"its task is not made of {', '.join(names)}")
-        return {name: from_json(content[name]) for name in names}
-
-
-def rebuilt_task(
-    metadata: Mapping[str, Json],
-    build: Callable[..., AnyTask],
-    kinds: Mapping[str, type],
-    numbers: Collection[str],
-    optional: Collection[str] = (),
-) -> AnyTask | None:
-    """The task in a policy's metadata; None where it has none. ValueError for a damaged one.
-
-    build: makes it of its parts, those of `kinds`, `dtype` and `numbers`. numbers: names that its
-    part of that name holds; optional: what it may hold beside.
-    """
-    parts = read_parts(metadata, (*kinds, "dtype", "numbers"))
-    if parts is None:
-        return None
-    with refusing("its task"):
-        for name, kind in kinds.items():
-            require_kind(name, parts[name], kind, f"a {kind.__name__}")
-        given = parts["numbers"]
-        if not isinstance(given, dict) or set(given) - set(optional) != set(numbers):
-            raise RefusedError(f"its task's numbers are not {', '.join(numbers)}")
-        return build(**parts)
-
-
-def read_standard_task(metadata: Mapping[str, Json], kind: type[AnyEnv]) -> AnyTask | None:
-    """The same, of a machine whose task is an environment of that class and its parameters."""
-    parts = read_parts(metadata, ("env", "values"))
-    if parts is None:
-        return None
-    with refusing("its task"):
-        require_kind("env", parts["env"], kind, f"a {kind.__name__}")
-        parts["env"].check_params(parts["values"])
-        bounds = parts["env"].observation_bounds(parts["values"])  # for what only it knows
+        if not isinstance(content, dict):
+            raise RefusedError("its task is not made of parts")
+        parts = {name: from_json(part) for name, part in content.items()}
+        if type(parts.get("env")).__name__ != machine.environment:
+            raise RefusedError(f"its task's environment is no {machine.environment}")
+        task = machine.build(**parts)
+        bounds = task.env.observation_bounds(task.params)
         if not all(np.all(np.isfinite(one)) for one in bounds):
             raise RefusedError("its task's observations have no bounds")
-        return Task(parts["env"], parts["values"])
+        return task
+
+
+def require_numbers(given: object, names: Collection[str], optional: Collection[str]) -> None:
+    """Raise RefusedError unless a part holds the numbers of these names, optional ones beside."""
+    if not isinstance(given, dict) or set(given) - set(optional) != set(names):
+        raise RefusedError(f"its task's numbers are not {', '.join(names)}")
 
 
 def with_fields(values: Any, options: Options) -> Any:
@@ -130,13 +115,19 @@ def with_fields(values: Any, options: Options) -> Any:
     return replace(values, **changed) if changed else values
 
 
-def numbers_in_words(values: Mapping[str, object]) -> str:
-    """Names and numbers, without what is none."""
-    shown = {name: plain(value) for name, value in values.items()}
-    words = [
-        f"{k} {in_words(one)}" for k, one in shown.items() if isinstance(one, int | float | list)
-    ]
+def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
+    """Names and numbers, without what is none; and the ranges that a reset draws from."""
+    found = {name: plain(value) for name, value in values.items()}
+    words = [f"{name} {in_words(one)}" for name, one in found.items() if is_number(one)]
+    for name, ends in () if drawn is None else vars(drawn).items():
+        if isinstance(ends, tuple):
+            words.append(f"{name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
     return ", ".join(words).replace("_", " ")
+
+
+def is_number(value: Json) -> bool:
+    """True for a number or a list."""
+    return isinstance(value, int | float | list)
 
 
 def same_numbers(one: object, other: object) -> bool:

@@ -31,7 +31,6 @@ NUMBERS = (
     "speed",
 )
 """Of UGVEnvParams; those that are None have no place in the program."""
-ANOTHER = "one sweep for each, or tasks that differ in it"
 
 
 class UGVSwept(Swept):
@@ -67,14 +66,6 @@ class UGVSwept(Swept):
         "wheel_energy": "J",
         "total_energy": "J",
         "demand": "-",
-    }
-    structure: ClassVar[Mapping[str, str]] = {
-        "track": f"--scene NAME, {ANOTHER}",
-        "scene": f"--scene NAME, {ANOTHER}",
-        "criterion": f"--criterion NAME, {ANOTHER}",
-        "solver": ANOTHER,
-        "preview": "policies with another preview: each is shown what it was trained on",
-        "dtype": ANOTHER,
     }
 
     def parts(self, params: UGVEnvParams) -> dict[str, PyTree]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import Task, TrainingTask
-from stickslip.agents.tasks.file import plain, rebuilt_task, same_numbers, task_entry
+from stickslip.agents.tasks.file import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.names import RANDOM_TRACKS
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from typing import TypeAlias
 
     from stickslip.agents.machine import Options
-    from stickslip.agents.untrusted import Json
     from stickslip.envs.ugv.params import UGVEnvParams
 
     UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
@@ -46,8 +45,6 @@ NUMBERS = (
 """Of UGVEnvParams."""
 LIMITS = ("max_torque",)
 """The same, in a task that has them."""
-KINDS = {"env": UGVEnv, "vehicle": UGVParams, "track": Track, "randomisation": UGVRandomisation}
-"""Parts of a task in a file, beside dtype and numbers."""
 FRICTION = 0.8
 """Of the standard task."""
 SOLVER = PoseSolver(iterations=5, samples=8)
@@ -133,18 +130,18 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
 
     options: friction, criterion. scene: a ground.
     """
-    parts = _parts(*task)
-    numbers, drawn = dict(parts["numbers"]), task.params.randomisation
+    given = parts(*task)
+    numbers, drawn = dict(given["numbers"]), task.params.randomisation
     if scene is not None:
         ground = ground_by_name(scene)
-        parts["track"], drawn = ground.track, replace(drawn, track=ground.drawn)
+        given["track"], drawn = ground.track, replace(drawn, track=ground.drawn)
         numbers |= {"start": None, "end": None, "failure_penalty": None}
     if options["friction"] is not None:
         numbers["friction"], drawn = options["friction"], replace(drawn, friction=None)
     if options["criterion"] is not None:
-        parts["env"] = replace(task.env, criterion=options["criterion"])
+        given["env"] = replace(task.env, criterion=options["criterion"])
         numbers["failure_penalty"] = None
-    return _build(**parts | {"numbers": numbers, "randomisation": drawn})
+    return build(**given | {"numbers": numbers, "randomisation": drawn})
 
 
 def label(task: UGVTask, scene: str | None) -> str:
@@ -171,39 +168,13 @@ def _ground_words(params: UGVEnvParams) -> str:
 
 def details(task: UGVTask) -> str:
     """The numbers of the task in a line."""
-    words = [task.env.criterion, f"preview of {task.env.preview} points"]
-    for name, value in _parts(*task)["numbers"].items():
-        if value is not None and name != "start_angles":
-            words.append(f"{name} {float(value):.4g}")
-    if (ends := task.params.randomisation.friction) is not None:
-        words.append(f"friction drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
-    return ", ".join(words).replace("_", " ")
+    words = numbers_in_words(parts(*task)["numbers"], task.params.randomisation)
+    criterion = task.env.criterion.replace("_", " ")
+    return f"{criterion}, preview of {task.env.preview} points, {words}"
 
 
-def describe(env: UGVEnv, params: UGVEnvParams) -> dict[str, Json]:
-    """The configuration of an environment as JSON values, for a policy's metadata: for people, and
-    in parts for `read_task`."""
-    parts, ranges = _parts(env, params), params.randomisation
-    drawn = None if ranges.track is None else plain(vars(ranges.track))
-    return {
-        "environment": type(env).__name__,
-        "choices": {name: plain(value) for name, value in asdict(env).items()},
-        "track": type(params.track.shape).__name__,
-        "randomisation": plain(vars(ranges) | {"track": drawn}),
-        "vehicle": plain(vars(params.vehicle)),
-        "observation_size": len(env.observation_bounds(params)[0]),
-        **{name: plain(value) for name, value in parts["numbers"].items()},
-        **task_entry(**parts),
-    }
-
-
-def read_task(metadata: Mapping[str, Json]) -> UGVTask | None:
-    """The task in a policy's metadata; None where there is none. ValueError for a damaged one."""
-    return rebuilt_task(metadata, _build, KINDS, NUMBERS, LIMITS)
-
-
-def _parts(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
-    """The arguments of `_build` for a task."""
+def parts(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+    """See Machine; the arguments of `build`."""
     numbers = {name: getattr(params, name) for name in NUMBERS}
     limits = {name: getattr(params, name) for name in LIMITS}
     return {
@@ -216,11 +187,12 @@ def _parts(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
     }
 
 
-def _build(env: UGVEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> UGVTask:
+def build(env: UGVEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> UGVTask:
     """The task of its parts. ValueError for parts that will not do.
 
     numbers: None for the default of start, end and failure_penalty.
     """
+    require_numbers(numbers, NUMBERS, LIMITS)
     # Evenly spaced already: rounding must not add a step.
     spaced = {**numbers, "spacing": numbers["spacing"] * (1 + 1e-6)}
     params = env.make_params(**parts, dtype=jax.dtypes.canonicalize_dtype(dtype), **spaced)

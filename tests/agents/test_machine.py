@@ -83,7 +83,7 @@ def test_its_task_is_kept_in_a_policys_file_and_read_again():
     save_policy(policy, "policy.npz", about)
     task = machine_by_name("mass").read_task(read_metadata("policy.npz"))
     assert task is not None
-    assert (task.env, task.params()) == (env, params)
+    assert (task.env, task.params) == (env, params)
     about["task"]["values"]["kind"] = "BipedParams"
     with pytest.raises(ValueError, match="its task is damaged"):
         machine_by_name("mass").read_task(about)

@@ -55,8 +55,7 @@ def test_the_file_says_what_it_is(tmp_path):
     assert found["versions"]["jax"] == jax.__version__
     environment = found["environment"]
     assert environment["observation_size"] == 8
-    assert environment["floor"] == {"kind": "Uniform", "mu_static": 0.06, "mu_kinetic": 0.05}
-    assert environment["randomisation"]["friction"] == [0.5, 1.5]
+    assert environment["task"]["randomisation"]["friction"] == [0.5, 1.5]
     assert environment["choices"]["see_friction"] is True
     json.dumps(environment, allow_nan=False)
 

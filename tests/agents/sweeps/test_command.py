@@ -66,10 +66,3 @@ def test_wrong_input_is_a_line_and_no_directory(tmp_path, capsys, words, said: s
     assert said in told
     assert told.count("\n") == 1
     assert not (tmp_path / "a").exists()
-
-
-def test_a_kind_of_floor_is_no_axis_and_what_to_do_is_said(capsys):
-    command = ["sweep", "biped", "--policy", "crank-speed-pi", "--axis", "floor=wet,firm"]
-    assert main([*command, "--out", "a"]) == WRONG_INPUT
-    assert "floor changes the compiled program" in (told := capsys.readouterr().err)
-    assert "--scene NAME, one sweep for each" in told

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from stickslip.agents import describe_environment, evaluate, load_policy, save_policy
-from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.policy.network import MLPPolicy
-from stickslip.agents.ugv import task as ugv_parts
+from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
@@ -20,6 +19,8 @@ from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from tests.precision import mostly_single
+
+BIPED, UGV = machine_by_name("biped"), machine_by_name("ugv")
 
 
 @pytest.fixture(autouse=True)
@@ -68,10 +69,10 @@ def strange_biped(dtype=None, **changes) -> tuple[BipedEnv, object]:
 @mostly_single
 def test_a_biped_task_comes_back_to_the_last_bit(dtype):
     env, params = strange_biped(dtype)
-    task = biped_task.read_task(through_json(describe_environment(env, params)))
+    task = BIPED.read_task(through_json(describe_environment(env, params)))
     assert task is not None
     assert task.env == env
-    assert_same(task.params(), params)
+    assert_same(task.params, params)
 
 
 @pytest.mark.parametrize("ground", ["points", "drawn"])
@@ -93,16 +94,16 @@ def test_a_ugv_task_comes_back_to_the_last_bit(ground: str):
         failure_penalty=123.4,
         reward_scale=0.5,
     )
-    task = ugv_parts.read_task(through_json(ugv_parts.describe_ugv(env, params)))
+    task = UGV.read_task(through_json(describe_environment(env, params)))
     assert task is not None
     assert task.env == env
-    assert_same(task.params(), params)
+    assert_same(task.params, params)
 
 
 def test_a_task_that_no_file_can_keep_is_left_out_and_said():
     env = UGVEnv()
     params = env.make_params(track=Track.from_function(lambda x: 0.01 * jnp.sin(x)))
-    about = through_json(ugv_parts.describe_ugv(env, params))
+    about = through_json(describe_environment(env, params))
     assert about["task"] is None
     assert "cannot be kept" in about["task_missing"]
 
@@ -130,7 +131,7 @@ def test_a_damaged_task_is_refused(place, value):
         at, key = at[key], name
     at[key] = value
     with pytest.raises(ValueError, match="task"):
-        biped_task.read_task(about)
+        BIPED.read_task(about)
 
 
 def rows_of(path: str) -> list[dict]:

@@ -8,12 +8,13 @@ import pytest
 from stickslip.agents.biped.controllers import StopAtMark
 from stickslip.agents.biped.prediction import GaitTable, OptimalGait
 from stickslip.agents.biped.state_map import BipedStates
-from stickslip.agents.biped.task import describe_environment, read_task
 from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.registry import machine_by_name
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import floor_position
 from stickslip.envs import BipedEnv, Randomisation
 
+BIPED = machine_by_name("biped")
 ENV = BipedEnv(autoreset="disabled")
 MARK = {"mark": 0.5, "mark_width": 0.07}
 SERVO = StopAtMark(
@@ -108,10 +109,10 @@ def test_half_a_mark_and_bad_ones_are_refused(changes, named):
 
 def test_a_policy_file_keeps_the_mark_and_files_without_one_are_read():
     params = params_of(randomisation=Randomisation(mark=(0.3, 0.6)))
-    again = read_task(describe_environment(ENV, params)).params()
+    again = BIPED.read_task(BIPED.describe(ENV, params)).params
     assert jax.tree.structure(again) == jax.tree.structure(params)
     assert float(again.mark) == pytest.approx(0.5)
-    assert read_task(describe_environment(ENV, ENV.make_params())).params().mark is None
+    assert BIPED.read_task(BIPED.describe(ENV, ENV.make_params())).params.mark is None
 
 
 def test_the_way_to_the_mark_is_a_coordinate_of_dynamic_programming():

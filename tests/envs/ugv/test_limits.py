@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from stickslip.agents.ugv.task import describe_ugv, read_task
+from stickslip.agents.registry import machine_by_name
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import Surface, Track
 from stickslip.envs import RandomTrack, UGVEnv
@@ -71,7 +71,8 @@ def test_the_optimiser_and_the_environment_stop_at_the_same_torque(float64):
     found = solve(problem, "dp", polish=False)
     assert found.status.solved
     assert np.abs(problem.stations(found.x).torque).max() <= limit
-    again = read_task(describe_ugv(env, limited)).params()
+    machine = machine_by_name("ugv")
+    again = machine.read_task(machine.describe(env, limited)).params
     assert float(again.max_torque) == limit
 
 
