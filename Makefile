@@ -49,7 +49,7 @@ test: lint  ## lint, types, the documentation, and every test but the long ones
 # Types are checked beside the tests: one core would idle meanwhile.
 quick: $(INSTALLED)
 	@XLA_FLAGS="$(QUICKLY) $$XLA_FLAGS" $(PY) -m pytest -n 2 --dist loadfile --no-loadscope-reorder \
-		--dearest 30
+		--durations 30
 
 check: lint typecheck  ## lint and types only
 
@@ -60,7 +60,7 @@ quick-sb3: typecheck
 	@XLA_FLAGS="$(QUICKLY) $$XLA_FLAGS" $(PY) -m pytest -m "sb3 and not long" $(SB3_TESTS)
 
 test-long: $(INSTALLED)  ## the tests that take minutes
-	@$(PY) -m pytest -m long -n 2 --dist loadfile --dearest 30
+	@$(PY) -m pytest -m long -n 2 --dist loadfile --durations 30
 
 test-shapes: $(INSTALLED)  ## what signatures say of types and shapes, checked at every call
 	@$(PY) -m pytest -p tests.typing.checked -m "long or not long" $(SHAPES)

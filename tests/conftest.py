@@ -44,12 +44,6 @@ from tests.extras import (  # noqa: F401  (pytest finds its hooks here)
     pytest_runtest_call,
     pytest_runtest_setup,
 )
-from tests.times import (  # noqa: F401  (likewise)
-    pytest_addoption,
-    pytest_runtest_logstart,
-    pytest_runtest_makereport,
-    pytest_terminal_summary,
-)
 
 # Traced programs are many small objects that stay: looking through all of them for garbage as often
 # as Python does by default takes a twentieth of the time.

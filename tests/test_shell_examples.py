@@ -41,7 +41,6 @@ LEAST = "32768"
 THEIRS = """instance,method,seed,evaluations,value
 gait-time-d16-v2,theirs,0,40,0.4
 """
-MAIN = {"train", "evaluate", "view", "simulate", "optimise", "sweep", "tasks", "reproduce"}
 POLICIES = {"policy.npz": "biped-sprint", "walk.npz": "biped-steady"}
 """Files that pages take for granted."""
 
@@ -98,20 +97,3 @@ def test_the_program_of_a_machine_of_ones_own_is_trained_and_viewed(tmp_path: Pa
     for line in lines:
         subprocess.run([sys.executable, *line.split()], cwd=tmp_path, check=True)
     assert list(tmp_path.glob("*.gif"))
-
-
-def test_what_is_left_out_is_there_and_the_rest_has_the_main_commands():
-    every = [one.id.partition(": ")[2].split("  #")[0].strip() for one in commands()]
-    for words in NOT_RUN:
-        assert any(re.search(words, line) for line in every), words
-    run = [line.split() for lines in pages().values() for line in lines]
-    assert {words[0] for words in run} == {"stickslip"}
-    assert {words[1] for words in run} >= MAIN
-
-
-def test_less_is_asked_of_the_same_command():
-    assert less("stickslip evaluate a b --episodes 32  # both") == [
-        *("evaluate", "a", "b", "--episodes", "2")
-    ]
-    assert "mu=0.02:0.2:2" in less("stickslip sweep biped --axis mu=0.02:0.2:10 --policy a")
-    assert less("stickslip completion bash >> ~/.bashrc") == ["completion", "bash"]

@@ -65,17 +65,6 @@ def test_outside_a_checkout_it_says_what_to_do(capsys, monkeypatch: pytest.Monke
     assert "The others need a checkout" in capsys.readouterr().out
 
 
-def test_another_packages_folder_named_benchmarks_is_no_checkout(tmp_path, monkeypatch):
-    (tmp_path / "benchmarks").mkdir()
-    monkeypatch.chdir(tmp_path)
-    assert benchmarks.checkout() == ROOT
-
-
-def test_an_unknown_benchmark_is_refused_with_the_nearest(capsys):
-    assert main(["bench", "thrughput"]) == WRONG_INPUT
-    assert "did you mean throughput?" in capsys.readouterr().err
-
-
 def test_a_benchmark_that_writes_its_own_json_is_refused_with_the_flag_for_it(capsys):
     assert main(["bench", "throughput", "--json"]) == WRONG_INPUT
     assert "accepted: --out FILE" in capsys.readouterr().err

@@ -81,11 +81,6 @@ def test_a_demos_table_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch,
     assert told["units"] == {"rows": {"metrics": {"return": "-"}}}
 
 
-def test_a_refusal_leaves_standard_output_empty(capsys):
-    assert main(["tasks", "nothing", "--json"]) == WRONG_INPUT
-    assert capsys.readouterr().out == ""
-
-
 def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):
     from stickslip.optimise import ugv
 

@@ -42,11 +42,6 @@ def untold(layer: str) -> tuple[int, int]:
     return anything, bare
 
 
-def test_arguments_are_counted():
-    tree = ast.parse("class A:\n def f(self, a, *b: int, c=1, **d):\n  def g(e, f: Any): ...")
-    assert [[one.arg for one in found] for found in signatures(tree)] == [list("acbd"), ["e", "f"]]
-
-
 @pytest.mark.parametrize("layer", MOST)
 def test_checkers_are_told_no_less_than_before(layer: str):
     found, most = untold(layer), MOST[layer]

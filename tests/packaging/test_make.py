@@ -79,24 +79,9 @@ def test_what_changes_is_installed_again_into_the_same_environment(checkout: Che
             os.utime(mark, (later + 1, later + 1))
 
 
-def test_what_pip_refuses_leaves_what_was_there(checkout: Checkout):
-    assert checkout.make("venv", fate="refused") == ["venv", ".[all]"]
-    assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
-    assert checkout.make("venv", fate="refused") == [".[all]"]
-    assert checkout.make(".venv/.demo") == []
-    assert checkout.make("venv") == [".[all]"]
-
-
 def test_what_was_killed_or_moved_begins_anew(checkout: Checkout, tmp_path: Path):
     checkout.make(".venv/.demo")
     assert checkout.make("venv", fate="killed") == [".[all]"]
     assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
     checkout.path = checkout.path.rename(tmp_path / "elsewhere")
     assert checkout.make(".venv/.demo") == ["venv", ".[train]"]
-
-
-def test_an_environment_of_before_is_kept_and_added_to(checkout: Checkout):
-    checkout.make("venv")
-    (checkout.path / ".venv/.demo").unlink()
-    (checkout.path / ".venv/.installed").write_text(f"{checkout.path} ")
-    assert checkout.make("venv") == [".[all]"]

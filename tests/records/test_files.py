@@ -36,13 +36,6 @@ def test_a_disk_that_is_full_is_told_of_with_the_file_that_did_not_fit(tmp_path:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_name_as_long_as_the_system_takes_is_written(tmp_path: Path):
-    path = tmp_path / ("a" * 251 + ".csv")
-    write_whole(path, "x")
-    assert path.read_text() == "x"
-    assert [one.name for one in tmp_path.iterdir()] == [path.name]
-
-
 def test_of_many_that_do_not_overwrite_one_writes(tmp_path: Path):
     path, refused, start = tmp_path / "one", [], threading.Barrier(8)
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents.view_files import require_makeable, require_writable
 from stickslip.cli import WRONG_INPUT, main
 from stickslip.optim.columns import columns_of
 from stickslip.simulate.torque import Recorded, torque_of
@@ -55,14 +54,10 @@ def test_an_array_is_read_as_it_is():
     ("content", "said"),
     [
         ("", "given.csv is empty"),
-        ("\n# only a note\n", "given.csv is empty"),
         (HEAD, "no rows below the head"),
         (HEAD + "0,1\n1,nan\n", "given.csv:3: torque = 'nan' is no finite number"),
-        (HEAD + "0,1\n1,\n", "given.csv:3: torque = ''"),
-        (HEAD + "0,1\n1,1_0\n", "given.csv:3: torque = '1_0'"),
         (HEAD + "0,1\n1\n", "given.csv:3: 1 columns instead of 2"),
         ("time,torqe\n0,1\n", r"no column 'torque' among .*did you mean torqe"),
-        ("time,torque,torque\n0,1,1\n", "more than one column 'torque'"),
         ("time [days],torque [N m]\n0,1\n", r"column 'time \[days\]' is in 'days'; accepted: s"),
         ("time,torque [lbf.ft]\n0,1\n", "is in 'lbf.ft'; accepted: Nm, mNm, "),
         ("t,T,M\n0,1,1\n", "more than one column 'torque'"),
@@ -150,15 +145,6 @@ def test_what_is_wrong_with_a_value_is_said_of_the_value(
     line = capsys.readouterr().err
     assert said in line
     assert "Errno" not in line
-
-
-def test_folders_that_are_made_are_named_and_those_that_are_tried_are_not_left(
-    tmp_path: Path, capsys
-):
-    require_makeable(tmp_path / "a" / "b")
-    assert not list(tmp_path.iterdir())
-    require_writable([tmp_path / "a" / "b" / "walk.csv"])
-    assert f"New folder: {tmp_path / 'a' / 'b'}" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
