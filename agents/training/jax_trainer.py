@@ -10,7 +10,7 @@ import itertools
 import math
 from abc import abstractmethod
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -207,10 +207,13 @@ class Learnt(NamedTuple, Generic[Learner, State]):
 
 
 class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner, State, Params]):
-    """Learns in JAX on whichever platform it finds.
+    """Learns in JAX on whichever platform it finds, by the functions of a subclass."""
 
-    A subclass says what a learner is and what an update does to it.
-    """
+    settings: ClassVar[Callable[[LearningConfiguration], tuple[Sizes, Rates]]]
+    first_learner: ClassVar[Callable[[int, int, Sizes, Array], Any]]
+    """Of `inputs` observed numbers, `outputs` actions, sizes and a key."""
+    network_of: ClassVar[Callable[[Any], MLPPolicy]]
+    """Policy of a learner."""
 
     def __init__(
         self,
@@ -223,16 +226,9 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
         super().__init__(config, same_step(env), params, report, stop)
         self._sizes, self._rates = self.settings(config)
         inputs, self._infos = shapes_of(self.env, params)
-        self._learner = self.first_learner(inputs, len(env.action_names))
-        self._start: Start | None = None
-
-    @abstractmethod
-    def settings(self, config: LearningConfiguration) -> tuple[Sizes, Rates]:
-        """Sizes and rates of a configuration."""
-
-    @abstractmethod
-    def first_learner(self, inputs: int, outputs: int) -> Learner:
-        """Initialise the learner for `inputs` observed numbers and `outputs` actions."""
+        given = inputs, len(env.action_names), self._sizes, jax.random.key(config.seed)
+        self._learner: Learner = self.first_learner(*given)
+        self._start = begin_episodes(self.env, params, self._sizes, config.seed)
 
     @abstractmethod
     def learnt(
@@ -240,30 +236,18 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
     ) -> Learnt[Learner, State] | None:
         """One update of the learner; None where it was stopped."""
 
-    @abstractmethod
-    def network_of(self, learner: Learner) -> MLPPolicy:
-        """Policy of a learner."""
-
     def begin_stretch(self, timesteps: int) -> None:
         """See Trainer. Episodes and random numbers are in the state, so they go on."""
         self.timesteps = timesteps
-        self._start = self._begun()
-
-    def _begun(self) -> Start:
-        """Where the episodes are, else their beginning."""
-        if self._start is not None:
-            return self._start
-        return begin_episodes(self.env, self.params, self._sizes, self.config.seed)
 
     def advance(self, goal: int) -> None:
         """See Trainer."""
-        self._start = self._begun()
         while self.timesteps < goal and not self.stopped:
             self._update()
 
     def _update(self) -> None:
         """One update; none where it is stopped."""
-        progress, key = self._begun()
+        progress, key = self._start
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
         own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
         learnt = self.learnt(now, own, progress)
@@ -287,14 +271,13 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
 
     def take_state(self) -> ModelState:
         """See Trainer."""
-        return _named({"learner": self._learner, "episodes": self._begun().progress})
+        return _named({"learner": self._learner, "episodes": self._start.progress})
 
     def put_state(self, state: ModelState) -> None:
         """See Trainer."""
-        start = self._begun()
-        tree = {"learner": self._learner, "episodes": start.progress}
-        filled = _filled(tree, state)
-        self._learner, self._start = filled["learner"], Start(filled["episodes"], start.key)
+        filled = _filled({"learner": self._learner, "episodes": self._start.progress}, state)
+        self._learner = filled["learner"]
+        self._start = self._start._replace(progress=filled["episodes"])
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""
@@ -303,10 +286,6 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
     def is_finite(self) -> bool:
         """See Trainer."""
         return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
-
-    def close(self) -> None:
-        """See Trainer."""
-        self._start = None
 
 
 def same_step(env: FunctionalEnv[State, Params]) -> FunctionalEnv[State, Params]:

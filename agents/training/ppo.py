@@ -248,22 +248,21 @@ def improve(
     return after, losses
 
 
+def policy_of(learner: Learner) -> MLPPolicy:
+    """The actor, without exploration."""
+    return network(learner.actor, learner.seen)
+
+
 _improve = jax.jit(improve, static_argnums=2)
-_begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
 class PPOTrainer(JAXTrainer[Learner, State, Params]):
     """Learns from rollouts. `stop` is asked twice an update."""
 
     losses = LOSSES
-
-    def settings(self, config: LearningConfiguration) -> tuple[Sizes, Rates]:
-        """See JAXTrainer."""
-        return settings_of(config)
-
-    def first_learner(self, inputs: int, outputs: int) -> Learner:
-        """See JAXTrainer."""
-        return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
+    settings = staticmethod(settings_of)
+    first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
+    network_of = staticmethod(policy_of)
 
     def learnt(
         self, now: Now, key: Array, progress: Progress[State]
@@ -275,10 +274,6 @@ class PPOTrainer(JAXTrainer[Learner, State, Params]):
             return None
         learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, key)
         return Learnt(learner, found, losses)
-
-    def network_of(self, learner: Learner) -> MLPPolicy:
-        """See JAXTrainer."""
-        return network(learner.actor, learner.seen)
 
 
 class Population(NamedTuple):
@@ -292,10 +287,7 @@ class Population(NamedTuple):
 
     def policy(self, member: int) -> MLPPolicy:
         """A member's policy, without exploration."""
-        actor, seen = jax.tree.map(
-            lambda leaf: leaf[member], (self.learner.actor, self.learner.seen)
-        )
-        return network(actor, seen).validate()
+        return policy_of(jax.tree.map(lambda leaf: leaf[member], self.learner)).validate()
 
 
 def train_population(

@@ -21,8 +21,6 @@ from stickslip.envs.adapters.sb3 import SB3VecEnv
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stable_baselines3.common.buffers import ReplayBuffer
-
     from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.trainer import ModelState
     from stickslip.envs.functional import FunctionalEnv
@@ -107,46 +105,6 @@ def set_noise(model: PPO | SAC, config: LearningConfiguration, schedule: Schedul
     return math.exp(logarithm)
 
 
-def take_state(model: PPO | SAC) -> dict[str, Any]:
-    """Parameters, optimiser states and (SAC) the replay buffer: arrays by name."""
-    state: dict[str, Any] = {"algorithm": type(model).__name__, "updates": int(model._n_updates)}
-    for name, part in model.get_parameters().items():
-        state |= {f"{name}/{key}": _array(one) for key, one in _tensors(name, part).items()}
-    if isinstance(model, SAC):
-        buffer = _buffer(model)
-        rows = buffer.buffer_size if buffer.full else buffer.pos
-        state["log_ent_coef"] = _array(_entropy(model))
-        state |= {f"buffer/{name}": getattr(buffer, name)[:rows].copy() for name in BUFFER}
-        state["buffer_position"], state["buffer_full"] = int(buffer.pos), bool(buffer.full)
-    return state
-
-
-def put_state(model: PPO | SAC, state: ModelState) -> None:
-    """Undo `take_state`. ValueError if the state is of another model."""
-    try:
-        if state["algorithm"] != type(model).__name__:
-            raise ValueError(f"it is of {state['algorithm']!r}, this run is {type(model).__name__}")
-        parameters = model.get_parameters()
-        for name in parameters:
-            own = {
-                key.removeprefix(f"{name}/"): torch.from_numpy(np.array(one))
-                for key, one in state.items()
-                if key.startswith(f"{name}/")
-            }
-            if name.endswith("optimizer"):
-                parameters[name]["state"] = _by_parameter(own)
-            else:
-                parameters[name] = own
-        model.set_parameters(parameters, exact_match=True, device="cpu")
-        model._n_updates = int(state["updates"])
-        if isinstance(model, SAC):
-            _entropy(model).data.copy_(torch.from_numpy(np.array(state["log_ent_coef"])))
-            _fill(_buffer(model), state)
-    except Exception as error:  # whatever PyTorch makes of what is not its own
-        reason = str(error).partition("\n")[0]
-        raise ValueError(f"its contents do not fit the configuration ({reason})") from error
-
-
 def _tensors(name: str, part: dict[str, Any]) -> dict[str, torch.Tensor]:
     """A module's parameters by name; an optimiser's by parameter and name."""
     if not name.endswith("optimizer"):
@@ -163,24 +121,11 @@ def _by_parameter(tensors: dict[str, torch.Tensor]) -> dict[int, dict[str, torch
     return found
 
 
-def _array(tensor: torch.Tensor) -> np.ndarray:
+def _array(tensor: Any) -> np.ndarray:
     return np.array(tensor.detach().cpu().numpy(), order="C")
 
 
-def _buffer(model: SAC) -> ReplayBuffer:
-    if model.replay_buffer is None:
-        raise ValueError("a model without its replay buffer; accepted: one that is set up")
-    return model.replay_buffer
-
-
-def _entropy(model: SAC) -> torch.Tensor:
-    """Logarithm of the entropy's weight, which SAC learns here."""
-    if model.log_ent_coef is None:
-        raise ValueError("the entropy's weight is fixed; accepted: one that is learnt")
-    return model.log_ent_coef
-
-
-def _fill(buffer: ReplayBuffer, state: ModelState) -> None:
+def _fill(buffer: Any, state: ModelState) -> None:
     for name in BUFFER:
         rows, target = np.asarray(state[f"buffer/{name}"]), getattr(buffer, name)
         if rows.shape[1:] != target.shape[1:] or len(rows) > len(target):
@@ -298,11 +243,44 @@ class SB3Trainer(Trainer[LearningConfiguration, State, Params]):
 
     def take_state(self) -> ModelState:
         """See Trainer."""
-        return take_state(self._model)
+        model, state = self._model, {}
+        for name, part in model.get_parameters().items():
+            state |= {f"{name}/{key}": _array(one) for key, one in _tensors(name, part).items()}
+        if isinstance(model, SAC):
+            buffer: Any = model.replay_buffer
+            rows = buffer.buffer_size if buffer.full else buffer.pos
+            state["log_ent_coef"] = _array(model.log_ent_coef)
+            state |= {f"buffer/{name}": getattr(buffer, name)[:rows].copy() for name in BUFFER}
+            state |= {"buffer_position": int(buffer.pos), "buffer_full": bool(buffer.full)}
+        return {"algorithm": type(model).__name__, "updates": int(model._n_updates), **state}
 
     def put_state(self, state: ModelState) -> None:
         """See Trainer."""
-        put_state(self._model, state)
+        try:
+            self._put_state(self._model, state)
+        except Exception as error:  # whatever PyTorch makes of what is not its own
+            reason = str(error).partition("\n")[0]
+            raise ValueError(f"its contents do not fit the configuration ({reason})") from error
+
+    def _put_state(self, model: PPO | SAC, state: ModelState) -> None:
+        if state["algorithm"] != type(model).__name__:
+            raise ValueError(f"it is of {state['algorithm']!r}, this run is {type(model).__name__}")
+        parameters = model.get_parameters()
+        for name, part in parameters.items():
+            own = {
+                key.removeprefix(f"{name}/"): torch.from_numpy(np.array(one))
+                for key, one in state.items()
+                if key.startswith(f"{name}/")
+            }
+            parameters[name] = own
+            if name.endswith("optimizer"):
+                parameters[name] = {**part, "state": _by_parameter(own)}
+        model.set_parameters(parameters, exact_match=True, device="cpu")
+        model._n_updates = int(state["updates"])
+        if isinstance(model, SAC):
+            weight: Any = model.log_ent_coef
+            weight.data.copy_(torch.from_numpy(np.array(state["log_ent_coef"])))
+            _fill(model.replay_buffer, state)
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""

@@ -336,8 +336,12 @@ def _criticised(
     return critic, state, errors.mean()
 
 
+def policy_of(learner: ShortLearner) -> MLPPolicy:
+    """The actor, without exploration."""
+    return network(learner.actor, learner.seen, squash="tanh")
+
+
 _improve = jax.jit(improve, static_argnums=(0, 2, 8))
-_begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
 class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
@@ -345,14 +349,9 @@ class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
     asked after every update."""
 
     losses = LOSSES
-
-    def settings(self, config: LearningConfiguration) -> tuple[Sizes, ShortRates]:
-        """See JAXTrainer."""
-        return settings_of(config)
-
-    def first_learner(self, inputs: int, outputs: int) -> ShortLearner:
-        """See JAXTrainer."""
-        return _begin_learning(inputs, outputs, self._sizes, jax.random.key(self.config.seed))
+    settings = staticmethod(settings_of)
+    first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
+    network_of = staticmethod(policy_of)
 
     def learnt(
         self, now: Now, key: Array, progress: Progress[State]
@@ -360,7 +359,3 @@ class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
         """See JAXTrainer."""
         given = self.env, self.params, self._sizes, self._rates, now, self._learner, progress, key
         return Learnt(*_improve(*given, self._infos))
-
-    def network_of(self, learner: ShortLearner) -> MLPPolicy:
-        """See JAXTrainer."""
-        return network(learner.actor, learner.seen, squash="tanh")

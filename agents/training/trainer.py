@@ -99,7 +99,6 @@ class Trainer(ABC, Generic[Config, State, Params]):
     def is_finite(self) -> bool:
         """True if every parameter is."""
 
-    @abstractmethod
     def close(self) -> None:
         """Release what it holds."""
 

@@ -96,9 +96,7 @@ def test_numbers_may_differ_from_member_to_member(three):
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"seeds": [-1]}, "seed = -1"),
         ({"rates": Rates(noise=[0.1, 0.2, 0.3])}, r"shape \(3,\) with 2 seeds"),
-        ({"rates": Rates(clip_range=0.0)}, "clip_range = 0.0"),
         ({"sizes": Sizes(2**16, 2**20, 2**10)}, "num_envs = 65536, .* samples"),
         ({"sizes": replace(SIZES, hidden=4096, layers=8), "seeds": [0] * 64}, "hidden = 4096, lay"),
     ],

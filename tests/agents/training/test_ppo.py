@@ -36,31 +36,6 @@ ROLL = jax.jit(rollout, static_argnums=(0, 2, 6))
 IMPROVE = jax.jit(improve, static_argnums=2)
 
 
-@pytest.fixture(scope="module")
-def found():
-    """A rollout of a corridor, with its info."""
-    learner = begin_learning(1, 1, SIZES, jax.random.key(0))
-    progress = begin_episodes(ENV, PARAMS, SIZES, 0).progress
-    return ROLL(ENV, PARAMS, SIZES, jnp.float32(1e-6), learner, progress, ("episode_length",))
-
-
-def test_where_the_values_are_right_no_step_is_better_than_another(found):
-    """Episodes end by termination and by truncation, and go on with another start at once."""
-    assert found.terminated.any()
-    assert found.truncated.any()
-    values = [value(found.kept[name][..., 0], 0.9) for name in ("obs", "next_obs")]
-    ends = found.terminated, found.truncated
-    gain = advantages(found.reward, *ends, *values, 0.9, 0.8)
-    np.testing.assert_allclose(gain, 0.0, atol=1e-5)
-    taken_for_failures = advantages(found.reward, ends[0] | ends[1], ends[1], *values, 0.9, 0.8)
-    assert np.abs(taken_for_failures).max() > 1
-    first = value(
-        jnp.concatenate([found.kept["obs"][1:], found.kept["next_obs"][-1:]])[..., 0], 0.9
-    )
-    of_the_next_episode = advantages(found.reward, *ends, values[0], first, 0.9, 0.8)
-    assert np.abs(of_the_next_episode).max() > 1
-
-
 def test_advantages_are_the_sums_that_define_them():
     random = np.random.default_rng(0)
     steps, discount, weight = 7, 0.9, 0.6

@@ -183,13 +183,6 @@ def test_an_existing_directory_is_refused_and_stays_as_it_was(copy: Path, tmp_pa
     assert [path.name for path in foreign.iterdir()] == ["thesis.tex"]
 
 
-def test_overwriting_begins_anew(copy: Path):
-    config = replace(JAX, timesteps=128, checkpoint_interval=128)
-    assert train(config, copy, overwrite=True, bar=False).timesteps == 128
-    assert [int(p.name) for p in list_checkpoints(copy / "checkpoints")] == [128]
-    assert read_columns(copy / "metrics.csv")["timesteps"] == [128]
-
-
 HOLDS = """
 import fcntl, os, sys, time
 fcntl.flock(os.open(sys.argv[1], os.O_RDONLY), fcntl.LOCK_EX)
