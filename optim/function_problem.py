@@ -220,16 +220,10 @@ def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[
 
 def _row(found: object, dtype: DTypeLike) -> Array | None:
     """A row of floats from a number, a row or a list of numbers; None for what is none."""
-    if isinstance(found, tuple | list):
-        no_rows = [one for one in found if not isinstance(one, tuple | list)]
-        numbers = [one for one in no_rows if getattr(one, "ndim", 0) == 0]
-        rows = [row.astype(dtype) for one in numbers if (row := _row(one, dtype)) is not None]
-        if len(rows) < len(found):
-            return None
-        return jnp.concatenate(rows) if rows else jnp.zeros(0, dtype)
-    if not isinstance(found, jax.Array | np.ndarray | np.generic | float | int):
-        return None
-    if np.ndim(found) > 1:
+    is_list = isinstance(found, tuple | list)
+    parts = found if is_list else [found]
+    kinds = jax.Array | np.ndarray | np.generic | float | int
+    if not all(isinstance(one, kinds) and np.ndim(one) <= 1 - is_list for one in parts):
         return None
     row = jnp.atleast_1d(jnp.asarray(found))
     if jnp.issubdtype(row.dtype, jnp.integer):

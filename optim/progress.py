@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import sys
 import time
-from types import TracebackType
 from typing import Any, TextIO
 
 EVERY = 10.0
@@ -18,11 +17,11 @@ EVERY = 10.0
 
 def say_stage(what: str, to: TextIO | None = None) -> None:
     """Print a line about work without a count: "drawing ...". to: standard error if None."""
-    print(f"{what} ...", file=_told(to), flush=True)
+    print(f"{what} ...", file=_stream(to), flush=True)
 
 
-def _told(to: TextIO | None) -> TextIO:
-    """Stream of the bars: None if standard error is closed, as without a console on Windows."""
+def _stream(to: TextIO | None) -> TextIO:
+    """Stream of the bars: nowhere if standard error is closed, as without a console on Windows."""
     return to or sys.stderr or io.StringIO()
 
 
@@ -46,28 +45,23 @@ class Bar:
         large: bool = False,
         lines: bool = True,
     ):
-        self._to = _told(to)
+        self._to = _stream(to)
         self._name, self._total, self._unit = name, total, unit
         self._at = self._first = at
-        self._bar = self._made(large) if shown and self._to.isatty() else None
+        self._bar: Any = None
+        if shown and self._to.isatty():
+            self._bar = _tqdm(
+                total=total,
+                initial=at,
+                file=self._to,
+                unit=unit if large else f" {unit}",
+                unit_scale=large,
+                dynamic_ncols=large,
+                desc=name,
+                leave=False,
+            )
         self._lines = shown and lines and self._bar is None
-        self._begun = self._told = time.monotonic()
-
-    def _made(self, large: bool) -> Any:
-        try:
-            from tqdm import tqdm
-        except ImportError:
-            return None
-        return tqdm(
-            total=self._total,
-            initial=self._at,
-            file=self._to,
-            unit=self._unit if large else f" {self._unit}",
-            unit_scale=large,
-            dynamic_ncols=large,
-            desc=self._name,
-            leave=False,
-        )
+        self._begun = self._last = time.monotonic()
 
     def advance(self, count: int = 1, note: str = "") -> None:
         """Count on; note: shown behind the bar."""
@@ -76,11 +70,9 @@ class Bar:
             if note:
                 self._bar.set_postfix_str(note, refresh=False)
             self._bar.update(count)
-        elif self._lines:
-            now = time.monotonic()
-            if now - self._told >= EVERY:
-                self._told = now
-                self.say(self._line(now - self._begun))
+        elif self._lines and time.monotonic() - self._last >= EVERY:
+            self._last = time.monotonic()
+            self.say(self._line(self._last - self._begun))
 
     def note(self, text: str) -> None:
         """Show text behind the bar; nothing where there is no bar."""
@@ -89,16 +81,17 @@ class Bar:
 
     def say(self, line: str) -> None:
         """Print a line above the bar, shown or not."""
-        if self._bar is None:
-            print(line, file=self._to, flush=True)
-        else:
+        if self._bar is not None:
             self._bar.write(line, file=self._to)
-            self._to.flush()
+        else:
+            print(line, file=self._to)
+        self._to.flush()
 
     def _line(self, seconds: float) -> str:
         rate = (self._at - self._first) / seconds
         of = "" if self._total is None else f" of {self._total:,}"
-        line = f"{self._name}: {self._at:,}{of} {self._unit}s, {_number(rate)} a second"
+        speed = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+        line = f"{self._name}: {self._at:,}{of} {self._unit}s, {speed} a second"
         if self._total is None or not rate:
             return line
         left = max(self._total - self._at, 0) / rate
@@ -107,19 +100,19 @@ class Bar:
     def __enter__(self) -> Bar:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.close()
 
 
-def _number(rate: float) -> str:
-    return f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+def _tqdm(**how: Any) -> Any:
+    """A bar of tqdm's; None where that is not installed."""
+    try:
+        from tqdm import tqdm
+    except ImportError:
+        return None
+    return tqdm(**how)

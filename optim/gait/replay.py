@@ -51,11 +51,11 @@ class Replay:
 
     mu: of the floor, static and kinetic (None: the foot cannot slip). feedback [1/rad]: gain on the
     energy; 0 is open loop, the torque over the crank angle. hold: how long a torque is held [s].
-    status: the gravest one met. slid: path of the foot over the floor [m]; breaks: how many holds
-    it slid in. steps: exchanges reached. duration [s], work (positive, [J]) and mean_rate [rad/s]
-    up to the last exchange, beside the promised ones. friction_use: largest |friction| / normal
-    force at the ends of holds, exchanges left out [-]. rate_error: largest |crank rate - gait's|
-    [rad/s] there; end_rate: the crank rate in the end. arrived: whether all steps were done; of a
+    status: the gravest one met. slid: path of the foot over the floor [m]. steps: exchanges
+    reached. duration [s], work (positive, [J]) and mean_rate [rad/s] up to the last exchange,
+    beside the promised ones. friction_use: largest |friction| / normal force at the ends of holds,
+    exchanges left out [-]. rate_error: largest |crank rate - gait's| [rad/s] there; end_rate: the
+    crank rate in the end. arrived: whether all steps were done; of a
     gait that stops, whether the crank was within a hundredth of a step of its place at the time
     promised.
     """
@@ -65,7 +65,6 @@ class Replay:
     hold: float
     status: Status
     slid: float
-    breaks: int
     steps: int
     duration: float
     promised_duration: float
@@ -133,7 +132,7 @@ def replay(
 @register_pytree
 @dataclass(frozen=True)
 class GaitLaw:
-    """theta [n, K+1] rad, a [n, K+1] rad/s^2, b [n, K+1] rad^2/s^2 as in Gait."""
+    """A gait as traced arrays: theta [n, K+1] rad, a rad/s^2 and b rad^2/s^2 as in Gait."""
 
     theta: Float[Array, "n K+1"]
     a: Float[Array, "n K+1"]
@@ -161,26 +160,6 @@ class GaitLaw:
         rise = (self.a[row, cell + 1] - self.a[row, cell]) / (nodes[cell + 1] - nodes[cell])
         start = self.a[row, cell]
         return start + rise * x, self.b[row, cell] + 2 * start * x + rise * x**2
-
-    def torque(
-        self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]
-    ) -> Float[Array, ""]:
-        """Torque of the gait there [N m]."""
-        a, b = self.at(phase, steps)
-        turned = phase - SUPPORT_START
-        inertia = model.inertia.at(SUPPORT_START + jnp.mod(turned, np.pi))
-        return inertia.M * a + inertia.dM * b / 2 + model.gravity * inertia.Y
-
-    def excess(
-        self,
-        model: BipedModel,
-        phase: Float[Array, ""],
-        steps: Int[Array, ""],
-        crank_rate: Float[Array, ""],
-    ) -> Float[Array, ""]:
-        """E - E*, by how much more energy the walk has than the gait there [J]."""
-        _, b = self.at(phase, steps)
-        return model.inertia.at(phase).M * (crank_rate * jnp.abs(crank_rate) - b) / 2
 
 
 def _walked(
@@ -215,7 +194,7 @@ def _block(
     def body(now: BipedState, nothing: None) -> tuple[BipedState, Trace]:
         steps = jnp.asarray(now.steps)
         phase, rate = jnp.asarray(now.phase), jnp.asarray(now.crank_rate)
-        a, _ = law.at(phase, steps)
+        a, b = law.at(phase, steps)
         # end on the exchange of support, where the gait's torque may jump
         to_go = jnp.maximum(SUPPORT_END - phase, 0.0)
         root = jnp.sqrt(jnp.maximum(rate**2 + 2 * a * to_go, 0.0))
@@ -223,8 +202,10 @@ def _block(
         near = (due < 1.5 * hold) & (due > NO_TIME * hold)
         length = jnp.where(near, due, hold)
         ahead = phase + jnp.maximum(rate * length / 2 + a * length**2 / 8, 0.0)
-        excess = law.excess(model, phase, steps, rate)
-        torque = law.torque(model, ahead, steps) - feedback * excess
+        excess = model.inertia.at(phase).M * (rate * jnp.abs(rate) - b) / 2
+        a, b = law.at(ahead, steps)
+        inertia = model.inertia.at(SUPPORT_START + jnp.mod(ahead - SUPPORT_START, np.pi))
+        torque = inertia.M * a + inertia.dM * b / 2 + model.gravity * inertia.Y - feedback * excess
         after, contact = step(model, scene, now, torque, length, integrator=EXACT)
         _, b = law.at(jnp.asarray(after.phase), jnp.asarray(after.steps))
         error = after.crank_rate - jnp.sqrt(jnp.maximum(b, 0.0))
@@ -262,7 +243,6 @@ def _summed(
         hold=hold,
         status=status,
         slid=float(np.sum(contact.slide_distance)),
-        breaks=int(np.sum(contact.slide_distance > 0)),
         steps=int(state.steps[-1]),
         duration=duration,
         promised_duration=whole,

@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.optim import FunctionProblem, OptimStatus, solve
+from stickslip.optim import FunctionProblem
 
 LOW, HIGH = np.array([-2.0, -2.0, 0.5]), np.array([2.0, 2.0, 0.5])
 
@@ -45,12 +45,6 @@ def test_values_slopes_and_batches_are_the_function_s():
     assert one.free.gradient([0.3, -0.4]) == pytest.approx(slopes[:2], rel=1e-7)
     assert one.free.evaluate_all(X[:, :2])[1].shape == (3, 1)
     assert one.objectives(np.zeros((0, 3))).shape == (0,)
-
-
-def test_methods_for_all_problems_take_it():
-    found = solve(problem(), "gradient", start=[0.0, 0.0, 0.5])
-    assert found.status is OptimStatus.FEASIBLE
-    assert found.x == pytest.approx([1, 1, 0.5], abs=1e-3)
 
 
 def test_what_is_no_number_is_infinite_missed_and_flat():

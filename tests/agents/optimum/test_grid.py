@@ -65,16 +65,13 @@ def test_a_periodic_axis_wraps(dtype):
     assert not np.any(outside)
 
 
-@pytest.mark.parametrize("at", [-1.1, 4.1, 1e30, float("inf"), float("nan")])
-def test_what_no_node_covers_is_said_to_be_outside(dtype, at):
+def test_what_no_node_covers_is_said_to_be_outside(dtype):
     zero = jnp.zeros((), dtype)
-    found, outside = read(values(dtype), 0, jnp.asarray(at, dtype), zero, zero)
-    assert outside
-    assert np.isfinite(found)
-
-
-def test_a_sheet_that_the_grid_has_not_is_outside():
-    assert GRID.cell(GRID.place(2, jnp.zeros(()))).outside
+    for at in (-1.1, 4.1, 1e30, float("inf"), float("nan")):
+        found, outside = read(values(dtype), 0, jnp.asarray(at, dtype), zero, zero)
+        assert outside
+        assert np.isfinite(found)
+    assert GRID.cell(GRID.place(2, zero)).outside
 
 
 @pytest.mark.parametrize(
@@ -82,7 +79,6 @@ def test_a_sheet_that_the_grid_has_not_is_outside():
     [
         ([1.0], "at least two"),
         ([1.0, 1.0], "ascending"),
-        ([2.0, 1.0], "ascending"),
         ([1.0, float("nan")], "finite"),
         ("ab", "number"),
         ([[1.0, 2.0]], "shape"),
@@ -93,7 +89,7 @@ def test_nodes_that_are_none_are_refused_by_name(nodes, words):
         Grid((Sheet("one", (Axis("speed", nodes),)),)).validate()
 
 
-@pytest.mark.parametrize("sheets", [(), (1,), None])
-def test_what_is_no_sheet_is_refused(sheets):
-    with pytest.raises(ValueError, match="at least one"):
-        Grid(sheets).validate()
+def test_what_is_no_sheet_is_refused():
+    for sheets in ((), (1,), None):
+        with pytest.raises(ValueError, match="at least one"):
+            Grid(sheets).validate()

@@ -53,7 +53,6 @@ def test_the_action_is_the_one_that_earns_most_with_the_base_after_it():
     ("given", "said"),
     [
         ({"count": 1}, "count = 1"),
-        ({"horizon": 0}, "horizon = 0"),
         ({"horizon": 2.5}, "horizon = 2.5"),
         ({"env": "biped"}, "env = 'biped'"),
         ({"env": RESETTING}, "autoreset = 'same_step'"),

@@ -138,35 +138,16 @@ def test_the_reference_robot_as_a_design_is_the_reference_robot():
     assert one.best_known < 0.7 * value[0]
 
 
-DESIGNS = ("friction-d12-v2", "energy-d12-v1", "energy-masses-d14-v1")
-
-
-@pytest.mark.parametrize(
-    ("design", "count"),
-    [
-        ("energy-d12-v1", 64),
-        *(pytest.param(one, 1024, marks=pytest.mark.long) for one in DESIGNS),
-    ],
-)
-def test_robots_that_cannot_walk_are_bounded_and_no_better_than_those_that_do(design, count):
-    one = instance(f"design-biped-{design}")
+def test_robots_that_cannot_walk_are_bounded_and_no_better_than_those_that_do():
+    one = instance("design-biped-energy-d12-v1")
     objective = one.objective()
-    draws = np.random.default_rng(0).uniform(size=(count, one.n))
+    draws = np.random.default_rng(0).uniform(size=(64, one.n))
     for box in (1.0, 0.25):  # of the whole, and a quarter of it about the reference
         X = objective.from_unit(0.5 + box * (draws - 0.5))
         value, margins = objective.batch_with_constraints(X)
         assert np.all((value >= 0) & (value < 1e6))
         assert np.all(np.abs(margins) < 1e4)
         assert np.min(objective.penalised_batch(X)) > one.best_known
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("design", DESIGNS)
-def test_the_recorded_robot_has_its_recorded_value_to_the_last_digits(design):
-    one = instance(f"design-biped-{design}")
-    value, feasible = one.value(one.known.x)
-    assert feasible
-    assert value[0] == pytest.approx(one.best_known, rel=1e-12)
 
 
 def test_what_is_out_of_all_bounds_grows_by_its_logarithm_from_there_on():

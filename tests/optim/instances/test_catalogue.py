@@ -9,7 +9,7 @@ from stickslip.optim import FAMILIES, instance, suite
 from stickslip.optim.instances.catalogue import withdrawn
 from stickslip.optim.instances.instance import HERE, Known, keep, parts_of, verified
 
-CHEAP = ("ugv-bump-energy-d8-v2", "gait-time-d16-v2", "gait-friction-d32-v2")
+CHEAP = {"ugv-bump-energy-d8-v2", "gait-time-d16-v2", "gait-friction-d32-v2"}
 
 
 def test_there_are_enough_of_every_family_under_ids_that_say_what_they_are():
@@ -22,24 +22,14 @@ def test_there_are_enough_of_every_family_under_ids_that_say_what_they_are():
     assert sum(len(suite(family)) for family in FAMILIES) == len(everything)
 
 
-def test_an_unknown_one_brings_the_nearest():
+def test_an_unknown_one_brings_the_nearest_and_a_withdrawn_one_the_reason():
     with pytest.raises(ValueError, match="ugv-bump-energy-d64-v2"):
         instance("ugv-bump-energie-d64-v2")
     with pytest.raises(ValueError, match="posture"):
         suite("postures")
-
-
-def test_a_withdrawn_one_is_refused_with_the_reason_and_what_is_there_in_its_place():
     assert not set(withdrawn()) & set(suite())
     with pytest.raises(ValueError, match=r"d16-v1 is withdrawn: .*accepted: gait-time-d16-v2"):
         instance("gait-time-d16-v1")
-
-
-@pytest.mark.parametrize("family", ["posture", "gait"])
-def test_as_many_free_numbers_as_the_id_says(family):
-    for one in suite(family).values():
-        if "rough" not in one.id:
-            assert one.problem.free.n == one.n
 
 
 def test_all_have_a_best_known_point_and_those_with_a_bound_none_below_it():
@@ -56,15 +46,17 @@ def test_all_have_a_best_known_point_and_those_with_a_bound_none_below_it():
             assert known.value >= known.bound
 
 
-@pytest.mark.parametrize("name", CHEAP)
+@pytest.mark.parametrize(
+    "name",
+    [
+        *sorted(CHEAP),
+        *(pytest.param(one, marks=pytest.mark.long) for one in sorted(set(suite()) - CHEAP)),
+    ],
+)
 def test_what_is_recorded_comes_out_again(name):
-    assert verified(instance(name)).startswith("as recorded")
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", sorted(set(suite()) - set(CHEAP)))
-def test_all_that_is_recorded_comes_out_again(name):
-    assert verified(instance(name)).startswith("as recorded")
+    one = instance(name)
+    assert one.problem.free.n == one.n
+    assert verified(one).startswith("as recorded")
 
 
 def test_a_changed_instance_is_not_the_recorded_one(monkeypatch):

@@ -18,15 +18,6 @@ def test_scipy_with_slopes():
     assert record.evaluations < 30
 
 
-@pytest.mark.parametrize("method", ["differential_evolution", "shgo"])
-def test_scipy_without_slopes(method):
-    import scipy.optimize
-
-    it = toy().objective(budget=3000)
-    record = it.minimise(lambda o: getattr(scipy.optimize, method)(**exports.as_scipy_global(o)))
-    assert record.best == pytest.approx(LEAST, abs=1e-2)
-
-
 def test_pymoo_in_batches_and_with_several_goals():
     pytest.importorskip("pymoo")
     from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -50,23 +41,18 @@ def test_pymoo_in_batches_and_with_several_goals():
     assert front.min(axis=0) == pytest.approx([LEAST, 0.0], abs=0.04)
 
 
-def test_cma():
+def test_cma_draws_of_its_seed_alone():
     cma = pytest.importorskip("cma")
     record = toy().objective(budget=400).minimise(lambda o: cma.fmin2(**exports.as_cma(o)))
     assert record.best == pytest.approx(LEAST, abs=1e-2)
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_cma_draws_of_its_seed_alone(seed):
-    cma = pytest.importorskip("cma")
     before = np.random.get_state()[1].copy()  # noqa: NPY002
 
     def run(seed):
         it = toy().objective(budget=20)
         return it.minimise(lambda o: cma.fmin2(**exports.as_cma(o, seed=seed))).best_x
 
-    assert np.array_equal(run(seed), run(seed))
-    assert not np.array_equal(run(seed), run(seed + 2))
+    assert np.array_equal(run(0), run(0))  # which cma by itself takes for the time of day
+    assert not np.array_equal(run(0), run(2))
     assert np.array_equal(before, np.random.get_state()[1])  # noqa: NPY002
 
 
@@ -82,6 +68,7 @@ def test_differential_evolution_in_batches():
     assert many.batches == 4
     assert many.values == one.values
     assert many.best == pytest.approx(one.best, abs=1e-9)
+    assert many.best < 1.5 * LEAST
 
 
 def test_nevergrad():
@@ -142,21 +129,6 @@ def test_cvxpy_takes_what_is_convex():
     assert values[0] == pytest.approx(one.best_known, rel=1e-6)
     with pytest.raises(ValueError, match="is not convex"):
         exports.as_cvxpy(instance("ugv-bump-energy-d8-v2"))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["split-bump-squared-torque-d32-v1", "ugv-bump-energy-d8-v2"])
-def test_on_instances_of_the_suite(name):
-    from scipy.optimize import minimize
-
-    cma = pytest.importorskip("cma")
-    one = instance(name)
-    record = one.objective(budget=2000).minimise(
-        lambda o: minimize(**exports.as_scipy(o), method="SLSQP")
-    )
-    assert record.best < 2 * one.best_known
-    record = one.objective(budget=500).minimise(lambda o: cma.fmin2(**exports.as_cma(o)))
-    assert record.evaluations == 500
 
 
 def test_several_goals_are_refused_where_one_is_taken():

@@ -49,7 +49,7 @@ def spawned():
     ("name", "slopes"),
     [
         (QUICK, False),
-        *(pytest.param(name, True, marks=pytest.mark.long) for name in SMALLEST.values()),
+        *(pytest.param(one, True, marks=pytest.mark.long) for one in SMALLEST.values()),
     ],
 )
 def test_an_evaluated_instance_is_the_same_to_the_last_bit_in_another_process(

@@ -10,7 +10,7 @@ from stickslip.optim import GaitProblem, OptimStatus, solve
 from stickslip.optim.gait.convex.program import program_of
 from tests.optim.gait.helpers import LIMIT, periodic, quickest_on_a_lattice, robot, solved, transfer
 
-FASTEST = {0.02: 5.7, 0.05: 6.8, 0.08: 7.7, 0.2: 10.0, 0.5: 12.3}
+FASTEST = {0.02: 5.7, 0.2: 10.0}
 """Mean crank rate without slip [rad/s], by the floor's friction, at 4 N m, as dynamic programming
 over phase and squared rate had it."""
 
@@ -33,11 +33,8 @@ def test_the_quickest_start_is_that_of_a_lattice_of_phases_and_rates():
     assert found.value == pytest.approx(lattice, rel=2e-2)
 
 
-@pytest.mark.parametrize(
-    ("objective", "options"), [("torque", {"mu": 0.06}), ("energy", {"mean_rate": 6.0, "mu": 0.1})]
-)
-def test_the_grid_is_of_second_order(objective: str, options: dict):
-    coarse, fine = (solved(objective, steps=k, **options) for k in (30, 120))
+def test_the_grid_is_of_second_order():
+    coarse, fine = (solved("energy", steps=k, mean_rate=6.0, mu=0.1) for k in (30, 120))
     assert coarse.discretisation > 4**1.6 * fine.discretisation > 0
     for of_bound, of_value in ((coarse, fine), (fine, coarse)):
         assert of_bound.every_bound <= of_value.held_value
@@ -110,7 +107,6 @@ def test_a_mixture_of_gaits_keeps_the_limits_and_is_no_worse_than_the_mixture_of
     ("given", "options"),
     [
         ({"payload": 10.0}, {"torque_limit": 6.0, "mean_rate": 3.0}),
-        ({"gravity": 1.62}, {"torque_limit": 1.0, "mean_rate": 2.0}),
         ({"crank_length": 0.3, "hip_mass": 70.0}, {"torque_limit": 900.0, "mean_rate": 1.0}),
         ({"bar_density": 1e-4, "hip_mass": 1e-4, "foot_mass": 1e-4, "foot_inertia": 1e-9},
          {"torque_limit": 2e-3, "mean_rate": 3.0}),
@@ -130,17 +126,11 @@ def test_other_numbers_are_solved_by_the_program_that_is_there():
     before = program_of.cache_info().misses
     solve(periodic("time", mu=0.09, torque_limit=3.0, steps=60))
     other = GaitProblem.periodic(robot(payload=3.0), mu=0.2, torque_limit=5.0, steps=60)
-    assert solve(other).status is OptimStatus.OPTIMAL
+    found = solve(other)
+    assert found.status is OptimStatus.OPTIMAL
     assert program_of.cache_info().misses == before
-
-
-def test_what_was_solved_before_changes_nothing():
-    heavy = GaitProblem.periodic(robot(payload=3.0), mu=0.2, torque_limit=5.0, steps=60)
     program_of.cache_clear()
-    alone = solve(heavy)
-    for mu in (0.02, 0.5):
-        solve(periodic("time", mu=mu, steps=60))
-    np.testing.assert_array_equal(solve(heavy).x, alone.x)
+    np.testing.assert_array_equal(solve(other).x, found.x)  # whatever was solved before
 
 
 def test_friction_may_differ_from_step_to_step_and_by_place():
@@ -153,11 +143,6 @@ def test_friction_may_differ_from_step_to_step_and_by_place():
     scene = Scene.patches([0.5 * length, 1.5 * length], [0.3, 0.02, 0.3], [0.3, 0.02, 0.3])
     by_place = solve(transfer(3, mu=scene, steps=40))
     assert by_place.value == pytest.approx(by_step.value, rel=1e-6)
-
-
-def test_a_gait_that_stands_still_between_nodes_is_not_made_much_faster_instead():
-    slow, fast = (solved("energy", mu=0.2, mean_rate=v, steps=200) for v in (2.0, 3.0))
-    assert slow.held_value <= fast.held_value * (1 + 1e-3)
 
 
 def test_a_walk_stops_where_it_is_told_to_and_goes_on_at_the_rate_it_is_told_to():
@@ -183,10 +168,8 @@ def test_the_zero_moment_point_stays_inside_the_foot_where_it_is_asked_to():
     assert kept.value > free.value
 
 
-@pytest.mark.parametrize("objective", ["time", "friction"])
-def test_proofs_of_the_grid_alone_are_those_of_the_grid(objective: str):
-    rate = {"mean_rate": 4.0} if objective == "friction" else {"mu": 0.06}
-    problem = periodic(objective, steps=16, **rate)
+def test_proofs_of_the_grid_alone_are_those_of_the_grid():
+    problem = periodic("friction", steps=16, mean_rate=4.0)
     whole, grid = solve(problem), solve(problem, certify="grid")
     assert grid.evaluations < whole.evaluations
     assert (grid.value, grid.lower_bound) == (whole.value, whole.lower_bound)
@@ -194,8 +177,5 @@ def test_proofs_of_the_grid_alone_are_those_of_the_grid(objective: str):
     assert grid.held is None
     assert grid.every_bound is None
     assert whole.every_bound is not None
-
-
-def test_an_unknown_proof_is_named():
     with pytest.raises(ValueError, match=r"certify = 'all' is unknown; accepted: 'every', 'grid'"):
-        solve(periodic(mu=0.06, steps=16), certify="all")
+        solve(problem, certify="all")
