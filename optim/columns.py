@@ -75,54 +75,46 @@ def read_columns(
     OSError where the file cannot be opened.
     """
     accepted = also + accepted_table(wanted)
-    rows = _rows(path, read_text(path, accepted, most), accepted)
+    try:
+        return _columns(path, read_text(path, accepted, most), wanted, chosen or {})
+    except _TableError as error:
+        raise ValueError(f"{error}; accepted: {accepted}") from None
+
+
+class _TableError(Exception):
+    """What is wrong with a table, and where."""
+
+
+def _columns(
+    path: Path, text: str, wanted: Sequence[ColumnSpec], chosen: Mapping[str, str]
+) -> Float[np.ndarray, "rows columns"]:
+    rows = _rows(path, text)
     place, head = next(rows, ("", []))
     if not place:
-        raise ValueError(f"{shown_path(path)} is empty; accepted: {accepted}")
-    heads = _chosen_heads(wanted, chosen or {})
+        raise _TableError(f"{shown_path(path)} is empty")
+    heads = _chosen_heads(wanted, chosen)
     if not any(map(is_number, head)):
-        taken = [_taken(place, head, one, wanted, heads, accepted) for one in wanted]
-        width = len(head)
+        taken, width = [_taken(place, head, one, wanted, heads) for one in wanted], len(head)
     elif heads:
-        raise ValueError(f"{place}: no head to choose columns from; accepted: {accepted}")
+        raise _TableError(f"{place}: no head to choose columns from")
     else:
         taken, width = [(at, (1, 1)) for at in range(len(wanted))], len(wanted)
         rows = itertools.chain([(place, head)], rows)
     found = [array("d") for _ in wanted]
     for place, cells in rows:
         if len(cells) != width:
-            raise ValueError(
-                f"{place}: {len(cells)} columns instead of {width}; accepted: {accepted}"
-            )
-        _append(
-            found, place, [(cells[at], times, by) for at, (times, by) in taken], wanted, accepted
-        )
+            raise _TableError(f"{place}: {len(cells)} columns instead of {width}")
+        for spec, (at, (times, by)), values in zip(wanted, taken, found, strict=True):
+            value = float(cells[at]) * times / by if is_number(cells[at]) else math.nan
+            if not math.isfinite(value):
+                raise _TableError(f"{place}: {spec.name} = {shown(cells[at])} is no finite number")
+            values.append(value)
+        if len(found[0]) > 1 and not found[0][-2] < found[0][-1]:
+            last, now = found[0][-2:]
+            raise _TableError(f"{place}: {wanted[0].name} = {now} after {last} does not increase")
     if not found[0]:
-        raise ValueError(f"{shown_path(path)}: no rows below the head; accepted: {accepted}")
+        raise _TableError(f"{shown_path(path)}: no rows below the head")
     return np.array(found).T
-
-
-def _append(
-    found: Sequence[array[float]],
-    place: str,
-    cells: Sequence[tuple[str, float, float]],
-    wanted: Sequence[ColumnSpec],
-    accepted: str,
-) -> None:
-    """Append the numbers of a row: text, times, divided by."""
-    for spec, (text, times, by), values in zip(wanted, cells, found, strict=True):
-        value = float(text) * times / by if is_number(text) else math.nan
-        if not math.isfinite(value):
-            raise ValueError(
-                f"{place}: {spec.name} = {shown(text)} is no finite number; accepted: {accepted}"
-            )
-        values.append(value)
-    first = found[0]
-    if len(first) > 1 and not first[-2] < first[-1]:
-        raise ValueError(
-            f"{place}: {wanted[0].name} = {first[-1]} after {first[-2]} does not increase; "
-            f"accepted: {accepted}"
-        )
 
 
 def read_text(path: Path, accepted: str, most: int | None = None) -> str:
@@ -166,7 +158,7 @@ def columns_of(text: str | None) -> dict[str, str]:
     return found
 
 
-def _rows(path: Path, text: str, accepted: str) -> Iterator[tuple[str, list[str]]]:
+def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:
     """The cells of each line that has any, and its place in the file."""
     mark, begun = None, False
     for number, line in enumerate(io.StringIO(text, newline=None), start=1):
@@ -186,7 +178,7 @@ def _rows(path: Path, text: str, accepted: str) -> Iterator[tuple[str, list[str]
         try:
             yield place, _cells(line, mark)
         except csv.Error as error:
-            raise ValueError(f"{place}: {error}; accepted: {accepted}") from None
+            raise _TableError(f"{place}: {error}") from None
 
 
 def _cells(line: str, mark: str | None) -> list[str]:
@@ -216,7 +208,6 @@ def _taken(
     spec: ColumnSpec,
     wanted: Sequence[ColumnSpec],
     heads: Mapping[str, str],
-    accepted: str,
 ) -> tuple[int, tuple[float, float]]:
     """Index of a wanted column, with its factor and divisor."""
     titles = [title.strip("\"'") for title in head]
@@ -228,12 +219,10 @@ def _taken(
         at = [i for i, title in enumerate(titles) if title == own]
         at = at or [i for i, (name, _) in enumerate(parts) if name == own]
     if len(at) != 1:
-        own = own or spec.name
+        own, many = own or spec.name, "more than one" if at else "no"
         near = "" if at else nearest(own, [name for name, _ in parts])
-        raise ValueError(
-            f"{place}: {'more than one' if at else 'no'} column {own!r} among "
-            f"{shown(', '.join(titles))}{near}; accepted: {accepted}"
-        )
+        among = shown(", ".join(titles))
+        raise _TableError(f"{place}: {many} column {own!r} among {among}{near}")
     given = re.sub(r"[\s.*·⋅-]", "", parts[at[0]][1])
     unit, known = SPELLED.get(given.lower(), given), UNITS[spec.unit]
     if unit not in known:
