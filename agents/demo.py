@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import json
 import math
+from abc import ABC, abstractmethod
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, Generic
 
-from stickslip.agents.demonstration import TABLE, Demonstration
 from stickslip.agents.registry import machine_by_name, machines
+from stickslip.agents.training.configuration import Config, Configuration
 from stickslip.agents.training.directory import list_checkpoints, read_config
 from stickslip.agents.training.run import train
 from stickslip.dynamics.checks import require_number, shown
@@ -23,10 +24,59 @@ from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Mapping
 
+    from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import Options
-    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.training.configuration import Trained
+
+
+TABLE = "table.txt"
+"""The file of a finished demo that is written last: it says that the rest is there."""
+
+
+class Demonstration(ABC, Generic[Config]):
+    """One machine's demo: what is trained, and how the policy is compared and shown."""
+
+    directory: ClassVar[str] = "demo"
+    """Name of the run's directory; -2, -3, ... follow it where another run has it."""
+    files: ClassVar[Mapping[str, str]]
+    """Products in the run's directory with their descriptions, without TABLE."""
+
+    @abstractmethod
+    def config(self) -> Config:
+        """Training configuration."""
+
+    @abstractmethod
+    def task_in_words(self, config: Config) -> str:
+        """Text of the task, in a line or two."""
+
+    @abstractmethod
+    def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
+        """Compare the policy with the baselines, say so, write `files` and return what was said.
+
+        The text is `text_of` the lines. say: also called with what goes on.
+        """
+
+    def write_tables(self, trained: Trained[Config], table: Evaluation) -> None:
+        """Write table.csv and table.json into the run's directory."""
+        about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
+        about |= {"finished": trained.finished}
+        table.write_csv(trained.directory / "table.csv")
+        table.write_json(
+            trained.directory / "table.json", {"config": trained.config.digest, "training": about}
+        )
+
+    def text_of(self, trained: Trained[Config], lines: Iterable[str]) -> str:
+        """The lines, and that the training is not finished where it is not."""
+        text = "\n".join(lines) + "\n"
+        if trained.finished:
+            return text
+        done, of = trained.timesteps, trained.config.timesteps
+        return (
+            f"{text}\nThe training is NOT finished: {done:,} of {of:,} steps "
+            f"({trained.percent} %).\n"
+        )
 
 
 def demo(
@@ -41,15 +91,19 @@ def demo(
 ) -> Path:
     """Train (unless that is done), print the table, write plots and the animation; return where.
 
-    machine: its name; by default that of the configuration, or the first one that has a demo.
-    config: what to train, by default what the demo says. ValueError for a machine without a demo.
+    machine: its name, the first one by default; config: a training configuration in place of the
+    demo's, of whichever machine. ValueError for a machine without a demo.
     time_limit [s]: of training, None for none; the best policy so far is then shown, in a table and
     pictures that say how far it is, and the next demo goes on with it. stop: as for `train`.
     """
     begun, limit = monotonic(), math.inf if time_limit is None else time_limit
     if time_limit is not None:
         require_number("time_limit", limit, low=0.0, strict=True, accepted="None, or seconds > 0")
-    demonstration = _demonstration(machine, config)
+    name = config.machine if config is not None else machine or machines()[0].name
+    demonstration = machine_by_name(name).demonstration()
+    if demonstration is None:
+        known = ", ".join(one.name for one in machines() if one.demonstration())
+        raise ValueError(f"machine = {shown(name)} has no demo; accepted: {known}")
     config = demonstration.config() if config is None else config
     directory, known = find_directory(Path(parent), config, fresh, demonstration.directory)
     if known and _is_shown(directory, config, demonstration):
@@ -78,23 +132,6 @@ def demo(
     write_whole(directory / TABLE, text)  # last: it says that the rest is there
     say(f"\nThe whole demo took {monotonic() - begun:.0f} s.")
     return _list_files(directory, demonstration, say)
-
-
-def _demonstration(name: str | None, config: Configuration | None) -> Demonstration[Configuration]:
-    """That of a machine by its name or its configuration, or of the first machine that has one."""
-    if config is not None:
-        if name not in (None, config.machine):
-            raise ValueError(
-                f"machine = {shown(name)} with a configuration of the {config.machine}; "
-                "accepted: one of them, or both of one machine"
-            )
-        name = config.machine
-    asked = machines() if name is None else (machine_by_name(name),)
-    found = next((one for machine in asked if (one := machine.demonstration())), None)
-    if found is None:
-        known = ", ".join(one.name for one in machines() if one.demonstration()) or "none here"
-        raise ValueError(f"machine = {shown(name)} has no demo; accepted: {known}")
-    return found
 
 
 def _is_shown(

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.evaluate import AnyMeasures
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.optimum.policy import StateMap

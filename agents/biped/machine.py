@@ -11,7 +11,7 @@ from stickslip.dynamics.names import SCENES
 if TYPE_CHECKING:
     from stickslip.agents.biped.evaluate import Episodes
     from stickslip.agents.biped.swept import BipedSwept
-    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.evaluate import Measures
     from stickslip.agents.machine import Options
     from stickslip.agents.optimum.policy import StateMap

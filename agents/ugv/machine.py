@@ -11,7 +11,7 @@ from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.demo import Demonstration
     from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.envs.ugv.env import UGVEnv
 

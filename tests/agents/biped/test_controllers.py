@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents import GaitTable, OptimalGait, gaits_of
 from stickslip.agents.biped.controllers import (
     CONTROLLERS,
     ComputedTorque,
@@ -20,8 +21,9 @@ from stickslip.agents.biped.controllers import (
 from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.envs import BipedEnv
+from stickslip.envs.biped.params import Randomisation
 
 ENV = BipedEnv()
 
@@ -79,15 +81,6 @@ def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
     assert np.max(off) < 0.01 * 4.6 * 0.02, "within a hundredth of a control period"
 
 
-def test_its_momentum_is_the_mean_crank_rates():
-    robot = ENV.default_params.robot
-    angles = SUPPORT_START + np.pi * (np.arange(2000) + 0.5) / 2000
-    P = jax.vmap(robot.inertia.at)(jnp.asarray(angles)).P
-    momentum = robot.total_mass * robot.step_length * 3.0 / np.pi
-    duration = np.mean(P) * np.pi / momentum  # of one step: integral of P / (P w)
-    np.testing.assert_allclose(np.pi / duration, 3.0, rtol=1e-5)
-
-
 def test_constant_crank_speed_slips_where_computed_torque_does_not():
     params = ENV.default_params
     played = walk_on(CrankSpeedPI(), params, [0.06, 0.2], [0.05, 0.2])
@@ -99,18 +92,6 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
     np.testing.assert_allclose(rate[150:], 3.0, atol=0.45)
     need = friction_need(played)[1]
     assert 0.06 < np.max(need) < 0.1, "constant speed needs about 0.08 at 3 rad/s"
-
-
-@pytest.mark.long
-def test_constant_torque_stalls_or_runs_into_a_fall():
-    params = ENV.make_params(scene=Scene.uniform(0.5, 0.4))
-    count = horizon(params)
-    played = jax.vmap(
-        lambda torque: rollout(ENV, ConstantTorque(torque), params, episode_key(0), count)
-    )(jnp.asarray([0.7, 0.9]))
-    assert np.asarray(played.length)[0] == count
-    assert np.asarray(played.state.biped.steps)[0, -1] == 0, "below 0.84 N m: no step"
-    assert played.info["status"][1, -1] == Status.TOPPLE
 
 
 @pytest.mark.parametrize(
@@ -169,3 +150,50 @@ def test_unknown_names_list_the_known_ones():
         controller_by_name("walk")
     with pytest.raises(ValueError, match=r"'gain' is no setting.*proportional"):
         controller_by_name("crank-speed-pi", gain=1.0)
+
+
+RATES = (2.0, 3.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def gaits() -> GaitTable:
+    robot = BipedParams.from_bars()
+    return gaits_of(robot, RATES, "energy", mu=0.045, torque_limit=3.6, steps=32)
+
+
+def test_it_walks_from_rest_and_from_anywhere_and_comes_to_the_gaits_mean_rate(gaits: GaitTable):
+    drawn = Randomisation(phase=(1.6, 4.7), crank_rate=(0.0, 4.0))
+    params = ENV.make_params(
+        scene=Scene.uniform(0.08, 0.07), time_limit=6.0, commanded_rate=3.0, randomisation=drawn
+    )
+    follow = OptimalGait(gaits=gaits).validate()
+    keys = jax.vmap(episode_key)(jnp.arange(6))
+    played = jax.vmap(lambda key: rollout(ENV, follow, params, key, 300))(keys)
+    assert not np.any(played.terminated)
+    angle = np.asarray(played.state.biped.crank_angle)
+    rate = (angle[:, -1] - angle[:, 150]) / ((angle.shape[1] - 1 - 150) * 0.02)
+    np.testing.assert_allclose(rate, 3.0, atol=0.25)
+    slid = np.asarray(played.info["episode_slid"])[:, -1]
+    assert np.all(slid < 0.01)
+    assert np.all(np.asarray(played.info["status"]) <= Status.SLIP_ONSET)
+
+
+def test_a_mixture_of_gaits_lies_between_them(gaits: GaitTable):
+    phase = jnp.asarray(2.2)
+    _, slow = gaits.target(jnp.asarray(gaits.mean_rate[0]), phase)
+    _, fast = gaits.target(jnp.asarray(gaits.mean_rate[1]), phase)
+    between = jnp.asarray((gaits.mean_rate[0] + gaits.mean_rate[1]) / 2)
+    _, mixed = gaits.target(between, phase)
+    np.testing.assert_allclose(mixed, (slow + fast) / 2, rtol=1e-4)
+    _, beyond = gaits.target(jnp.asarray(99.0), phase)
+    _, last = gaits.target(jnp.asarray(gaits.mean_rate[-1]), phase)
+    np.testing.assert_allclose(beyond, last, rtol=1e-6)
+
+
+def test_bad_settings_and_robots_without_a_gait_are_refused(gaits: GaitTable):
+    with pytest.raises(ValueError, match="GaitTable"):
+        OptimalGait(gaits=None).validate()
+    with pytest.raises(ValueError, match="no gait for any of the rates: mean_rate = 90"):
+        gaits_of(BipedParams.from_bars(), [90.0], "energy", mu=0.045, torque_limit=3.6, steps=32)
+    with pytest.raises(ValueError, match="one or more periodic"):
+        GaitTable.of([])

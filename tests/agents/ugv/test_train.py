@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -71,16 +70,6 @@ def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trai
     assert policy(np.zeros(about["observation_size"], np.float32)).shape == (2,)
 
 
-@pytest.mark.long
-def test_a_run_goes_on_where_it_was(run: Trained, tmp_path: Path):
-    path = Path(shutil.copytree(run.directory, tmp_path / "run"))
-    shutil.rmtree(path / "checkpoints" / f"{256:012d}")
-    assert train(None, path, resume=True, bar=False).finished
-    first, again = (load_policy(at / "policy.npz") for at in (run.directory, path))
-    for a, b in zip(first.weights, again.weights, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 def test_the_training_reward_is_the_criterion_scaled():
     task = training_task(UGVTrainConfig.of(reward_scale=0.01, failure=5.0))
     assert float(task.training.reward_scale) == pytest.approx(0.01)
@@ -92,25 +81,20 @@ def test_the_training_reward_is_the_criterion_scaled():
     assert np.allclose(widest.training.randomisation.start_angles, np.radians([30, 150]))
 
 
-@pytest.mark.parametrize("name", TRACK_NAMES)
-def test_every_named_ground_makes_a_task(name: str):
-    ground = ground_by_name(name)
-    assert (ground.drawn is not None) == name.startswith("random")
+def test_every_named_ground_makes_a_task():
+    for name in TRACK_NAMES:
+        assert (ground_by_name(name).drawn is not None) == name.startswith("random")
     with pytest.raises(ValueError, match="unknown; accepted: random-bump"):
-        ground_by_name(name + "s")
+        ground_by_name("bumps")
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
         ({"criterion": "speed"}, r"criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
-        ({"algorithm": "sac"}, r"algorithm = 'sac' is unknown; accepted: 'ppo'"),
         ({"batch_size": 100}, r"batch_size = 100 is not accepted; accepted: a divisor"),
-        ({"friction": -1.0}, r"friction = -1\.0"),
-        ({"payload": 1.0}, r"'payload' is no field"),
         ({"tracks": "bumb"}, r"track 'bumb' is unknown; .*did you mean bump\?"),
         ({"start_angle": 20.0}, r"start_angle = 20\.0 is not accepted; .*>= 30, <= 150"),
-        ({"random_start": (60, 170)}, r"random_start = 170\.0 is not accepted; .*>= 30, <= 150"),
         ({"failure": 1e38}, r"failure = 1e\+38 is 3e\+40 in the criterion's unit"),
     ],
 )
@@ -151,7 +135,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     policy = str(run.policy)
     assert main(["evaluate", policy, "level-body", "--scene", "bump", "--out", "table"]) == OK
     said = capsys.readouterr().out
-    assert "level body" in said
+    assert "level-body" in said
     assert "cost / best over grid" in said
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     assert [row["controller"] for row in rows] == [policy, "level-body"]
@@ -164,23 +148,13 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ("evaluate level-body nobody", "'nobody' is neither a baseline nor a file"),
         ("evaluate level-body --scene moon", "track 'moon' is unknown; accepted: random-bump"),
         ("evaluate level-body --payload 1", "--payload is for the biped"),
         ("evaluate computed-torque --friction 1", "--friction is for the UGV"),
         ("evaluate level-body --criterion speed", "criterion = 'speed'"),
-        ("view level-body --out a.avi", "ends in '.avi'"),
     ],
 )
 def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: str, said: str):
     line = refusal(capsys, *arguments.split())
     assert said in line
     assert line.count("\n") == 1
-
-
-@pytest.mark.long
-def test_training_beats_the_best_fixed_posture(tmp_path: Path):
-    trained = train(UGVTrainConfig.of(timesteps=300_000), tmp_path / "run", bar=False)
-    rows = read_columns(trained.directory / "evaluations.csv")
-    assert min(rows["score"]) < 1.2
-    assert rows["failures"][-1] == 0

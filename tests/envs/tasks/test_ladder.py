@@ -17,7 +17,6 @@ from stickslip.agents.policy.file import named_task_of
 from stickslip.agents.untrusted import RefusedError
 from stickslip.envs import (
     TASKS,
-    BipedEnv,
     GymEnv,
     GymVectorEnv,
     TaskDefinition,
@@ -112,18 +111,6 @@ def test_gymnasium_makes_the_task_single_and_as_a_vector():
     assert envs.observation_space.shape == (2, 6)
 
 
-def test_the_return_of_a_sprint_is_the_way_walked():
-    env = gymnasium.make("stickslip/BipedSprint-v1")
-    env.reset(seed=0)
-    earned = 0.0
-    for _ in range(30):
-        _, reward, terminated, _, info = env.step(np.array([0.3], np.float32))
-        earned += float(reward)
-        assert not terminated
-    assert info["episode_walked"] > 0.02
-    assert earned == pytest.approx(info["episode_walked"], rel=1e-4)
-
-
 def test_a_task_takes_no_options_and_says_where_they_go():
     with pytest.raises(ValueError, match=r"commanded_rate.*fixed.*stickslip/Biped-v0"):
         gymnasium.make("stickslip/BipedSprint-v1", commanded_rate=3.0)
@@ -131,7 +118,7 @@ def test_a_task_takes_no_options_and_says_where_they_go():
         gymnasium.make_vec("stickslip/UGVBump-v1", num_envs=2, track="flat")
 
 
-@pytest.mark.parametrize("name", ["BipedSprit-v0", "bipedsprint", "stickslip/BipedSprint", 3])
+@pytest.mark.parametrize("name", ["BipedSprit-v0", 3])
 def test_an_unknown_task_brings_the_known_ones_and_the_nearest(name):
     with pytest.raises(ValueError, match=r"task = .* is unknown; accepted: .*'BipedSprint-v1'"):
         task_by_name(name)
@@ -152,15 +139,6 @@ def test_a_withdrawn_version_is_refused_with_the_reason_and_the_latest(monkeypat
                 "versions": {"stickslip": "1.0"},
             }
         )
-
-
-def test_plain_values_are_those_of_the_constructors():
-    plain = {"scene": "wet", "randomisation": {"payload": [0.0, 1.0]}, "commanded_rate": 2.0}
-    params = BipedEnv().make_params(**BipedEnv.from_plain(plain))
-    assert float(params.scene.floor.mu_static) == pytest.approx(0.2)
-    assert params.randomisation.payload is not None
-    with pytest.raises(ValueError, match="scene = 'ice' is unknown"):
-        BipedEnv.from_plain({"scene": {"ice": {}}})
 
 
 @pytest.mark.parametrize(

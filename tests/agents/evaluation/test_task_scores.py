@@ -1,4 +1,4 @@
-"""The columns that a named task adds to an evaluation."""
+"""Scores of a named task: the columns that an evaluation adds, and what is written of baselines."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import pytest
 
 from stickslip.agents import Idle, evaluate_task
 from stickslip.agents.biped.controllers import CrankSpeedPI
-from stickslip.envs import known_of, task_by_name
+from stickslip.agents.registry import machine_by_name
+from stickslip.envs import TASKS, known_of, task_by_name
 
 TASK = "BipedSprint-v1"
 
@@ -33,6 +34,8 @@ def test_the_trivial_policy_scores_nought_and_a_baseline_what_is_known_of_it(tab
 
 
 def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
+    assert [row.count for row in table.rows] == [1, 1]
+    assert "±" not in table.to_text()
     assert list(table.columns)[:3] == ["return", "task_score", "gap"]
     assert "score" in table.to_text()
     assert "gap [m]" in table.to_text()
@@ -43,10 +46,25 @@ def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
     assert math.isfinite(content["rows"][1]["metrics"]["task_score"]["value"])
 
 
-def test_one_episode_of_a_task_that_draws_nothing(table):
-    assert [row.count for row in table.rows] == [1, 1]
-
-
 def test_unknown_tasks_are_refused_with_the_nearest():
     with pytest.raises(ValueError, match=r"'BipedSprnt-v0' is unknown.*BipedSprint-v1\?"):
         evaluate_task("BipedSprnt-v0", {"idle": Idle()})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", TASKS)
+def test_baselines_and_doing_nothing_earn_what_is_written_of_them(name):
+    task = TASKS[name]
+    known, machine = known_of(task), machine_by_name(task.machine)
+    assert known is not None
+    env = task.make()[0]
+    who = {one.policy: machine.baseline(one.policy, env) for one in known.baselines}
+    table = evaluate_task(name, {"idle": Idle(machine.outputs), **who})
+    for earned in (known.trivial, *known.baselines):
+        row = table.row(name, earned.policy)
+        assert row.count == known.episodes
+        # Falls decide whole episodes, and single precision differs from machine to machine.
+        spread = 0.0 if earned.high is None else earned.high - earned.value
+        assert row.metrics["return"].value == pytest.approx(
+            earned.value, rel=0.01, abs=0.25 * spread
+        )
