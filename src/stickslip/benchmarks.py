@@ -1,6 +1,6 @@
 """List and run benchmarks (`stickslip bench`).
 
-Those of the package run in this process. Those of the repository's folder benchmarks/ need a
+That of the package runs in this process. Those of the repository's folder benchmarks/ need a
 checkout, and each runs in a process of its own, which loads nothing but what it measures.
 """
 
@@ -10,10 +10,8 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.plain_checks import require_choice
 
@@ -22,38 +20,26 @@ if TYPE_CHECKING:
 
     from stickslip.records.table import Content
 
-PACKAGE = "stickslip"
-
-
-class Benchmark(NamedTuple):
-    """module: its name; of the package, it has run(arguments) -> exit status, what was found."""
-
-    module: str
-    about: str
-
-    @property
-    def packaged(self) -> bool:
-        """Whether it comes with the package."""
-        return self.module.partition(".")[0] == PACKAGE
-
-
+PACKAGED = "optimisers"
+"""Name of the benchmark that comes with the package; the others are modules of benchmarks/."""
 BENCHMARKS = {
-    "optimisers": Benchmark(
-        "stickslip.agents.optimisers.commands", "optimisers on the suite's instances"
-    ),
-    "bounds": Benchmark("benchmarks.bounds", "what no drive of the UGV can beat"),
-    "gaits": Benchmark("benchmarks.gaits", "the biped's best gaits"),
-    "peers": Benchmark("benchmarks.peers", "the same walks in MuJoCo"),
-    "policies": Benchmark("benchmarks.policies", "the trained policies of the package"),
-    "size": Benchmark("benchmarks.size", "lines, flags, and files that a call enters"),
-    "suite": Benchmark("benchmarks.suite", "best known values and bounds of the suite"),
-    "tasks": Benchmark("benchmarks.tasks", "what is earned on each task"),
-    "throughput": Benchmark("benchmarks.throughput", "environment steps a second"),
-    "tradeoff": Benchmark("benchmarks.tradeoff", "the biped's speed against accuracy"),
-    "training": Benchmark("benchmarks.training", "PPO on every task"),
-    "ugv": Benchmark("benchmarks.ugv", "the UGV's speed against accuracy, and its methods"),
+    PACKAGED: "optimisers on the suite's instances",
+    "bounds": "what no drive of the UGV can beat",
+    "gaits": "the biped's best gaits",
+    "peers": "the same walks in MuJoCo",
+    "policies": "the trained policies of the package",
+    "size": "lines, flags, and files that a call enters",
+    "suite": "best known values and bounds of the suite",
+    "tasks": "what is earned on each task",
+    "throughput": "environment steps a second",
+    "tradeoff": "the biped's speed against accuracy",
+    "training": "PPO on every task",
+    "ugv": "the UGV's speed against accuracy, and its methods",
 }
-"""By name, a line each."""
+NEEDED = (
+    "a checkout of the project: clone its repository, install it there with `pip install -e "
+    ".[bench]`, and run `stickslip bench NAME` in that folder"
+)
 
 
 def bench_command(flags: Mapping[str, Any]) -> Content:
@@ -70,21 +56,16 @@ def list_benchmarks() -> Content:
     from stickslip.records.table import Column, Content, Table
 
     root = checkout()
-    heads = [Column(name, words=True) for name in ("benchmark", "runs here", "about")]
-    rows = [[name, runs_here(one, root), one.about] for name, one in BENCHMARKS.items()]
+    rows = [
+        [name, name == PACKAGED or root is not None, about] for name, about in BENCHMARKS.items()
+    ]
     shown = [[name, "yes" if here else "no", about] for name, here, about in rows]
+    heads = [Column(name, words=True) for name in ("benchmark", "runs here", "about")]
     print(Table(heads, shown).terminal())
     if root is None:
-        print(f"The others need a checkout of the project: {HOW}")
-    table = Table([*heads[:1], Column("runs_here"), *heads[2:]], rows)
-    where = None if root is None else str(root)
-    return Content({"benchmarks": table}, {"checkout": where})
-
-
-HOW = (
-    "clone its repository, install it there with `pip install -e .[bench]`, and run `stickslip "
-    "bench NAME` in that folder"
-)
+        print(f"The others need {NEEDED}")
+    table = Table([Column("benchmark"), Column("runs_here"), Column("about")], rows)
+    return Content({"benchmarks": table}, {"checkout": None if root is None else str(root)})
 
 
 def run_benchmark(name: str, arguments: Sequence[str], *, as_json: bool = False) -> Content:
@@ -96,39 +77,22 @@ def run_benchmark(name: str, arguments: Sequence[str], *, as_json: bool = False)
     from stickslip.records.table import Content
 
     require_choice("benchmark", name, BENCHMARKS)
-    one, root = BENCHMARKS[name], checkout()
-    if one.packaged:
-        if not runs_here(one, root):
-            raise ValueError(f"benchmark {name!r} is not in this version of the package")
-        status, found = import_module(one.module).run(list(arguments))
+    if name == PACKAGED:
+        from stickslip.agents.optimisers.commands import run
+
+        status, found = run(list(arguments))
         return replace(found or Content(), status=status)
     if as_json:
         raise ValueError(f"benchmark {name!r} writes its own JSON; accepted: --out FILE")
+    root = checkout()
     if root is None:
-        here = ", ".join(name for name, one in BENCHMARKS.items() if runs_here(one, None))
-        raise ValueError(
-            f"benchmark {name!r} needs a checkout of the project, and neither this folder nor the "
-            f"package is in one; {HOW}" + (f"; accepted here: {here}" if here else "")
-        )
+        raise ValueError(f"benchmark {name!r} needs {NEEDED}; accepted here: {PACKAGED}")
     if root != Path.cwd():
         print(f"in {root}", file=sys.stderr)
     path = os.pathsep.join(filter(None, (str(root), os.environ.get("PYTHONPATH"))))
-    ended = subprocess.run(
-        [sys.executable, "-m", one.module, *arguments],
-        cwd=root,
-        env=os.environ | {"PYTHONPATH": path},
-    )
+    command = [sys.executable, "-m", f"benchmarks.{name}", *arguments]
+    ended = subprocess.run(command, cwd=root, env=os.environ | {"PYTHONPATH": path})
     return Content(status=ended.returncode)
-
-
-def runs_here(one: Benchmark, root: Path | None) -> bool:
-    """Whether it can be run: a module of the package that is there, or one of the checkout."""
-    if not one.packaged:
-        return root is not None
-    try:
-        return find_spec(one.module) is not None
-    except ModuleNotFoundError:
-        return False
 
 
 def checkout() -> Path | None:
@@ -137,6 +101,6 @@ def checkout() -> Path | None:
     Other packages lay a folder named benchmarks beside theirs: ours stands beside src/stickslip.
     """
     for root in (Path.cwd(), Path(__file__).resolve().parents[2]):
-        if (root / "benchmarks" / "report.py").exists() and (root / "src" / PACKAGE).is_dir():
+        if (root / "benchmarks" / "report.py").exists() and (root / "src/stickslip").is_dir():
             return root
     return None

@@ -267,7 +267,7 @@ def bench_flags(parser: Parser, _: Sequence[str]) -> None:
     name = parser.add_argument("name", nargs="?", metavar="NAME", help="one of those below")
     completes(name, BENCHMARKS)
     parser.add_argument("rest", nargs=argparse.REMAINDER, help="what the benchmark takes")
-    add_tables(parser, {"benchmarks": {name: one.about for name, one in BENCHMARKS.items()}})
+    add_tables(parser, {"benchmarks": BENCHMARKS})
 
 
 def completion_flags(parser: Parser, _: Sequence[str]) -> None:
@@ -279,15 +279,6 @@ def completion_flags(parser: Parser, _: Sequence[str]) -> None:
 def add_overwrite(parser: argparse.ArgumentParser, what: str = "the files") -> None:
     """--overwrite, without which nothing that exists is replaced."""
     parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")
-
-
-def add_columns(group: argparse._ActionsContainer, file: str, example: str) -> None:
-    """Add --columns, which names a table's columns."""
-    group.add_argument(
-        "--columns",
-        metavar="NAME=HEAD,...",
-        help=f"the columns of {file} whose heads are other names: {example}",
-    )
 
 
 def _add_names(parser: Parser, tables: Mapping[str, Mapping[str, str]]) -> None:
