@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -35,17 +35,6 @@ if TYPE_CHECKING:
 FIELDS = ("torque", "turn", "leg_rear", "leg_front", "F", "N_rear", "N_front")
 
 
-class Inside(NamedTuple):
-    """Derivatives of each field over each cell [2, R, F], along rear and front; 0 where unknown."""
-
-    first: dict[str, Interval]
-    second: dict[str, Interval]
-    known: Bool[np.ndarray, "R F"]
-    """False: of postures in the cell nothing is known."""
-    smooth: Bool[np.ndarray, "R F"]
-    """False: the second derivatives are none."""
-
-
 @dataclass(frozen=True)
 class StationCells:
     """One waypoint's cells; rear and front: their corners.
@@ -62,7 +51,8 @@ class StationCells:
     alive: Bool[np.ndarray, "R-1 F-1"]
     values: dict[str, Float[np.ndarray, "R F"]]
     radii: dict[str, float]
-    inside: Inside
+    inside: Boxes
+    """Derivatives over each cell [2, R-1, F-1]; 0 where unknown."""
 
     @property
     def corners(self) -> Bool[np.ndarray, "R F"]:
@@ -181,32 +171,28 @@ class Surveyor:
         apart[rows, columns] = Q.value.hi >= self.least**2
         return apart
 
-    def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Inside:
+    def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Boxes:
         rows, columns = np.nonzero(alive)
         whole = (
             Interval(rear.nodes[rows], rear.nodes[rows + 1]),
             Interval(front.nodes[columns], front.nodes[columns + 1]),
         )
         if not len(rows):
-            return _nothing(self.inside, alive.shape)
+            none = {name: interval(np.zeros((2, *alive.shape))) for name in self.inside}
+            return Boxes(none, none, np.zeros_like(alive), np.zeros_like(alive))
         found = by_parts(lambda angles: self._over(bracket, *angles), whole)
 
         def spread(of: np.ndarray) -> np.ndarray:
             cells = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
-            cells[..., rows, columns] = np.where(
-                found.known, of, False if of.dtype == bool else 0.0
-            )
+            cells[..., rows, columns] = np.where(found.known, of, of.dtype.type(0))
             return cells
 
-        return Inside(
-            {name: of.map(spread) for name, of in found.first.items()},
-            {name: of.map(spread) for name, of in found.second.items()},
-            spread(found.known),
-            spread(found.smooth),
-        )
+        return found.map(spread)
 
-    def _over(self, bracket: Bracket, r: Interval, f: Interval) -> Boxes:
-        """Boxes of angles, each as a whole."""
+    def _over(
+        self, bracket: Bracket, r: Interval, f: Interval
+    ) -> tuple[Boxes, dict[str, np.ndarray]]:
+        """Boxes of angles, each as a whole, and the middle of each field there."""
         rear_jet, front_jet = angle_jets(r, f)
         Q = self._wheelbases(r, f)
         x, known, (first, last) = bracket.where(Q.value)
@@ -218,13 +204,11 @@ class Surveyor:
         known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
         bends = np.sort(self.ground.bends)
         smooth = np.searchsorted(bends, x.lo, "left") == np.searchsorted(bends, x.hi, "right")
-        return Boxes(
-            {name: jet.value.middle for name, jet in parts},
-            {name: jet.first for name, jet in parts},
-            {name: jet.second for name, jet in parts},
-            known,
-            smooth,
+        first, second = (
+            {name: getattr(jet, part) for name, jet in parts} for part in ("first", "second")
         )
+        middle = {name: jet.value.middle for name, jet in parts}
+        return Boxes(first, second, known, smooth), middle
 
     def _wheelbases(self, r: Interval, f: Interval) -> Jet:
         """The squared wheelbase over boxes of angles, its range by the slopes where that says
@@ -255,7 +239,8 @@ class Surveyor:
         unknown[rows, columns] = ~good
         lost = of_corners(unknown, np.logical_or)
         if np.any(lost):  # a corner without a value: nothing is known of the cells about it
-            cells = _forget(cells, lost)
+            known = cells.inside.known & ~lost
+            cells = replace(cells, inside=cells.inside._replace(known=known))
         valued = replace(cells, values=values, radii=radii)
         alive = cells.alive & ~self._ruled_out(k, valued)
         values = {name: of for name, of in values.items() if name in self.kept}
@@ -297,18 +282,6 @@ class Surveyor:
         """Upper bound of mu N - sign F in each cell, by their common corners."""
         corners = of_corners(mu * cells.values[name] - sign * cells.values["F"], np.maximum)
         return corners + mu * cells.bulge(name, -1) + cells.bulge("F", sign)
-
-
-def _nothing(names: tuple[str, ...], shape: tuple[int, ...]) -> Inside:
-    """Waypoint without a cell alive."""
-    none = {name: interval(np.zeros((2, *shape))) for name in names}
-    no = np.zeros(shape, bool)
-    return Inside(none, none, no, no)
-
-
-def _forget(cells: StationCells, lost: np.ndarray) -> StationCells:
-    """The cells, of which nothing is known where it is lost."""
-    return replace(cells, inside=cells.inside._replace(known=cells.inside.known & ~lost))
 
 
 def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:

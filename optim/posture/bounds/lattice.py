@@ -35,6 +35,7 @@ PARTS = 16
 ROOM = 2_000
 FLOOR = 1e-3
 """Least range of a field, in its unit."""
+Arrays = Callable[..., np.ndarray]
 Angles = tuple[Interval, Interval]
 """Angles of both legs [rad]."""
 MOST_CELLS = 256
@@ -118,8 +119,6 @@ def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np
 class Boxes(NamedTuple):
     """Derivatives of each field over each box [2, n], along rear and front; anything if unknown."""
 
-    middle: dict[str, Float[np.ndarray, "n"]]
-    """About what a field is there, but for a constant."""
     first: dict[str, Interval]
     second: dict[str, Interval]
     known: Bool[np.ndarray, "n"]
@@ -127,13 +126,39 @@ class Boxes(NamedTuple):
     smooth: Bool[np.ndarray, "n"]
     """False: the second derivatives are none."""
 
+    def map(
+        self, low: Arrays, high: Arrays | None = None, mask: Arrays | None = None, *others: Boxes
+    ) -> Boxes:
+        """Functions of the lower ends, of the upper ends and of the masks, of these boxes and
+        others; the first one for all where no other is given."""
+        all_ = (self, *others)
 
-def by_parts(of: Callable[[Angles], Boxes], whole: Angles) -> Boxes:
-    """Hull over whole boxes of their parts, each cut in four until it is narrow enough."""
-    boxes = of(whole)
+        def ends(part: str) -> dict[str, Interval]:
+            each = {name: [getattr(one, part)[name] for one in all_] for name in self.first}
+            return {
+                name: Interval(low(*(of.lo for of in ins)), (high or low)(*(of.hi for of in ins)))
+                for name, ins in each.items()
+            }
+
+        known, smooth = zip(*((one.known, one.smooth) for one in all_), strict=True)
+        masks = mask or low
+        return Boxes(ends("first"), ends("second"), masks(*known), masks(*smooth))
+
+
+def by_parts(
+    of: Callable[[Angles], tuple[Boxes, dict[str, Float[np.ndarray, "n"]]]], whole: Angles
+) -> Boxes:
+    """Hull over whole boxes of their parts, each cut in four until it is narrow enough.
+
+    of: boxes of angles, and about what each field is there, but for a constant.
+    """
+    boxes, middle = of(whole)
     widths = np.stack([box.hi - box.lo for box in whole])
     count = boxes.known.size
-    scales = {name: _range(value, boxes.known) for name, value in boxes.middle.items()}
+    scales = {
+        name: max(float(np.ptp(v[boxes.known])) if np.any(boxes.known) else 0.0, FLOOR)
+        for name, v in middle.items()
+    }
     cuts, owner, lost = whole, np.arange(count), _lost(boxes, widths, scales)
     for _ in range(CUTS):
         worst = np.zeros(count)
@@ -142,16 +167,25 @@ def by_parts(of: Callable[[Angles], Boxes], whole: Angles) -> Boxes:
         if not np.any(poor) or owner.size + 3 * np.sum(poor) > PARTS * count + ROOM:
             break
         parts, theirs = _quarters(cuts, poor), np.tile(owner[poor], 4)
-        found = of(parts)
-        boxes = _both(_some(boxes, ~poor), found)
+        found, _ = of(parts)
+        boxes = boxes.map(lambda v, kept=~poor: v[..., kept]).map(_after, None, None, found)
         lost = np.concatenate([lost[~poor], _lost(found, widths[:, theirs], scales)])
-        cuts = (_after(cuts[0][~poor], parts[0]), _after(cuts[1][~poor], parts[1]))
-        owner = np.concatenate([owner[~poor], theirs])
-    return _joined(boxes, owner, count)
+        rear, front = (
+            Interval(_after(cut.lo[~poor], part.lo), _after(cut.hi[~poor], part.hi))
+            for cut, part in zip(cuts, parts, strict=True)
+        )
+        cuts, owner = (rear, front), np.concatenate([owner[~poor], theirs])
+    order = np.argsort(owner, kind="stable")
+    begin = np.searchsorted(owner[order], np.arange(count))
+    least, most, all_ = (
+        lambda v, join=join: join.reduceat(v[..., order], begin, -1)
+        for join in (np.minimum, np.maximum, np.logical_and)
+    )
+    return boxes.map(least, most, all_)
 
 
-def _range(value: np.ndarray, known: np.ndarray) -> float:
-    return max(float(np.ptp(value[known])) if np.any(known) else 0.0, FLOOR)
+def _after(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    return np.concatenate([one, other], -1)
 
 
 def _lost(boxes: Boxes, widths: np.ndarray, scales: dict[str, float]) -> np.ndarray:
@@ -167,61 +201,16 @@ def _lost(boxes: Boxes, widths: np.ndarray, scales: dict[str, float]) -> np.ndar
 
 
 def _quarters(boxes: Angles, which: np.ndarray) -> Angles:
-    parts = []
+    halves = []
     for box in boxes:
         lo, hi = box.lo[which], box.hi[which]
         middle = lo + (hi - lo) / 2
-        parts.append((Interval(lo, middle), Interval(middle, hi)))
-    pairs = [(rear, front) for rear in parts[0] for front in parts[1]]
+        halves.append((Interval(lo, middle), Interval(middle, hi)))
+    pairs = [(rear, front) for rear in halves[0] for front in halves[1]]
     rear, front = (
-        Interval(np.concatenate([one[leg].lo for one in pairs]),
-                 np.concatenate([one[leg].hi for one in pairs]))
+        Interval(
+            *(np.concatenate([getattr(one[leg], end) for one in pairs]) for end in ("lo", "hi"))
+        )
         for leg in (0, 1)
-    )  # fmt: skip
+    )
     return rear, front
-
-
-def _after(one: Interval, other: Interval) -> Interval:
-    return Interval(*(np.concatenate([getattr(of, end) for of in (one, other)], -1)
-                      for end in ("lo", "hi")))  # fmt: skip
-
-
-def _some(boxes: Boxes, which: np.ndarray) -> Boxes:
-    first, second = (
-        {name: one.map(lambda v: v[:, which]) for name, one in of.items()}
-        for of in (boxes.first, boxes.second)
-    )
-    middle = {name: of[which] for name, of in boxes.middle.items()}
-    return Boxes(middle, first, second, boxes.known[which], boxes.smooth[which])
-
-
-def _both(boxes: Boxes, more: Boxes) -> Boxes:
-    """The ones and the others."""
-    first, second = (
-        {name: _after(one, other[name]) for name, one in of.items()}
-        for of, other in ((boxes.first, more.first), (boxes.second, more.second))
-    )
-    middle = {name: np.concatenate([of, more.middle[name]]) for name, of in boxes.middle.items()}
-    known, smooth = (
-        np.concatenate([getattr(boxes, name), getattr(more, name)]) for name in ("known", "smooth")
-    )
-    return Boxes(middle, first, second, known, smooth)
-
-
-def _joined(parts: Boxes, owner: np.ndarray, count: int) -> Boxes:
-    """The hull of each box's parts."""
-    order = np.argsort(owner, kind="stable")
-    begin = np.searchsorted(owner[order], np.arange(count))
-
-    def hull(of: Interval) -> Interval:
-        lo, hi = of.lo[:, order], of.hi[:, order]
-        return Interval(np.minimum.reduceat(lo, begin, 1), np.maximum.reduceat(hi, begin, 1))
-
-    first, second = (
-        {name: hull(one) for name, one in of.items()} for of in (parts.first, parts.second)
-    )
-    known, smooth = (
-        np.logical_and.reduceat(of[order], begin) for of in (parts.known, parts.smooth)
-    )
-    middle = {name: of[order][begin] for name, of in parts.middle.items()}
-    return Boxes(middle, first, second, known, smooth)

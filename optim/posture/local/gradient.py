@@ -241,7 +241,7 @@ class Epigraph:
         for i, (one, _, terms, own) in enumerate(self._each(at.terms, z)):
             if one.outer == "square":
                 continue
-            block = self._rows(-at.term_slopes[i] / self.scale, len(z))
+            block = self._rows(-at.term_slopes[i] * (1 / self.scale), len(z))
             tops = block[:, self._ends[i] : self._ends[i + 1]]
             tops[:] = np.ones((terms.size, 1)) if one.kind == "max" else np.eye(len(own))
             blocks.append(block)
