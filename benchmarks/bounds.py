@@ -28,7 +28,7 @@ from benchmarks.report import (
 )
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, PostureProblem, solve
-from stickslip.optim.posture.bounds import bound_every_drive
+from stickslip.optim.posture.bounds.branch import bound_every_drive
 
 DEFAULT, PAGE = RESULTS / "bounds.json", Path("docs/ugv_bounds.md")
 MARKS = ("<!-- bounds -->", "<!-- end of bounds -->")

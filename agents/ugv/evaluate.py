@@ -23,7 +23,7 @@ from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.machine import EVALUATED
 from stickslip.agents.ugv.task import training_task
 from stickslip.dynamics.status import Status
-from stickslip.optim.posture.bounds import bound_every_drive
+from stickslip.optim.posture.bounds.branch import bound_every_drive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -57,12 +57,11 @@ def test_points_and_weights(bad):
 def test_options_of_methods(bad):
     problem = over_bump()
     options = {
-        "grid": ("within_rate",) if bad is not True else (),
         "dp": ("angles",),
         "lp": ("angles", "most_edges", "solver"),
         "branch": ("start",),
         "scp": ("iterations", "radius", "tolerance", "smallest", "solver", "start"),
-        "gradient": ("iterations", "tolerance", "scipy_method", "start"),
+        "gradient": ("iterations", "tolerance", "start"),
         "cma": ("seed", "evaluations", "sigma", "population", "penalty", "start"),
     }
     for method, names in options.items():

@@ -123,16 +123,6 @@ def test_on_a_slope_least_demand_is_its_tangent_and_least_torque_half_its_pull(s
         np.testing.assert_allclose(square.value, pull**2 / 2, rtol=1e-9)
 
 
-def test_level_ground_needs_no_friction():
-    with jax.enable_x64(True):
-        family = Family.of(PARAMS, placed_on(Track.flat(), [3.0]))
-    family = Family(*(part.reshape(3, 4) for part in family))
-    for name in ("friction_demand", "peak_torque", "squared_torque", "positive_power"):
-        for split in solved(name, family):
-            assert split.status is OptimStatus.OPTIMAL
-            np.testing.assert_allclose([split.value, split.lower_bound], 0, atol=1e-9)
-
-
 def test_what_cannot_be_is_said_to_be_and_why(sloping):
     steep = Family(*(part[0] for part in sloping))
     cases = [

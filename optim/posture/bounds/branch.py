@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.optim.options import COUNT, require_scalar
-from stickslip.optim.posture.bounds.cells import StationCells, Surveyor, most_friction, of_corners
+from stickslip.optim.posture.bounds.cells import StationCells, Surveyor, most_friction
 from stickslip.optim.posture.bounds.ground import ground_of
 from stickslip.optim.posture.bounds.lattice import NONE, first_axis, given_axis, shapes
 from stickslip.optim.posture.bounds.sweep import Sums, bottleneck, place
@@ -42,14 +42,9 @@ def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndar
     elif name == "normal_force":
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":
-        found = np.max(
-            [
-                _missing(of, wheel, sign, float(mu[i]))
-                for i, wheel in enumerate(("N_rear", "N_front"))
-                for sign in (1, -1)
-            ],
-            axis=0,
-        )
+        wheels = zip(("N_rear", "N_front"), mu.tolist(), strict=True)
+        each = [of.grip_at_most(wheel, sign, at) for wheel, at in wheels for sign in (1, -1)]
+        found = -np.min(each, axis=0)
     else:
         F = of.range_of("F").least_size
         N = np.minimum(-of.at_least("N_rear", -1), -of.at_least("N_front", -1))
@@ -57,12 +52,6 @@ def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndar
     floor = 0.0 if name in ("peak_torque", "friction_demand") else -np.inf
     found = np.where(np.isnan(found), floor, np.maximum(found, floor))
     return np.where(of.alive, found, np.inf)
-
-
-def _missing(of: StationCells, wheel: str, sign: int, mu: float) -> np.ndarray:
-    """sign F - mu N."""
-    corners = of_corners(sign * of.values["F"] - mu * of.values[wheel], np.minimum)
-    return corners - of.bulge("F", sign) - mu * of.bulge(wheel, -1)
 
 
 def carried(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -57,7 +56,8 @@ class StationCells:
     @property
     def corners(self) -> Bool[np.ndarray, "R F"]:
         """Those of a cell that is alive."""
-        return at_corners(self.alive, np.any)
+        padded = np.pad(self.alive, 1)
+        return of_corners(padded, np.logical_or)
 
     @property
     def size(self) -> int:
@@ -94,6 +94,11 @@ class StationCells:
         """Lower bound of sign * field in each cell."""
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
 
+    def grip_at_most(self, wheel: str, sign: int, mu: float) -> np.ndarray:
+        """Upper bound of mu N - sign F in each cell, by their common corners; wheel: N's name."""
+        corners = of_corners(mu * self.values[wheel] - sign * self.values["F"], np.maximum)
+        return corners + self.bulge("F", sign) + mu * self.bulge(wheel, -1)
+
     def range_of(self, name: str) -> Interval:
         """Range of a field in each cell."""
         return Interval(self.at_least(name, 1), -self.at_least(name, -1))
@@ -103,16 +108,6 @@ def of_corners(values: np.ndarray, reduce: np.ufunc) -> np.ndarray:
     """Reduction over each cell's four corners."""
     rows = reduce(values[:-1], values[1:])
     return reduce(rows[:, :-1], rows[:, 1:])
-
-
-def at_corners(cells: np.ndarray, reduce: Callable[..., object]) -> np.ndarray:
-    """Reduction over the cells about each corner: np.any or np.max, without those outside."""
-    if reduce is np.any:
-        padded = np.pad(cells, 1)
-        return padded[:-1, :-1] | padded[1:, :-1] | padded[:-1, 1:] | padded[1:, 1:]
-    padded = np.pad(cells, 1, constant_values=-np.inf)
-    rows = np.maximum(padded[:-1], padded[1:])
-    return np.maximum(rows[:, :-1], rows[:, 1:])
 
 
 class Surveyor:
@@ -274,14 +269,9 @@ class Surveyor:
             out |= float(problem.min_normal) - slack > N
             # mu N - |F| is below this in all of the cell.
             for sign in (1, -1):
-                out |= self._slips(cells, name, sign, mu) < float(problem.min_grip) - slack
+                out |= cells.grip_at_most(name, sign, mu) < float(problem.min_grip) - slack
             out |= mu * N - F.least_size < float(problem.min_grip) - slack
         return out & np.isfinite(F.size)
-
-    def _slips(self, cells: StationCells, name: str, sign: int, mu: float) -> np.ndarray:
-        """Upper bound of mu N - sign F in each cell, by their common corners."""
-        corners = of_corners(mu * cells.values[name] - sign * cells.values["F"], np.maximum)
-        return corners + mu * cells.bulge(name, -1) + cells.bulge("F", sign)
 
 
 def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:

@@ -17,7 +17,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_kind
 from stickslip.optim.options import float64_program
 from stickslip.optim.posture.criteria import (
     Criterion,
@@ -52,12 +51,7 @@ EDGES = 1 << 18
 
 
 def solve_grid(
-    problem: PostureProblem,
-    *,
-    progress: bool = False,
-    polish: bool = False,
-    angles: Any = None,
-    within_rate: bool = False,
+    problem: PostureProblem, *, progress: bool = False, polish: bool = False, angles: Any = None
 ) -> PostureResult:
     """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
 
@@ -66,33 +60,26 @@ def solve_grid(
     |M|, and for torque_variation |M - M'|, M' being the choice before (0 at the first waypoint);
     in weighted sums the weighted sum of these. So nothing says that such a choice is good.
 
-    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
-
-    within_rate: choose among the pairs that leg_rate lets the legs reach from the choice before,
-    which may end where there is none; without it leg_rate is not looked at, as in the chapter, and
-    the result may break it (VIOLATED; its residuals say by how much). For single worst-station
-    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
-    grid is below it, within the rate or not. evaluations: stations. details: grid, rate_used (of
-    the grid, see build_grid), grid_bound (None for sums). polish: see `polished`.
+    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least. leg_rate is
+    not looked at, as in the chapter, and the result may break it (VIOLATED; its residuals say by
+    how much). For single worst-station criteria grid_bound is the largest over the waypoints of the
+    least cost there: no path over the grid is below it. evaluations: stations. details: grid,
+    rate_used, grid_bound (None for sums). polish: see `polished`.
     """
     began = time.perf_counter()
-    require_kind("within_rate", within_rate, bool, "True or False")
 
     def search() -> PostureResult:
         grid = build_grid(problem, angles, method="grid", progress=progress)
-        nodes, reason, bound = _choose(grid, within_rate)
+        nodes, reason, bound = _choose(grid)
         common: dict[str, Any] = {"method": "grid", "began": began}
         common["evaluations"] = grid.evaluations
-        if reason and np.any(grid.layers[len(nodes)].admissible):
-            failed = OptimStatus.FAILED
-            return PostureResult.without_point(status=failed, message=reason, **common)
         if reason:
             return grid.without_path(len(nodes), reason, common)
         return result_at(
             problem,
             grid.angles_at(np.array(nodes)),
             status=OptimStatus.FEASIBLE,
-            message="chosen point by point" + ("" if within_rate else ", leg_rate not looked at"),
+            message="chosen point by point, leg_rate not looked at",
             details=grid.details | {"grid_bound": bound},
             **common,
         )
@@ -100,7 +87,7 @@ def solve_grid(
     return polished(problem, polish, progress, search)
 
 
-def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int], str, float | None]:
+def _choose(grid: PostureGrid) -> tuple[list[int], str, float | None]:
     """The node at each waypoint, as far as there is one, why there is none at the next, and the
     grid's bound."""
     criterion = grid.problem.criterion
@@ -113,11 +100,6 @@ def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int], str, float
             return nodes, grid.why_none(k), None
         cost = np.where(good, _pointwise(criterion, here, before), np.inf)
         least.append(np.min(cost))
-        if within_rate and k:
-            reached = grid.within(k - 1, before.leg_angles, here.leg_angles)
-            cost = np.where(reached, cost, np.inf)
-            if not np.any(np.isfinite(cost)):
-                return nodes, _dead_end(grid, k), None
         nodes.append(int(np.argmin(cost)))
         before = here.map(lambda of, node=nodes[-1]: of[[node]])
     bound = below(grid.problem, float(np.max(least))) if criterion.kind == "max" else None
@@ -125,15 +107,6 @@ def _choose(grid: PostureGrid, within_rate: bool) -> tuple[list[int], str, float
 
 
 _pointwise = float64_program(pointwise_cost)
-
-
-def _dead_end(grid: PostureGrid, k: int) -> str:
-    left = int(np.sum(grid.layers[k].admissible))
-    return (
-        f"dead end: leg_rate = {grid.problem.leg_rate} rad/m lets the pair chosen at waypoint "
-        f"{k - 1} move to none of the {left} admissible ones at waypoint {k} (x = "
-        f"{grid.problem.x[k]:.6g} m); another choice before may pass: see dp"
-    )
 
 
 def solve_dp(

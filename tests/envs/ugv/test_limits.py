@@ -11,7 +11,7 @@ from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import Surface, Track
 from stickslip.envs import RandomTrack, UGVEnv
 from stickslip.optim import solve
-from stickslip.optim.posture.bounds import bound_every_drive
+from stickslip.optim.posture.bounds.branch import bound_every_drive
 from tests.envs.ugv.helpers import QUICK, actions, drive, path_of
 
 GROUND = replace(

@@ -4,21 +4,17 @@ import re
 from dataclasses import replace
 from itertools import product
 
-import jax
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted, progress
+from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, plain_cost, tiny
 from tests.optim.posture.helpers import on_grid as solve
 
 THREE = np.linspace(LOW, HIGH, 3)
 ENDS = {"start_angles": (1.3, 1.9), "end_angles": (1.7, 1.6)}
 FAR = {"start_angles": (1.25, 1.25), "end_angles": (2.6, 2.6)}
-SUM = Weighted((("wheel_energy", 1.0), ("torque_variation", 1e-3)))
 
 
 def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
@@ -76,46 +72,6 @@ def test_the_rate_limit_costs_something_here():
     assert values[0] < values[1] < values[2]
 
 
-@pytest.mark.long
-def test_two_waypoints_with_both_ends_given():
-    problem = replace(tiny(leg_rate=None, **ENDS), x=np.array([3.3, 3.7]))
-    found = solve(problem, "dp", angles=3)
-    np.testing.assert_array_equal(found.x, [1.3, 1.9, 1.7, 1.6])
-
-
-@pytest.fixture(scope="module")
-def best() -> float:
-    return solve(over_bump(SUM, leg_rate=1.2), "dp", angles=(5, 4)).value
-
-
-@pytest.mark.long
-@given(seed=st.integers(0, 2**32 - 1))
-@settings(max_examples=20)
-def test_no_random_walk_on_the_grid_is_better(best: float, seed: int):
-    """Each leg moves by one angle, or not; 0.72 rad a step allow one of 0.52 or 0.70 rad."""
-    problem = over_bump(SUM, leg_rate=1.2)
-    random = np.random.default_rng(seed)
-    walk = np.cumsum(random.integers(-1, 2, (10, 2)), axis=0)
-    nodes = np.clip(walk + random.integers(0, (5, 4)), 0, (4, 3))
-    x = np.stack([np.linspace(LOW, HIGH, n)[nodes[:, i]] for i, n in enumerate((5, 4))], -1).ravel()
-    assume(problem.is_feasible(x))
-    assert problem.objective(x) >= best - 1e-9
-
-
-@pytest.mark.long
-def test_a_finer_grid_that_holds_the_coarse_one_is_no_worse():
-    problem = over_bump("wheel_energy", leg_rate=0.9)
-    coarse, fine = (solve(problem, "dp", angles=n) for n in (3, 5))
-    assert fine.value <= coarse.value
-
-
-def test_double_precision_while_the_users_switch_is_off():
-    found = solve(tiny(), "dp", angles=3)
-    assert not jax.config.read("jax_enable_x64")
-    assert found.x.dtype == np.float64
-    assert abs(found.value - found.details["grid_bound"]) <= 1e-12 * found.value
-
-
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
@@ -169,11 +125,3 @@ def test_what_dynamic_programming_cannot_do_is_refused():
     for angles in (1, 2.5, (3, 3, 3), True, (3, 1)):
         with pytest.raises(ValueError, match=r"angles = .*accepted: an integer >= 2"):
             solve(tiny(), "dp", angles=angles)
-
-
-def test_progress_is_told_only_when_it_is_asked_for(capsys, monkeypatch):
-    monkeypatch.setattr(progress, "EVERY", 0.0)
-    solve(tiny(), "dp", angles=3)
-    assert capsys.readouterr().err == ""
-    solve(tiny(), "dp", angles=3, progress=True)
-    assert "dp" in capsys.readouterr().err

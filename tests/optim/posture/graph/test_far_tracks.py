@@ -11,7 +11,7 @@ from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs import UGVEnv
 from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture.criteria import CRITERIA
-from stickslip.optim.posture.graph.grid import build_grid, without_path
+from stickslip.optim.posture.graph.grid import build_grid
 from stickslip.optim.posture.result import below
 from tests.dynamics.ugv.slow import Slow
 from tests.optim.posture.helpers import tiny
@@ -78,7 +78,6 @@ def test_every_value_is_the_same_wherever_the_ground_lies(criterion):
 
 
 @pytest.mark.long
-@pytest.mark.long
 def test_an_episode_in_single_precision_is_the_same_wherever_the_ground_lies():
     """Observations, rewards, and the return, which is minus the objective of the same drive."""
     x = 0.125 * np.arange(81)
@@ -116,10 +115,7 @@ def test_what_postures_ended_with_is_told_by_every_method_of_the_grid():
 
 def test_a_given_pair_without_a_pose_proves_nothing():
     grid = build_grid(tiny(start_angles=(0.6, 0.6)), 3, method="test", progress=False)
-    none = grid.start.met | {"pose": np.zeros(1, bool)}
-    lost = replace(grid, start=grid.start._replace(met=none))
-    common = {"method": "dp", "began": 0.0}
-    assert without_path(lost, 0, "why", common).status is OptimStatus.FAILED
-    slips = grid.start.met | {"grip": np.zeros(1, bool)}
-    ruled_out = replace(grid, start=grid.start._replace(met=slips))
-    assert without_path(ruled_out, 0, "why", common).status is OptimStatus.INFEASIBLE
+    for group, status in (("pose", OptimStatus.FAILED), ("grip", OptimStatus.INFEASIBLE)):
+        met = grid.layers[0].met | {group: np.zeros(1, bool)}
+        lost = replace(grid, layers=[grid.layers[0]._replace(met=met), *grid.layers[1:]])
+        assert lost.without_path(0, "why", {"method": "dp", "began": 0.0}).status is status

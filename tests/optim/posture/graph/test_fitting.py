@@ -66,17 +66,6 @@ def test_the_share_of_the_rate_on_a_grid_that_does_not_fit():
     assert rate_used(np.linspace(0, 0.7, 11), np.full(4, 5.0)) == 1
 
 
-def test_methods_take_it_by_default_and_tell_what_it_uses():
-    problem = tiny(start_angles=(1.3, 1.9))
-    found = solve(problem, "dp", polish=False)
-    rear, front = fitting_grid(problem)
-    assert found.details["grid"] == (len(rear), len(front))
-    expected = [rate_used(angles, limits(problem)) for angles in (rear, front)]
-    np.testing.assert_allclose(found.details["rate_used"], expected)
-    same = solve(problem, "dp", polish=False, angles=(rear, front))
-    np.testing.assert_array_equal(same.x, found.x)
-
-
 @pytest.mark.parametrize(
     ("angles", "said"),
     [

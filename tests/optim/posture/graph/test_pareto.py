@@ -105,31 +105,12 @@ def test_a_front_of_sums_has_all_corners_of_the_hull_when_complete():
         np.testing.assert_allclose(np.min(front.values @ weights), least, rtol=1e-9)
 
 
-def test_fewer_points_are_not_called_complete():
-    first, second = "friction_demand", "normal_force"
-    whole = pareto_front(problem(), first, second, points=200, angles=ANGLES)
-    some = pareto_front(problem(), first, second, points=2, angles=ANGLES)
-    assert len(some.values) <= 2
-    if len(whole.values) > 2:
-        assert not some.complete
-
-
 def test_no_feasible_path_is_an_empty_front_that_says_so():
     for first, second in PAIRS:
         front = pareto_front(replace(problem(), friction=0.001), first, second, angles=ANGLES)
         assert front.values.shape == (0, 2)
         assert front.x.shape == (0, problem().n)
         assert "no path" in front.proved
-
-
-def test_given_ends_are_kept():
-    ends = {"start_angles": np.array([1.3, 1.7]), "end_angles": np.array([1.5, 1.5])}
-    front = pareto_front(
-        replace(problem(), **ends), "wheel_energy", "peak_torque", points=4, angles=5
-    )
-    for x in front.x:
-        np.testing.assert_allclose(x[:2], [1.3, 1.7])
-        np.testing.assert_allclose(x[-2:], [1.5, 1.5])
 
 
 def test_bad_options_are_refused_by_name():

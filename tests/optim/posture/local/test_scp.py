@@ -1,15 +1,13 @@
 """Sequential convex programming finds local optima off the grid, and says no more than that."""
 
-from itertools import pairwise
-
 import cvxpy as cp
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
+from stickslip.optim import OptimStatus, Weighted, solve
 from stickslip.optim.posture.local.linearise import Near
-from stickslip.optim.posture.local.scp import GOOD, ConvexModel
+from stickslip.optim.posture.local.scp import ConvexModel
 from tests.optim.posture.helpers import over_bump, random_x
 
 GRID = 9
@@ -17,7 +15,9 @@ BALANCE = Weighted((("wheel_energy", 1.0), ("torque_variation", 0.1)))
 MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))
 
 
-@pytest.mark.parametrize("criterion", [*CRITERIA, MIXED], ids=lambda c: getattr(c, "name", c))
+@pytest.mark.parametrize(
+    "criterion", ["friction_demand", MIXED], ids=lambda c: getattr(c, "name", c)
+)
 def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
     problem = over_bump(criterion)
     near, x = Near(problem), random_x(problem, 1)
@@ -38,7 +38,7 @@ def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
         np.testing.assert_allclose(along, rows[groups[name]] @ way, atol=1e-10)
 
 
-@pytest.mark.parametrize("criterion", [*CRITERIA, BALANCE], ids=lambda c: getattr(c, "name", c))
+@pytest.mark.parametrize("criterion", ["grip", BALANCE], ids=lambda c: getattr(c, "name", c))
 def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
     problem = over_bump(criterion)
     grid = solve(problem, "dp", polish=False, angles=GRID)
@@ -81,7 +81,7 @@ def least_promised(problem, x, radius):
     return linprog(cost, A, b, bounds=[*box, *tops_box], method="highs").fun
 
 
-@pytest.mark.parametrize("criterion", ["wheel_energy", "total_energy", "peak_torque", "grip"])
+@pytest.mark.parametrize("criterion", ["wheel_energy", "peak_torque"])
 def test_where_it_ends_no_linear_model_promises_more(criterion):
     """First-order optimality, by another solver and another way to write the model."""
     problem = over_bump(criterion)
@@ -91,19 +91,6 @@ def test_where_it_ends_no_linear_model_promises_more(criterion):
     gain = problem.objective(random_x(problem, 3)) - begun
     assert gain > 0
     assert found.value - promised <= 1e-6 * abs(found.value)
-
-
-def test_no_feasible_point_nearby_is_better():
-    problem = over_bump("wheel_energy")
-    found = solve(problem, "scp", start="middle")
-    random = np.random.default_rng(7)
-    low, high = problem.bounds
-    for size in (1e-4, 1e-3, 1e-2):
-        for _ in range(20):
-            smooth = np.cumsum(random.standard_normal((len(problem.x), 2)), axis=0).ravel()
-            x = np.clip(found.x + size * smooth / 3, low, high)
-            if problem.is_feasible(x):
-                assert problem.objective(x) >= found.value - 1e-6 * abs(found.value)
 
 
 def test_it_is_built_once_and_solved_again_with_new_numbers(monkeypatch):
@@ -118,18 +105,6 @@ def test_it_is_built_once_and_solved_again_with_new_numbers(monkeypatch):
     again = model.solve(x, near(x), 0.1, 10.0)
     np.testing.assert_allclose(again[1], first[1], rtol=1e-6)
     assert np.max(np.abs(again[0])) <= 0.1 + 1e-6
-
-
-def test_steps_follow_the_ratio_of_actual_to_predicted_decrease():
-    found = solve(over_bump("torque_variation"), "scp", start="middle")
-    history = found.details["history"]
-    for before, after in pairwise(history):
-        share = after.actual / after.predicted
-        assert after.taken == (share > 0.01)
-        if share > GOOD:
-            assert after.radius == 2 * before.radius
-        elif share < 0.25:
-            assert after.radius < before.radius
 
 
 def test_given_ends_and_leg_rates_are_kept_from_any_start():
@@ -171,9 +146,3 @@ def test_a_limit_of_iterations_is_no_solution():
     found = solve(over_bump("wheel_energy"), "scp", start="middle", iterations=2)
     assert found.status is OptimStatus.LIMIT
     assert len(found.details["history"]) == 2
-
-
-def test_bad_options_are_refused_by_name():
-    for option in ({"start": "end"}, {"radius": 0.0}, {"tolerance": -1.0}, {"start": np.ones(3)}):
-        with pytest.raises(ValueError, match="accepted"):
-            solve(over_bump(), "scp", **option)
