@@ -187,12 +187,12 @@ def bound_every_drive(
     """A number that no drive at the problem's waypoints goes below, on the grid or off it.
 
     Leg angles are cut into cells at every waypoint. Torques, turns and forces at the cells' corners
-    and their derivatives inside are enclosed in interval arithmetic (ground.py, contact.py,
-    vehicle.py); with them dynamic programming over pairs of cells bounds every drive (losses.py,
-    sweep.py). Worst stations: the least worst of all paths of cells. Cells that no drive as good as
-    the best known can pass are dropped, the others halved where the bound loses (where.py), until
-    the gap is `tolerance`, the next level has more than `most_corners` or would end later than
-    `seconds` (the first is always gone through), or there were MOST_LEVELS.
+    and their derivatives inside are enclosed in interval arithmetic (ground.py, vehicle.py); with
+    them dynamic programming over pairs of cells bounds every drive (steps.py, sweep.py). Worst
+    stations: the least worst of all paths of cells. Cells that no drive as good as the best known
+    can pass are dropped, the others halved where the bound loses (`lossy`), until the gap is
+    `tolerance`, the next level has more than `most_corners` or would end later than `seconds` (the
+    first is always gone through), or there were MOST_LEVELS.
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
@@ -220,10 +220,7 @@ def bound_every_drive(
         # A waypoint is surveyed, and its costs to go and of arriving bounded: three turns for each.
         with Bar(f"branch, level {len(levels) + 1}", 3 * K, "turn", progress) as bar:
             bar.advance(0, note)
-            if levels:
-                now = [surveyor.halved(k, of) if worth[k] else of for k, of in _counted(after, bar)]
-            else:
-                now = _first(surveyor, cells, bar)
+            now = [_cells_at(surveyor, k, cells, after, worth, bar) for k in range(K)]
             bound, after, worth = method.bound(now, best, enough, bar.advance)
         bound = _settled(problem, bound, best, surveyor.ground.missed)
         found = max(found, bound)
@@ -272,24 +269,19 @@ def _left(found: float, best: float, size: float, most: int) -> str:
     return f"at least {found:.6g}, gap {gap:.1%}; at most {levels} more"
 
 
-def _first(surveyor: Surveyor, cells: int, bar: Bar) -> list[StationCells]:
-    """The cells of every waypoint before any is halved."""
+def _cells_at(
+    surveyor: Surveyor, k: int, cells: int, before: list[StationCells], worth: np.ndarray, bar: Bar
+) -> StationCells:
+    """The cells of waypoint k, those before it halved where worth it; `cells` of each leg's range
+    where there are none before."""
+    bar.advance()
+    if before:
+        return surveyor.halved(k, before[k]) if worth[k] else before[k]
     problem = surveyor.problem
-    axes = tuple(first_axis(problem, leg, cells) for leg in (0, 1))
-    given = {0: problem.start_angles, len(problem.x) - 1: problem.end_angles}
-    found = []
-    for k in range(len(problem.x)):
-        pair = given.get(k)
-        rear, front = axes if pair is None else tuple(given_axis(float(of)) for of in pair)
-        found.append(surveyor.first(k, rear, front))
-        bar.advance()
-    return found
-
-
-def _counted(cells: list[StationCells], bar: Bar):
-    for k, of in enumerate(cells):
-        yield k, of
-        bar.advance()
+    pair = {0: problem.start_angles, len(problem.x) - 1: problem.end_angles}.get(k)
+    if pair is None:
+        return surveyor.first(k, *(first_axis(problem, leg, cells) for leg in (0, 1)))
+    return surveyor.first(k, *(given_axis(float(of)) for of in pair))
 
 
 def _settled(problem: PostureProblem, bound: float, best: float, missed: float) -> float:

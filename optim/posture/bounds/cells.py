@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+import jax
 import numpy as np
 
 from stickslip.optim.intervals import Interval, interval
@@ -13,11 +14,11 @@ from stickslip.optim.posture.bounds.lattice import Axis, Boxes, by_parts
 from stickslip.optim.posture.bounds.vehicle import (
     Bracket,
     Held,
-    Numbers,
     Rear,
     angle_jets,
     held,
     rear_jets,
+    weight_of,
     wheel_at,
     wheelbase_squared,
 )
@@ -116,28 +117,28 @@ class Surveyor:
     def __init__(self, problem: PostureProblem, kept: tuple[str, ...] = FIELDS):
         self.problem, self.kept = problem, kept
         self.inside = tuple(sorted({*kept, "F", "N_rear", "N_front"}))
-        self.vehicle = Numbers.of(problem.params)
+        self.vehicle = jax.tree.map(lambda leaf: float(np.asarray(leaf)), problem.params)
         self.ground: Ground = ground_of(problem.track.shape)
         self.longest = longest_wheelbase(problem.params) * (1 + 1e-3)
-        reach = 1.01 * (self.longest + 2 * self.vehicle.radius)
+        reach = 1.01 * (self.longest + 2 * self.vehicle.wheel_radius)
         first, last = float(problem.x[0]), float(problem.x[-1])
         self.arc = Arc.along(self.ground, first - reach, last + 0.01)
         self.friction = most_friction(problem)
         self.least = 0.0
         if not problem.solver.overlap:
-            self.least = 2 * self.vehicle.radius + float(problem.params.wheel_gap)
-            self.least += problem.min_wheel_clearance - 2 * FEASIBLE * self.vehicle.leg
+            self.least = 2 * self.vehicle.wheel_radius + float(problem.params.wheel_gap)
+            self.least += problem.min_wheel_clearance - 2 * FEASIBLE * self.vehicle.leg_length
 
     def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
         """The cells of waypoint k before any is halved."""
         bracket = Bracket.behind(
-            self.ground, self.vehicle.radius, float(self.problem.x[k]), self.longest
+            self.ground, self.vehicle.wheel_radius, float(self.problem.x[k]), self.longest
         )
         alive = np.ones((len(rear.nodes) - 1, len(front.nodes) - 1), bool)
         alive = self._apart(rear, front, alive)
         inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
-        own = bracket.front.slope.arctan() - rolled / self.vehicle.radius
+        own = bracket.front.slope.arctan() - rolled / self.vehicle.wheel_radius
         return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
@@ -223,7 +224,7 @@ class Surveyor:
         r, f = interval(cells.rear.nodes[rows]), interval(cells.front.nodes[columns])
         Q = wheelbase_squared(self.vehicle, r, f)
         x, good = cells.bracket.contact(Q)
-        wheel = wheel_at(self.ground, self.vehicle.radius, x, cells.bracket.origin)
+        wheel = wheel_at(self.ground, self.vehicle.wheel_radius, x, cells.bracket.origin)
         with np.errstate(all="ignore"):
             at = Rear(x - cells.bracket.origin[0], wheel.height, wheel.slope, self.arc.at(x))
             found = held(self.vehicle, r, f, Q, at, cells.bracket.front)
@@ -261,7 +262,7 @@ class Surveyor:
         wheel can stand on counts.
         """
         problem = self.problem
-        slack = 2 * FEASIBLE * float(self.vehicle.weight.hi)
+        slack = 2 * FEASIBLE * float(weight_of(self.vehicle).hi)
         out = np.zeros(cells.alive.shape, bool)
         F = cells.range_of("F")
         for name, mu in zip(("N_rear", "N_front"), self.friction[k].tolist(), strict=True):

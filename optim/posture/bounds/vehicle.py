@@ -207,34 +207,10 @@ Z = TypeVar("Z", Interval, Jet)
 """A posture's numbers, or a box's."""
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """A vehicle's numbers as floats."""
-
-    body: float
-    leg: float
-    radius: float
-    wheel_mass: float
-    body_mass: float
-    leg_mass: float
-    gravity: float
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, params: UGVParams) -> Numbers:
-        """Those of the parameters."""
-        names = (
-            "body_length", "leg_length", "wheel_radius", "wheel_mass", "body_mass", "leg_mass",
-            "gravity", "leg_angle_min", "leg_angle_max",
-        )  # fmt: skip
-        return cls(*(float(np.asarray(getattr(params, name))) for name in names))
-
-    @property
-    def weight(self) -> Interval:
-        """Weight of the vehicle [N]."""
-        masses = interval(self.wheel_mass) * 2.0 + interval(self.leg_mass) * 2.0 + self.body_mass
-        return masses * self.gravity
+def weight_of(v: UGVParams) -> Interval:
+    """Weight of a vehicle whose parameters are floats [N]."""
+    masses = interval(v.wheel_mass) * 2.0 + interval(v.leg_mass) * 2.0 + v.body_mass
+    return masses * v.gravity
 
 
 @dataclass(frozen=True)
@@ -262,17 +238,17 @@ class Rear(Generic[Z]):
     rolled: Z
 
 
-def wheelbase_squared(v: Numbers, rear: Z, front: Z) -> Z:
+def wheelbase_squared(v: UGVParams, rear: Z, front: Z) -> Z:
     """Q = L^2 + 2 l^2 - 2 L l (cos r + cos f) + 2 l^2 cos(r + f)."""
-    square = interval(v.body).square() + interval(v.leg).square() * 2.0
-    both = interval(v.body) * v.leg * 2.0
-    swing = interval(v.leg).square() * 2.0
+    square = interval(v.body_length).square() + interval(v.leg_length).square() * 2.0
+    both = interval(v.body_length) * v.leg_length * 2.0
+    swing = interval(v.leg_length).square() * 2.0
     return (rear + front).cos() * swing - (rear.cos() + front.cos()) * both + square
 
 
-def held(v: Numbers, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wheel) -> Held[Z]:
+def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wheel) -> Held[Z]:
     """Forces, torques and turn of one wheel and the other together."""
-    l, r, g = v.leg, v.radius, v.gravity
+    l, r, g, weight = v.leg_length, v.wheel_radius, v.gravity, weight_of(v)
     cr, sr, cf, sf = rear_angle.cos(), rear_angle.sin(), front_angle.cos(), front_angle.sin()
     cos_f = front.q.reciprocal()
     sin_f = front.slope * cos_f
@@ -281,14 +257,14 @@ def held(v: Numbers, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wh
 
     centre = at.behind - sin_r * r, at.height + cos_r * r
     world = -centre[0] + front.centre[0], -centre[1] + front.centre[1]
-    chord = (cr + cf) * (-l) + v.body, (sr - sf) * l
+    chord = (cr + cf) * (-l) + v.body_length, (sr - sf) * l
     C = (chord[0] * world[0] + chord[1] * world[1]) / Q
     S = (chord[0] * world[1] - chord[1] * world[0]) / Q
 
     # x of the legs' and the body's centres of mass from the wheels' centres.
     rear_leg = (C * cr + S * sr) * (-l / 2)
     front_leg = (C * cf - S * sf) * (l / 2)
-    body = C * (cr * (-l) + interval(v.body) * 0.5) - S * (sr * l)
+    body = C * (cr * (-l) + interval(v.body_length) * 0.5) - S * (sr * l)
     wheels = sin_r * (-r) - at.behind + front.centre[0]
     moment = wheels * v.wheel_mass + (wheels + rear_leg + front_leg) * v.leg_mass
     moment = (moment + (sin_r * (-r) + body) * v.body_mass) * g
@@ -298,10 +274,10 @@ def held(v: Numbers, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wh
     lever_F = at.height * cos_f - at.behind * sin_f
     lever_N = -(at.behind * cos_f + at.height * sin_f)
     det = (cos_d + 1.0) * lever_N + sin_d * lever_F
-    along = sin_r * v.weight
+    along = sin_r * weight
     F = (along * lever_N + sin_d * moment) / det
     N_front = ((cos_d + 1.0) * moment - along * lever_F) / det
-    N_rear = cos_r * v.weight - F * sin_d - N_front * cos_d
+    N_rear = cos_r * weight - F * sin_d - N_front * cos_d
 
     carried = (interval(v.wheel_mass) + interval(v.leg_mass) * 0.5) * g
     vx, vy = (C * cr + S * sr) * l, (S * cr - C * sr) * l
