@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,40 +35,32 @@ if TYPE_CHECKING:
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
 """The budget ended it, it ended by itself, it raised, it was killed, its process ended."""
 FAILED = OUTCOMES[2:]
-
-
-class Column(NamedTuple):
-    """A column of the table: kind ("words", "count", "number", "bool"), meaning, and what stands
-    for it in a table that lacks it."""
-
-    kind: str
-    meaning: str
-    default: Cell = None
-    required: bool = False
-
-
+REQUIRED = {
+    "instance": ("string", "id of the suite"),
+    "method": ("string", "name of the optimiser"),
+    "seed": ("int64", "of the run"),
+    "evaluations": ("int64", "values and gradients so far"),
+    "value": ("float64", "best feasible value so far"),
+}
 COUNTED = {
-    "values": "points whose value was computed",
-    "gradients": "points whose gradient was computed",
-    "batches": "calls that computed many values",
-    "clipped": "points out of bounds that were moved to the nearest inside",
-    "refused": "points out of bounds that were refused",
-    "not_numbers": "points that held no finite numbers",
+    "values": ("int64", "points whose value was computed"),
+    "gradients": ("int64", "points whose gradient was computed"),
+    "batches": ("int64", "calls that computed many values"),
+    "clipped": ("int64", "points out of bounds that were moved to the nearest inside"),
+    "refused": ("int64", "points out of bounds that were refused"),
+    "not_numbers": ("int64", "points that held no finite numbers"),
 }
 COLUMNS = {
-    "instance": Column("words", "id of the suite", required=True),
-    "method": Column("words", "name of the optimiser", required=True),
-    "seed": Column("count", "of the run", required=True),
-    "evaluations": Column("count", "values and gradients so far", required=True),
-    "seconds": Column("number", "processor time so far [s]"),
-    "value": Column("number", "best feasible value so far", required=True),
-    "outcome": Column("words", "spent, ended, raised, timed out, died", "ended"),
-    "message": Column("words", "why the run failed", ""),
-    "inside": Column("bool", "whether the method works on the problem itself", False),
-    **{name: Column("count", words, 0) for name, words in COUNTED.items()},
-    "digest": Column("words", "of the instance, 12 digits", ""),
-    "point": Column("words", "at the end: free numbers of the value, as JSON", ""),
+    **REQUIRED,
+    "seconds": ("float64", "processor time so far [s]"),
+    "outcome": ("string", ", ".join(OUTCOMES)),
+    "message": ("string", "why the run failed"),
+    "inside": ("bool_", "whether the method works on the problem itself"),
+    **COUNTED,
+    "digest": ("string", "of the instance, 12 digits"),
+    "point": ("string", "at the end: free numbers of the value, as JSON"),
 }
+"""Type and meaning of each column; those that are not REQUIRED may be empty or missing."""
 DIGITS, SHORT = 6, 12
 """Of seconds after the point, and of digests."""
 MOST_ROWS, LARGEST = 5_000_000, 1e300
@@ -126,20 +119,13 @@ def _finite(cell: Cell) -> Cell:
     return None if isinstance(cell, float) and not np.isfinite(cell) else cell
 
 
-def _schema() -> dict[str, pa.DataType]:
-    import pyarrow as pa
-
-    kinds = {"words": pa.string(), "count": pa.int64(), "number": pa.float64(), "bool": pa.bool_()}
-    return {name: kinds[one.kind] for name, one in COLUMNS.items()}
-
-
 def table_of(runs: Iterable[Run]) -> pa.Table:
     """The runs as an Arrow table, columns with their meaning."""
     import pyarrow as pa
 
     fields = [
-        pa.field(name, kind, metadata={"meaning": COLUMNS[name].meaning})
-        for name, kind in _schema().items()
+        pa.field(name, getattr(pa, kind)(), metadata={"meaning": meaning})
+        for name, (kind, meaning) in COLUMNS.items()
     ]
     rows = [dict(row) for run in runs for row in run.rows()]
     return pa.Table.from_pylist(rows, schema=pa.schema(fields))
@@ -207,30 +193,22 @@ def read_runs(path: Path) -> list[Run]:
 
 
 def _rows(path: Path) -> list[Row]:
-    """Rows with all columns, defaults filled in."""
+    """Rows with all columns, None where one is empty or missing."""
     import pyarrow as pa
 
-    raw = read_bytes(path, LARGEST_TABLE)
-    table = _table(raw, path.suffix)
-    if table.num_rows > MOST_ROWS:
-        raise RefusedError(f"{table.num_rows} rows, at most {MOST_ROWS} are read")
-    names, columns = table.column_names, dict[str, list[object]]()
-    for name in (one for one, column in COLUMNS.items() if column.required):
-        if name not in names:
-            raise RefusedError(f"no column {name!r}; its columns are {', '.join(names)[:300]}")
+    table = _table(read_bytes(path, LARGEST_TABLE), path.suffix)
+    names = table.column_names
+    if missing := [name for name in REQUIRED if name not in names]:
+        raise RefusedError(f"no column {missing[0]!r}; its columns are {', '.join(names)[:300]}")
+    columns: dict[str, list[Any]] = {name: [None] * table.num_rows for name in COLUMNS}
     for name in names:
         if name not in COLUMNS or names.count(name) > 1:
             raise RefusedError(f"column {shown(name)} is unknown or twice{nearest(name, COLUMNS)}")
-    for (name, column), kind in zip(COLUMNS.items(), _schema().values(), strict=True):
-        if name not in names:
-            columns[name] = [column.default] * table.num_rows
-            continue
+        kind = COLUMNS[name][0]
         try:
-            cells = table[name].cast(kind).to_pylist()
+            columns[name] = table[name].cast(getattr(pa, kind)()).to_pylist()
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
-            raise RefusedError(f"column {name} does not hold {column.kind}s: {error}") from error
-        empty = column.default if column.kind in ("words", "bool") else None
-        columns[name] = [empty if cell is None else cell for cell in cells]
+            raise RefusedError(f"column {name} does not hold {kind}: {error}") from error
     return [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
 
 
@@ -240,41 +218,42 @@ def _table(raw: bytes, suffix: str) -> pa.Table:
 
     if suffix == ".parquet":
         file = parquet.ParquetFile(pa.BufferReader(raw))
-        if file.metadata.num_rows > MOST_ROWS:
-            raise RefusedError(f"{file.metadata.num_rows} rows, at most {MOST_ROWS} are read")
-        return file.read(use_threads=False)
-    if suffix != ".csv":
+        count, read = file.metadata.num_rows, partial(file.read, use_threads=False)
+    elif suffix == ".csv":
+        words = {name: pa.string() for name, (kind, _) in COLUMNS.items() if kind == "string"}
+        options = csv.ConvertOptions(
+            column_types=words, null_values=["", "nan", "NaN"], strings_can_be_null=True
+        )
+        count, threads = raw.count(b"\n"), csv.ReadOptions(use_threads=False)
+        read = partial(csv.read_csv, pa.BufferReader(raw), threads, convert_options=options)
+    else:
         raise RefusedError(f"its name ends in {suffix!r}")
-    words = {name: pa.string() for name, one in COLUMNS.items() if one.kind == "words"}
-    options = csv.ConvertOptions(
-        column_types=words, null_values=["", "nan", "NaN"], strings_can_be_null=True
-    )
-    reading = csv.ReadOptions(use_threads=False)
-    return csv.read_csv(pa.BufferReader(raw), read_options=reading, convert_options=options)
+    if count > MOST_ROWS:
+        raise RefusedError(f"{count} rows, at most {MOST_ROWS} are read")
+    return read()
 
 
 def _require_row(row: Row) -> None:
     """Refuse a row by itself."""
-    name = row["instance"]
+    name, outcome = row["instance"], row["outcome"] or OUTCOMES[1]
     if name not in suite():
-        raise RefusedError(f"instance {shown(name)} is unknown{nearest(name, suite())}")
+        raise RefusedError(f"instance {shown(name)} is unknown{nearest(str(name), suite())}")
     if not row["method"] or len(row["method"]) > 80:
         raise RefusedError(f"method = {shown(row['method'])}, of 1 to 80 characters")
-    if row["outcome"] not in OUTCOMES:
-        raise RefusedError(f"outcome = {shown(row['outcome'])} is none of {', '.join(OUTCOMES)}")
+    if outcome not in OUTCOMES:
+        raise RefusedError(f"outcome = {shown(outcome)} is none of {', '.join(OUTCOMES)}")
     if row["point"]:
         n, found = suite()[name].n, parse_json(row["point"], "point")
         if not isinstance(found, list) or len(found) != n or not all(map(_is_number, found)):
             raise RefusedError(f"point = {shown(row['point'])}, a list of {n} numbers")
-    for entry, column in COLUMNS.items():
+    for entry in ("seed", "evaluations", "value", "seconds", *COUNTED):
         cell = row[entry]
-        if column.kind == "count" and cell is None and column.required:
+        if cell is None and entry in ("seed", "evaluations"):
             raise RefusedError(f"{entry} is empty")
-        if column.kind in ("count", "number") and cell is not None:
-            if cell < 0 and entry != "value":
-                raise RefusedError(f"{entry} = {cell}, at least 0")
-            if np.isinf(cell):
-                raise RefusedError(f"{entry} = {cell}, a finite number or empty")
+        if cell is not None and np.isinf(cell):
+            raise RefusedError(f"{entry} = {cell}, a finite number or empty")
+        if cell is not None and cell < 0 and entry != "value":
+            raise RefusedError(f"{entry} = {cell}, at least 0")
 
 
 def _is_number(value: object) -> bool:
@@ -303,11 +282,11 @@ def _run_of_rows(rows: list[Row]) -> Run:
         instance=instance,
         method=method,
         seed=seed,
-        outcome=last["outcome"],
-        message=last["message"],
-        inside=last["inside"],
+        outcome=last["outcome"] or OUTCOMES[1],
+        message=last["message"] or "",
+        inside=bool(last["inside"]),
         counts={name: int(last[name] or 0) for name in COUNTED},
-        digest=last["digest"],
+        digest=last["digest"] or "",
         evaluations=np.array([row["evaluations"] for row in rows], np.int64),
         seconds=np.array([_number(row["seconds"]) for row in rows]),
         values=np.array([_number(row["value"]) for row in rows]),

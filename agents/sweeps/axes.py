@@ -65,18 +65,15 @@ class Axis:
     def _range(cls, text: str) -> Axis:
         parts = text.split(":")
         log = parts[3:] == ["log"]
-        if len(parts) != 3 + log:
+        if len(parts) != 3 + log or not (parts[2] in RANDOM or parts[2].isdigit()):
             raise ValueError(f"{shown(text)} is no axis; accepted: {FORMS}")
         low, high = (_number(one, text) for one in parts[:2])
-        for name, value in (("low", low), ("high", high)):
-            require_number(name, value, accepted="a finite number")
-        if log and low <= 0:
-            raise ValueError(f"low = {low:g} with logarithmic values; accepted: low > 0")
-        count = 2 if parts[2] in RANDOM else _count(parts[2], text)
-        if not low < high or count < 2:
+        count = 2 if parts[2] in RANDOM else int(parts[2][:9])
+        finite = math.isfinite(low) and math.isfinite(high) and low < high
+        if not finite or (log and low <= 0) or not 2 <= count <= MOST_VALUES:
             raise ValueError(
-                f"{shown(text)} has {count} values from {low:g} to {high:g}; accepted: low < high "
-                "with at least 2 values"
+                f"{shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, and 2 to "
+                f"{MOST_VALUES:,} values"
             )
         if parts[2] in RANDOM:
             return cls(parts[2], low=low, high=high, log=log)
@@ -194,12 +191,3 @@ def _number(text: str, whole: str) -> float:
         raise ValueError(
             f"{shown(text)} in {shown(whole)} is no number; accepted: {FORMS}"
         ) from None
-
-
-def _count(text: str, whole: str) -> int:
-    if not text.lstrip("-").isdigit():
-        raise ValueError(
-            f"{shown(text)} in {shown(whole)} is neither a number of values nor one of "
-            f"{', '.join(RANDOM)}; accepted: {FORMS}"
-        )
-    return require_integer("count", int(text[:9]), high=MOST_VALUES)

@@ -28,7 +28,7 @@ from stickslip.agents.untrusted import (
     require_format,
 )
 from stickslip.dynamics.checks import require_integer, shown
-from stickslip.records.files import is_remains, write_whole, writing
+from stickslip.records.files import PARTIAL, is_remains, write_whole, writing
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
@@ -233,10 +233,8 @@ def cell_files(path: Path, kind: str) -> dict[int, Path]:
     from pyarrow import parquet
 
     head, found = read_head(path, kind), {}
-    for file in sorted((path / DATA).glob("*")):
+    for file in sorted((path / DATA).glob("cell-*")):
         name = CELL.fullmatch(file.name)
-        if is_remains(file.name, _CellNames()):
-            continue
         if not name or int(name[1]) >= int(head["cells"]):
             raise ValueError(f"{file} is no cell of the {kind} in {path}; accepted: its own alone")
         found[int(name[1])] = file
@@ -250,9 +248,8 @@ def cell_files(path: Path, kind: str) -> dict[int, Path]:
 def missing_cells(path: Path, kind: str) -> list[int]:
     """Numbers of the cells that are not there; remains of killed processes are deleted."""
     (path / DATA).mkdir(exist_ok=True)
-    for file in (path / DATA).iterdir():
-        if is_remains(file.name, _CellNames()):
-            file.unlink()
+    for file in (path / DATA).glob(f".cell-*{PARTIAL}"):
+        file.unlink()
     there, count = cell_files(path, kind), int(read_head(path, kind)["cells"])
     return [number for number in range(count) if number not in there]
 
@@ -320,22 +317,8 @@ def _reading(file: Path) -> Iterator[None]:
         ) from error
 
 
-class _CellNames:
-    """All names of cells' files."""
-
-    def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and CELL.fullmatch(name) is not None
-
-
 def _differing(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
     """Entries that differ between two definitions."""
-    found = []
-    for name in sorted({*one, *other}):
-        a, b = one.get(name), other.get(name)
-        if isinstance(a, dict) and isinstance(b, dict):
-            keys = sorted(str(key) for key in {*a, *b} if a.get(key) != b.get(key))
-            found += [f"{name} {shown(key)}" for key in keys]
-        elif a != b:
-            plain = isinstance(a, int | str) and isinstance(b, int | str)
-            found.append(f"{name} {a}, not {b}" if plain else name)
-    return found or ["its entries do not match its digest"]
+    names = [name for name in sorted({*one, *other}) if one.get(name) != other.get(name)]
+    plain = {name for name in names if isinstance(one.get(name), int | str)}
+    return [f"{n} {one[n]}, not {other.get(n)}" if n in plain else n for n in names] or ["digest"]

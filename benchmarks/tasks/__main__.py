@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from benchmarks.report import markdown, options, put_between
 from benchmarks.tasks.bounds import assumed_of, bound_of
-from benchmarks.tasks.measure import ALIKE, measure
+from benchmarks.tasks.measure import measure
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path
@@ -114,12 +114,10 @@ def main(arguments: list[str]) -> None:
         task = task_by_name(name)
         if asked.bounds:
             put(task.name, {**known[task.name], **bounds(task)}, asked.out)
-        elif task.name in ALIKE:
-            same = read_known(asked.out)[ALIKE[task.name]]
-            put(task.name, {**same, "digest": task.digest}, asked.out)
         else:
-            before = {k: v for k, v in known.get(task.name, {}).items() if k == "learned"}
-            put(task.name, {**measure(task), **bounds(task), **before}, asked.out)
+            before = known.get(task.name, {})
+            learned = {name: one for name, one in before.items() if name == "learned"}
+            put(task.name, {**measure(task, before), **bounds(task), **learned}, asked.out)
 
 
 if __name__ == "__main__":

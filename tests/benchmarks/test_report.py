@@ -7,9 +7,7 @@ import pytest
 from benchmarks.points import front_of, knee_of, unbeaten
 from benchmarks.report import (
     MARKS,
-    RESULTS,
     measured_parts,
-    options,
     put_between,
     read_json,
     where,
@@ -78,11 +76,3 @@ def test_fronts_and_what_is_unbeaten_are_among_the_points():
     kept = unbeaten(points, lambda p: (p.torque, p.contact), lambda p: p.dtype)
     assert kept == [single, slow, fine, cheap]
     assert unbeaten([cheap, cheap], lambda p: (p.error,), lambda p: None) == [cheap, cheap]
-
-
-def test_every_command_line_says_what_is_measured_and_where_it_goes(tmp_path):
-    parser = options("nothing", "First line.\n\n    kept as it is\n")
-    assert parser.parse_args([]).out == RESULTS / "nothing.json"
-    assert parser.parse_args(["--out", str(tmp_path)]).out == tmp_path
-    assert "python -m benchmarks.nothing" in parser.format_usage()
-    assert "\n    kept as it is\n" in parser.format_help()

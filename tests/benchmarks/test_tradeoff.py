@@ -2,20 +2,16 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
-import jax
 import numpy as np
 import pytest
 
 from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
-from benchmarks.tradeoff import costs, promises, recommended
-from benchmarks.tradeoff.population import FLOORS, both, draw
-from benchmarks.tradeoff.promises import code, references, settings, walked
-from benchmarks.tradeoff.recommended import cost_of, promises_of
-from stickslip.dynamics.biped import EventExact, RK4Split, Table
+from benchmarks.tradeoff import promises, recommended
+from benchmarks.tradeoff.population import both
+from benchmarks.tradeoff.recommended import cost_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -42,16 +38,6 @@ def test_pages_that_name_the_presets_have_their_numbers(content):
             assert re.search(rf"\b{number.replace('e-0', 'e-')}\b", readme)
 
 
-def test_every_promise_has_a_cost_and_every_floor_its_promises(content):
-    rows, asked = content["population"], settings(quick=False)
-    assert {row["integrator"] for row in rows} == {code(one.integrator) for one in asked}
-    for floor in FLOORS:
-        for batch in (1, 4096):
-            for robots in ("default", "others"):
-                own = [r for r in rows if (r["scene"], r["robots"]) == (floor, robots)]
-                assert len(promises_of(content, floor, robots, batch)) == len(own) == len(asked)
-
-
 def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
     """The k-th of n sorted values, against its coverage counted on uniform samples."""
     rng, count, tries = np.random.default_rng(7), 120, 20_000
@@ -65,16 +51,6 @@ def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
     assert (
         promises.bound(np.arange(1000.0), 0.5) == promises.rank(1000, 0.5, promises.CONFIDENCE) - 1
     )
-
-
-def test_a_walk_of_the_population_is_known_by_its_seed(float64):
-    for floor in FLOORS:
-        many, one = draw(floor, range(40, 44), "others"), draw(floor, [42], "others")
-        for all_of, single in zip(jax.tree.leaves(many), jax.tree.leaves(one), strict=True):
-            np.testing.assert_array_equal(np.asarray(all_of)[2:3], np.asarray(single))
-        default = draw(floor, range(40, 44), "default")
-        assert set(np.asarray(default.params.crank).tolist()) == {0.03}
-        assert default.period == pytest.approx(0.02)
 
 
 def test_the_population_covers_what_the_promise_says(float64):
@@ -91,42 +67,6 @@ def test_the_population_covers_what_the_promise_says(float64):
     assert {len(set(row)) == 1 for row in torques} == {True, False}
     edges = np.asarray(both("ice", range(50)).scene.floor.edges)
     assert np.all(np.diff(edges, axis=1) > 0)
-
-
-@pytest.mark.long
-def test_walks_of_scaled_robots_are_the_same_in_their_own_units():
-    """Four times the length and eight times the densities and masses: own times twice as long."""
-    with jax.enable_x64(True):
-        walks = draw("stick-slip", range(16), "default")
-        large = _scaled(walks, 4.0)
-    one, two = references(walks), references(large)
-    np.testing.assert_array_equal(walked(one), walked(two))
-    np.testing.assert_allclose(two.angle, one.angle, rtol=0, atol=1e-7)
-    np.testing.assert_allclose(two.slide, 4 * one.slide, rtol=0, atol=1e-7)
-
-
-def _scaled(walks, length: float):
-    """The same walks of geometrically similar robots of the same mass."""
-    time = np.sqrt(length)
-    robot = walks.params
-    kept = {"mass", "payload", "gravity"}
-    sizes = {name: value * length for name, value in vars(robot).items() if name not in kept}
-    sizes["inertia"] = robot.inertia * length**2
-    state = replace(
-        walks.state,
-        crank_rate=walks.state.crank_rate / time,
-        foot_velocity=walks.state.foot_velocity * length / time,
-    )
-    gain, wanted, torques = walks.law
-    law = (gain * length * time, wanted / time, torques * length)
-    robot = replace(robot, **sizes)
-    return walks._replace(params=robot, state=state, law=law, period=walks.period * time)
-
-
-def test_code_makes_the_same_setting_again():
-    names = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
-    for spec in (Table(), Table(8, 4), RK4Split(), EventExact(rtol=1e-4, atol=1e-7)):
-        assert eval(code(spec), names) == spec
 
 
 def test_waiting_threads_and_other_work_do_not_count_as_cost():
@@ -155,8 +95,3 @@ def test_the_command_measures_and_writes(tmp_path, monkeypatch):
     assert (tmp_path / "PICTURE.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "DATA.png").read_text())["costs_measured_on"]
     assert "| smooth |" in (tmp_path / "DOCUMENT.png").read_text()
-
-
-def test_every_step_size_divides_the_control_period():
-    for setting in settings(quick=False):
-        assert costs.PERIOD / setting.dt == pytest.approx(round(costs.PERIOD / setting.dt))

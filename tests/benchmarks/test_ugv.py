@@ -15,8 +15,6 @@ from benchmarks.ugv.population import AS_FUNCTION, CLASSES, HELD_OUT, PLACES, ST
 from benchmarks.ugv.promise import (
     CONFIDENCE,
     QUANTILE,
-    TABLE,
-    WAVE_PIECES,
     bound_index,
     errors,
     promised,
@@ -24,7 +22,7 @@ from benchmarks.ugv.promise import (
     tabulated,
 )
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, Setting
+from stickslip.dynamics.ugv import Setting
 from stickslip.dynamics.ugv.recommendation import MEASUREMENTS, NEAR
 from stickslip.dynamics.ugv.setting_check import Differences
 
@@ -48,18 +46,6 @@ def rows(content):
 def most_over(count: int) -> int:
     """So many of `count` independent poses may exceed the promised quantile."""
     return int(stats.binom.ppf(1 - RARE, count, 1 - QUANTILE))
-
-
-def test_the_bound_lies_above_the_quantile_as_often_as_it_says():
-    random = np.random.default_rng(0)
-    count, quantile, confidence = 400, 0.97, 0.9
-    index = bound_index(count, quantile, confidence)
-    tops = np.sort(random.uniform(size=(4000, count)), axis=1)
-    often = np.mean(tops[:, index] >= quantile)
-    assert often >= confidence - 0.015
-    assert np.mean(tops[:, index - 1] >= quantile) < confidence
-    with pytest.raises(ValueError, match="count = 100 is too few"):
-        bound_index(100, QUANTILE, CONFIDENCE)
 
 
 def test_a_promise_is_the_bound_of_the_worse_half_s_order():
@@ -113,19 +99,6 @@ def test_promises_hold_on_the_poses_held_out(rows):
         assert row["held_out_wrong"] <= 3
 
 
-def test_a_function_s_promise_is_the_worst_of_what_it_may_be(rows):
-    points = recommended.promises_of(rows)
-    for point in (p for p in points if p.ground == "function"):
-        key = (point.place, point.solver, point.dtype, None)
-        names = ("place", "solver", "dtype", "pieces_per_wave")
-        same = [r for r in rows if r["ground"] in AS_FUNCTION and key == tuple(map(r.get, names))]
-        assert len(same) == 2
-        assert point.torque[1] == max(r["torque"][1] for r in same)
-        assert point.contact[1] == max(r["contact"][1] for r in same)
-        assert point.wrong == sum(r["wrong"] for r in same)
-        assert point.poses == sum(r["poses"] for r in same)
-
-
 @pytest.mark.parametrize("ground", CLASSES)
 def test_the_population_is_what_it_is_said_to_be(ground, float64):
     count = 256
@@ -145,20 +118,6 @@ def test_the_population_is_what_it_is_said_to_be(ground, float64):
     assert PLACES["near"][1] == NEAR
 
 
-def test_tables_of_the_population_are_those_of_a_prepared_track(float64):
-    drawn = draw("waves", "near", 2, FRESH)
-    for pieces in WAVE_PIECES[::2]:
-        table = tabulated(drawn, pieces)
-        assert table.shape.coefficients.shape == (2, TABLE, 6)
-        spacing = np.diff(np.asarray(table.shape.knots) + table.shape.rests)[:, 0]
-        np.testing.assert_allclose(spacing * pieces, drawn.shortest)
-        at = np.asarray(drawn.x)
-        got, wanted = (
-            jax.vmap(lambda s, x: s.profile(x)[0])(one.shape, at) for one in (table, drawn)
-        )
-        np.testing.assert_allclose(got, wanted, atol=1e-2)
-
-
 def held(ground: str, place: str, count: int, points) -> dict[str, int]:
     """How often fresh poses exceed the promises, and how many statuses are wrong."""
     found = {"poses": 0, "over": 0, "wrong": 0, "hollow": 0}
@@ -175,22 +134,6 @@ def held(ground: str, place: str, count: int, points) -> dict[str, int]:
             found["over"] = max(found["over"], int(np.sum(over)))
             found["wrong"] += int(np.sum(off.wrong))
     return found
-
-
-@pytest.mark.long
-def test_a_fresh_sample_keeps_the_promise():
-    count = 1024
-    bare = PoseSolver(samples=0)
-    points = {
-        (p.solver, p.dtype): p
-        for p in MEASUREMENTS
-        if (p.ground, p.place, p.solver) == ("closed", "near", bare)
-    }
-    assert {dtype for _, dtype in points} == {"float32", "float64"}
-    found = held("closed", "near", count, points.values())
-    assert found["poses"] > 1.9 * count
-    assert found["over"] <= 2 * most_over(count)
-    assert found["wrong"] == 0
 
 
 @pytest.mark.long

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import METHODS
-from stickslip.agents.optimisers.methods import methods_of
 from stickslip.optim import suite
 from stickslip.optim.instances.record import BudgetSpent
 from tests.optim.instances.toys import LEAST, toy
@@ -69,11 +68,3 @@ def test_all_are_tried_and_each_says_what_it_takes():
     assert METHODS["cma"].unsuited(instances["goals-gait-time-energy-d32-v2"]) == (
         "takes 1 to 1 goals, not 2"
     )
-
-
-def test_seeds_go_to_functions_that_take_them():
-    asked = []
-    given = {"one": lambda objective: asked.append(objective), "two": lambda o, s: asked.append(s)}
-    for method in methods_of(given):
-        method.function("objective", 7)
-    assert asked == ["objective", 7]

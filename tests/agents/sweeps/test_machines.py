@@ -58,16 +58,6 @@ def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
     assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
 
 
-def test_an_axis_of_the_ugv_leaves_what_it_does_not_touch_as_numbers():
-    params = UGVEnv().make_params(track=Track.bump(), start=2.0, end=6.0)
-    made = put(UGVSwept(), params, friction=0.6)
-    assert_same(made, params.replace(friction=0.6))
-    drawn = UGVEnv().make_params(track="random-bump")
-    made = put(UGVSwept(), drawn, **{"track.bump_height.1": 0.3, "friction": 0.6})
-    assert float(made.randomisation.track.bump_height[1]) == pytest.approx(0.3)
-    assert float(made.randomisation.track.bump_height[0]) == pytest.approx(0.02)
-
-
 def test_what_an_axis_sets_is_no_longer_drawn():
     drawn = Randomisation(
         friction=(0.5, 1.0), payload=(0.0, 1.0), commanded_rate=(2.0, 3.0), crank_rate=(0.0, 3.0)

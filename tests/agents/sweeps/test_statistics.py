@@ -70,15 +70,3 @@ def test_two_plots_are_drawn_of_what_varies(tmp_path: Path, axes: int):
     names = [one.name for one in write_pictures(found, tmp_path, ("slid", "walked"))]
     assert names == ["sweep.png", "endings.png"]
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
-
-
-def test_samples_are_drawn_as_dots(tmp_path: Path):
-    rng = np.random.default_rng(0)
-    labels = {"task": np.array(["ice"]), "policy": np.array(["a"]), "sample": np.arange(16)}
-    labels |= {"seed": np.arange(2), "mu": rng.random(16), "payload": rng.random(16)}
-    shape = (1, 1, 16, 2)
-    arrays = {"reward": rng.random(shape), "fell": rng.random(shape) < 0.7}
-    arrays["ending"] = np.where(arrays["fell"], 2, 0)
-    found = SweepArrays(("task", "policy", "sample", "seed"), labels, arrays, {}, ("ice",))
-    assert view_of(found) == (("mu", "payload"), True)
-    assert len(write_pictures(found, tmp_path)) == 2
