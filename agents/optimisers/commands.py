@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.optimisers.methods import METHODS, methods_table
-from stickslip.records.signals import Interrupted, complain
 
 if TYPE_CHECKING:
     from stickslip.records.table import Content
 
-OK, WRONG_INPUT = 0, 2
 PROGRAM = "stickslip bench optimisers"
 EXAMPLES = {
     "run": f"""\
@@ -26,29 +23,17 @@ EXAMPLES = {
 }
 
 
-def main(arguments: list[str]) -> int:
-    """Run a command; the exit status: 0, 2 for wrong input, 128 + a signal's number."""
-    return run(arguments)[0]
-
-
-def run(arguments: list[str]) -> tuple[int, Content | None]:
-    """Run a command; the exit status, and what was found."""
+def run(arguments: list[str]) -> Content:
+    """Run a command. ValueError or OSError for wrong input."""
     given = make_parser().parse_args(arguments)
-    try:
-        return OK, given.run(given)
-    except (ValueError, OSError, ModuleNotFoundError) as error:
-        print(f"{PROGRAM}: {error}", file=sys.stderr)
-        return WRONG_INPUT, None
-    except Interrupted as error:
-        complain(str(error))
-        return error.status, None
+    return given.run(given)
 
 
-def make_parser(program: str = PROGRAM) -> argparse.ArgumentParser:
+def make_parser() -> argparse.ArgumentParser:
     """The flags."""
     raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(
-        prog=program,
+        prog=PROGRAM,
         description="Optimisers on the suite of instances: run them, compare them.",
         epilog="examples:\n" + "".join(EXAMPLES.values()),
         formatter_class=raw,
@@ -142,7 +127,3 @@ def _methods(given: argparse.Namespace) -> Content:
     table = methods_table()
     print(table.terminal())
     return Content({"methods": table})
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

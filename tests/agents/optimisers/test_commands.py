@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.optimisers import METHODS, read_results, write_results
-from stickslip.agents.optimisers.commands import EXAMPLES, PROGRAM, main, make_parser
-from stickslip.agents.optimisers.commands import run as told
+from stickslip.agents.optimisers.commands import EXAMPLES, PROGRAM, make_parser
+from stickslip.agents.optimisers.commands import run as command
+from stickslip.cli import main as cli
 from tests.agents.optimisers.table import NAME, run
 
 pytest.importorskip("pyarrow")
@@ -18,7 +19,7 @@ PAGE = Path(__file__).parents[3] / "docs" / "optimisers.md"
 
 
 def test_methods_are_listed_and_named_on_the_page(capsys):
-    assert main(["methods"]) == 0
+    command(["methods"])
     printed, page = capsys.readouterr().out, PAGE.read_text("utf-8")
     for name in METHODS:
         assert f"`{name}`" in printed
@@ -29,7 +30,7 @@ def test_methods_are_listed_and_named_on_the_page(capsys):
 def test_every_part_shows_examples_that_it_takes(part, capsys):
     lines = EXAMPLES[part].replace("\\\n", "").splitlines()
     with pytest.raises(SystemExit):
-        main([part, "--help"])
+        command([part, "--help"])
     shown = capsys.readouterr().out
     assert EXAMPLES[part] in shown
     for line in lines:
@@ -45,9 +46,8 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     theirs = write_results([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs.csv")
     out = tmp_path / "report"
     arguments = ["report", str(mine), str(theirs), "--out", str(out), "--ioh"]
-    status, found = told(arguments)
+    found = command(arguments)
     printed = capsys.readouterr().out
-    assert status == 0
     assert "4 runs of 2 methods on 2 instances" in printed
     assert "mine 9 (9 to 9, 2/2)" in printed
     assert "| theirs | 0.1 (0%)" in printed
@@ -59,8 +59,8 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     rows = json.loads(found.json("bench"))["runs"]
     assert [row["seed"] for row in rows] == [0, 1, 0, 0]
     assert (rows[0]["gap"], rows[0]["evaluations"]) == (pytest.approx(0.005), 50)
-    assert main(arguments) == 2
-    assert "exists; accepted: a new directory" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="exists; accepted: a new directory"):
+        command(arguments)
 
 
 @pytest.mark.parametrize(
@@ -74,9 +74,8 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     ],
 )
 def test_wrong_input_is_a_line(tmp_path, capsys, arguments, words):
-    assert main([*arguments, "--out", str(tmp_path / "out")]) == 2
+    assert cli(["bench", "optimisers", *arguments, "--out", str(tmp_path / "out")]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("stickslip bench optimisers: ")
     assert error.count("\n") == 1
     assert re.search(words, error)
     assert not (tmp_path / "out").exists()
