@@ -19,7 +19,7 @@ from stickslip.agents.optimisers.task import Task
 from stickslip.agents.optimisers.worker import Worker
 from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
 from stickslip.agents.training.directory import only_writer
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.dynamics.checks import nearest, require_choice, require_integer, require_kind, shown
 from stickslip.envs.collecting import cores_here
 from stickslip.envs.rendering.extras import require
 from stickslip.optim.instances.catalogue import suite
@@ -72,7 +72,11 @@ class RacePlan:
         """Check the arguments of `race`."""
         names = [instances] if isinstance(instances, str) else list(instances)
         for name in names:
-            require_choice("instance", name, tuple(suite()))
+            if name not in suite():
+                raise ValueError(
+                    f"instance {shown(name)} is unknown{nearest(str(name), suite())}; accepted: "
+                    "ids of docs/suite.md"
+                )
         chosen = methods_of(methods)
         if budget is not None:
             require_integer("budget", budget, high=2**53)
