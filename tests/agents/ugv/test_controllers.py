@@ -19,9 +19,7 @@ from stickslip.agents.ugv.controllers import (
     Optimum,
     RecedingHorizon,
 )
-from stickslip.cli import WRONG_INPUT, main
 from stickslip.dynamics.ugv import Track
-from stickslip.envs import task_by_name
 from stickslip.optim import solve
 from tests.envs.ugv.helpers import task
 
@@ -127,16 +125,3 @@ def test_a_controller_of_the_other_machine_is_refused():
     torque = MLPPolicy((zeros((size, 1)),), (zeros(1),), zeros(size), jnp.ones(size))
     with pytest.raises(ValueError, match=r"action has shape \(1,\); accepted: \(2,\)"):
         rollout(env, torque, params, 0)
-
-
-def test_a_named_task_has_the_columns_of_the_bound_without_those_of_the_grid():
-    env = task_by_name("UGVBump-v1").make()[0]
-    found = MACHINE.measures(env, task=True, bound=True)
-    assert {"bound", "over_bound"} <= found.columns.keys()
-    assert not {"optimum", "score"} & found.columns.keys()
-    assert found.complete is not None
-
-
-def test_nothing_is_proved_of_what_the_biped_earns_in_an_episode(capsys):
-    assert main(["evaluate", "--bound", "constant-torque"]) == WRONG_INPUT
-    assert "nobody has proved what no policy of the biped" in capsys.readouterr().err
