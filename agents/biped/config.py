@@ -10,10 +10,10 @@ from stickslip.agents.training.settings import (
     LearningConfiguration,
     PPOSettings,
     SACSettings,
-    SHACSettings,
     require_room,
     require_whole_batches,
     shared,
+    task_field,
 )
 from stickslip.dynamics.names import SCENES
 
@@ -77,10 +77,8 @@ class TrainConfig(LearningConfiguration):
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
-    trainer: str = shared("trainer", "jax")
-    seed: int = shared("seed", 0)
     timesteps: int = shared("timesteps", 8_000_000)
-    task: str | None = shared("task", None)
+    task: str | None = task_field()
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -130,19 +128,14 @@ class TrainConfig(LearningConfiguration):
 
     num_envs: int = shared("num_envs", 1024)
     learning_rate: float = shared("learning_rate", 2e-3)
-    final_learning_rate: float = shared("final_learning_rate", 1e-4)
     discount: float = shared("discount", 0.98)
     batch_size: int = shared("batch_size", 4096)
     hidden: int = shared("hidden", 32)
-    layers: int = shared("layers", 2)
-    threads: int = shared("threads", 1)
 
     ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3, final_noise=0.02)
     sac: SACSettings = group(SACSettings)
-    shac: SHACSettings = group(SHACSettings)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
-    keep_checkpoints: int = shared("keep_checkpoints", 2)
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
     machine = "biped"

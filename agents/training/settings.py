@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
-from typing import ClassVar, TypeVar
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from stickslip.agents.training.configuration import (
     Configuration,
@@ -12,7 +12,7 @@ from stickslip.agents.training.configuration import (
     entry,
     group,
 )
-from stickslip.agents.untrusted import LARGEST, LARGEST_TEXT, Rule
+from stickslip.agents.untrusted import LARGEST, LARGEST_TEXT
 from stickslip.dynamics.plain_checks import require_memory
 
 T = TypeVar("T")
@@ -20,30 +20,6 @@ MOST_STEPS = 10**12 - 1
 """Largest step count in the name of a checkpoint."""
 RESIDUALS = 20_000
 """About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
-SHARED = {
-    "algorithm": Rule(str, "learning algorithm", choices=("ppo", "shac")),
-    "trainer": Rule(str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")),
-    "task": Rule(str, "of `stickslip tasks`; it says all of what is trained on", optional=True),
-    "timesteps": Rule(int, "control steps in all", low=1, high=MOST_STEPS),
-    "seed": Rule(int, "of everything random", low=0, high=2**31 - 1),
-    "num_envs": Rule(int, "environments side by side", low=1, high=65536),
-    "learning_rate": Rule(float, "at the beginning", low=0, strict=True),
-    "final_learning_rate": Rule(float, "at the end", low=0),
-    "discount": Rule(float, "gamma, per control step", low=0, high=1),
-    "batch_size": Rule(int, "samples a gradient step", low=2),
-    "hidden": Rule(int, "units a hidden layer", low=1, high=4096),
-    "layers": Rule(int, "hidden layers", low=1, high=8),
-    "threads": Rule(int, "sb3: of PyTorch", low=1, high=256),
-    "checkpoint_interval": Rule(int, "steps to the next checkpoint", low=1, high=MOST_STEPS),
-    "keep_checkpoints": Rule(int, "of the latest, beside the best", low=1),
-    "evaluation_episodes": Rule(int, "episodes an evaluation", low=1, high=65536),
-}
-"""Fields that mean the same whatever is trained."""
-
-
-def shared(name: str, default: T) -> T:
-    """The field of that name, with a machine's own default."""
-    return field(default=default, metadata={"rule": SHARED[name]})
 
 
 @dataclass(frozen=True)
@@ -91,23 +67,38 @@ ALGORITHMS_OF = {"jax": ("ppo", "shac"), "sb3": ("ppo", "sac")}
 """By trainer."""
 
 
+@dataclass(frozen=True)
 class LearningConfiguration(Configuration):
-    """A configuration of what the trainers here train; its dataclasses give each its default."""
+    """Training with PPO or SHAC. A machine's own configuration is a frozen dataclass on top, which
+    says `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
+    """
 
-    trainer: str = "sb3"
-    num_envs: int
-    learning_rate: float
-    final_learning_rate: float
-    discount: float
-    batch_size: int
-    hidden: int
-    layers: int
-    threads: int
-    ppo: PPOSettings
-    sac: SACSettings
-    """Settings of "sac", where the algorithms have it."""
-    shac: SHACSettings
-    """Settings of "shac", where the algorithms have it."""
+    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo", "shac"))
+    trainer: str = entry(
+        "jax", str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")
+    )
+    seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
+    timesteps: int = entry(1_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
+
+    num_envs: int = entry(64, int, "environments side by side", low=1, high=65536)
+    learning_rate: float = entry(1e-3, float, "at the beginning", low=0, strict=True)
+    final_learning_rate: float = entry(1e-4, float, "at the end", low=0)
+    discount: float = entry(0.99, float, "gamma, per control step", low=0, high=1)
+    batch_size: int = entry(512, int, "samples a gradient step", low=2)
+    hidden: int = entry(64, int, "units a hidden layer", low=1, high=4096)
+    layers: int = entry(2, int, "hidden layers", low=1, high=8)
+    threads: int = entry(1, int, "sb3: of PyTorch", low=1, high=256)
+    ppo: PPOSettings = group(PPOSettings)
+    shac: SHACSettings = group(SHACSettings)
+
+    checkpoint_interval: int = entry(
+        65_536, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
+    )
+    keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
+    evaluation_episodes: int = entry(32, int, "episodes an evaluation", low=1, high=65536)
+
+    if TYPE_CHECKING:
+        sac: SACSettings  # a field where the algorithms have it
 
     FLAGS: ClassVar = (
         "task",
@@ -128,6 +119,21 @@ class LearningConfiguration(Configuration):
                 f"trainer = {self.trainer!r} with algorithm = {self.algorithm!r}; accepted: "
                 f"{other!r}, or algorithm = {own}"
             )
+
+    def _check_together(self) -> None:
+        require_whole_batches(self)
+
+
+def shared(name: str, default: T) -> T:
+    """The field of LearningConfiguration of that name, with a machine's own default."""
+    rules = {one.name: one.metadata for one in fields(LearningConfiguration)}
+    return field(default=default, metadata=rules[name])
+
+
+def task_field() -> str | None:
+    """The field of a named task, for machines that have tasks."""
+    about = "of `stickslip tasks`; it says all of what is trained on"
+    return entry(None, str, about, optional=True)
 
 
 def steps_an_update(config: LearningConfiguration) -> tuple[str, int]:
@@ -171,33 +177,3 @@ def require_room(config: LearningConfiguration, observation: int) -> None:
     given = f"batch_size = {config.batch_size} with hidden = {config.hidden}"
     wide = 2 * (observation + config.hidden * config.layers)  # forwards and back
     require_memory(given, "samples of a gradient step", config.batch_size, 4 * wide)
-
-
-@dataclass(frozen=True)
-class StandardConfig(LearningConfiguration):
-    """Training with PPO or SHAC. A machine's own configuration is a frozen dataclass on top, which
-    says `machine`, changes defaults by `shared(name, default)` and adds fields by `entry`.
-    """
-
-    algorithm: str = shared("algorithm", "ppo")
-    trainer: str = shared("trainer", "jax")
-    seed: int = shared("seed", 0)
-    timesteps: int = shared("timesteps", 1_000_000)
-
-    num_envs: int = shared("num_envs", 64)
-    learning_rate: float = shared("learning_rate", 1e-3)
-    final_learning_rate: float = shared("final_learning_rate", 1e-4)
-    discount: float = shared("discount", 0.99)
-    batch_size: int = shared("batch_size", 512)
-    hidden: int = shared("hidden", 64)
-    layers: int = shared("layers", 2)
-    threads: int = shared("threads", 1)
-    ppo: PPOSettings = group(PPOSettings)
-    shac: SHACSettings = group(SHACSettings)
-
-    checkpoint_interval: int = shared("checkpoint_interval", 65_536)
-    keep_checkpoints: int = shared("keep_checkpoints", 2)
-    evaluation_episodes: int = shared("evaluation_episodes", 32)
-
-    def _check_together(self) -> None:
-        require_whole_batches(self)

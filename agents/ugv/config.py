@@ -11,10 +11,10 @@ from stickslip.agents.training.settings import (
     MOST_STEPS,
     LearningConfiguration,
     PPOSettings,
-    SHACSettings,
     require_room,
     require_whole_batches,
     shared,
+    task_field,
 )
 from stickslip.dynamics.plain_checks import nearest, shown
 from stickslip.dynamics.ugv.names import RANDOM_TRACKS
@@ -60,11 +60,8 @@ class UGVTrainConfig(LearningConfiguration):
     given and what is accepted.
     """
 
-    algorithm: str = shared("algorithm", "ppo")
-    trainer: str = shared("trainer", "jax")
-    seed: int = shared("seed", 0)
     timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
-    task: str | None = shared("task", None)
+    task: str | None = task_field()
 
     criterion: str = entry(
         "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
@@ -109,20 +106,10 @@ class UGVTrainConfig(LearningConfiguration):
         None, float, "penalty of a failure in the scaled training reward", low=0, optional=True
     )
 
-    num_envs: int = shared("num_envs", 64)
     learning_rate: float = shared("learning_rate", 3e-3)
     final_learning_rate: float = shared("final_learning_rate", 3e-4)
     discount: float = shared("discount", 0.95)
-    batch_size: int = shared("batch_size", 512)
-    hidden: int = shared("hidden", 64)
-    layers: int = shared("layers", 2)
-    threads: int = shared("threads", 1)
     ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
-    shac: SHACSettings = group(SHACSettings)
-
-    checkpoint_interval: int = shared("checkpoint_interval", 65_536)
-    keep_checkpoints: int = shared("keep_checkpoints", 2)
-    evaluation_episodes: int = shared("evaluation_episodes", 32)
 
     machine = "ugv"
     FLAGS: ClassVar = (*LearningConfiguration.FLAGS, "criterion", "tracks", "friction")

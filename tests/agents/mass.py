@@ -11,7 +11,7 @@ from stickslip.agents import Machine
 from stickslip.agents.machine import Option
 from stickslip.agents.protocol import Memoryless
 from stickslip.agents.training.configuration import group
-from stickslip.agents.training.settings import PPOSettings, StandardConfig, shared
+from stickslip.agents.training.settings import LearningConfiguration, PPOSettings, shared
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import FunctionalEnv
 
@@ -114,7 +114,7 @@ class Pull(Memoryless):
 
 
 @dataclass(frozen=True)
-class MassConfig(StandardConfig):
+class MassConfig(LearningConfiguration):
     """Small enough for a test."""
 
     timesteps: int = shared("timesteps", 256)

@@ -17,6 +17,7 @@ from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import every_field
 from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import train
+from stickslip.agents.training.settings import LearningConfiguration
 from stickslip.agents.ugv import task as ugv_task
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.cli import WRONG_INPUT, main
@@ -133,11 +134,10 @@ def test_a_configuration_keeps_its_task_and_writes_nothing_that_it_decides(name:
 def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
     """A new field of a task or of a reward has to be put on one side. Of how it is computed, a run
     decides."""
-    first = {"biped": "scene", "ugv": "criterion"}
-    for name, kind in KINDS.items():
-        names = [one.name for one in every_field(kind)]
-        about_it = set(names[names.index(first[name]) : names.index("num_envs")])
-        assert about_it - {"reward_scale"} == {*kind.FIXED, *kind.USUALLY}
+    learning = {one.name for one in every_field(LearningConfiguration)} | {"task", "reward_scale"}
+    for kind in KINDS.values():
+        about_it = {one.name for one in every_field(kind) if one.group is None} - learning
+        assert about_it == {*kind.FIXED, *kind.USUALLY}
 
 
 @pytest.mark.parametrize(
