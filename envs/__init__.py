@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.envs.adapters.checking import check_vector_env
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.sb3 import SB3VecEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
@@ -24,7 +23,6 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "adapters.checking": ("check_vector_env",),
             "adapters.gym": ("GymEnv",),
             "adapters.sb3": ("SB3VecEnv",),
             "adapters.vector": ("GymVectorEnv",),
@@ -65,7 +63,6 @@ __all__ = [
     "UGVEnvParams",
     "UGVEnvState",
     "UGVRandomisation",
-    "check_vector_env",
     "collect",
     "known_of",
     "task_by_name",

@@ -6,7 +6,6 @@ from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
     from stickslip.envs.adapters.brax import BraxEnv, fresh_episodes
-    from stickslip.envs.adapters.checking import check_vector_env
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.gymnax import GymnaxEnv
     from stickslip.envs.adapters.sb3 import SB3VecEnv
@@ -16,7 +15,6 @@ else:
         __name__,
         {
             "brax": ("BraxEnv", "fresh_episodes"),
-            "checking": ("check_vector_env",),
             "gym": ("GymEnv",),
             "gymnax": ("GymnaxEnv",),
             "sb3": ("SB3VecEnv",),
@@ -30,6 +28,5 @@ __all__ = [
     "GymVectorEnv",
     "GymnaxEnv",
     "SB3VecEnv",
-    "check_vector_env",
     "fresh_episodes",
 ]

@@ -32,7 +32,7 @@ NO_CONSTRUCTORS = {
     "reduced_inertia", "step_length", "balance", "ground_forces", "leg_torques",
     "place", "wheel_turns", "station", "Odometer", "Collected", "WheelContact",
     # no arguments, or checked by tests of their own
-    "Joint", "Reduced", "check_vector_env", "Criterion", "Weighted", "criterion_by_name", "solve",
+    "Joint", "Reduced", "Criterion", "Weighted", "criterion_by_name", "solve",
     "recommend", "equilibrium", "pose", "check_walk", "WalkCheck", "own_time", "collect",
     "check_poses", "SettingCheck", "FreeProblem", "Problem", "Method", "Structure", "methods_of",
     "Certificate", "Gait", "GaitResult", "Replay", "replay", "TaskDefinition", "known_of",

@@ -16,10 +16,11 @@ from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAware
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, check_vector_env, registration
+from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, registration
 from stickslip.envs.adapters.packing import Shared
 from stickslip.envs.params import horizon
 from tests.envs.helpers import BIPED, make
+from tests.envs.same_as_single import check_vector_env
 from tests.envs.toy import Toy, ToyParams
 
 STILL = np.zeros(1, np.float32)

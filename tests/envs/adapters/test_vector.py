@@ -8,8 +8,9 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
-from stickslip.envs import BipedEnv, GymVectorEnv, check_vector_env
+from stickslip.envs import BipedEnv, GymVectorEnv
 from tests.envs.helpers import BIPED, make, make_vec
+from tests.envs.same_as_single import check_vector_env
 from tests.envs.toy import PARAMS, Toy, one_toy, pushes, toys
 
 MODES = list(AutoresetMode)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from stickslip.envs import GymEnv, check_vector_env
+from stickslip.envs import GymEnv
+from tests.envs.same_as_single import check_vector_env
 from tests.envs.ugv.helpers import UGV, actions, drive, make, make_vec, task
 from tests.extras import SB3
 
