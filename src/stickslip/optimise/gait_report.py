@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -145,6 +145,12 @@ GAIT_UNITS = {
 """Of the result's numbers in `gait_content`; its value and bounds have a unit beside them."""
 
 
+STATED = ("status", "message", "value", "lower_bound", "every_bound", "held_value")
+STATED += ("feasible", "residuals", "seconds", "evaluations")
+OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque")
+"""Of a result and of its gait, as result.json holds them."""
+
+
 def gait_content(
     problem: GaitProblem,
     result: GaitResult,
@@ -152,35 +158,13 @@ def gait_content(
     asked: Mapping[str, object],
 ) -> dict[str, object]:
     """Everything: what was asked for, the robot's numbers, the result."""
-    robot = {one.name: getattr(problem.params, one.name) for one in fields(problem.params)}
-    found: dict[str, object] = {
-        "status": result.status.name,
-        "message": result.message,
-        "value": result.value,
-        "unit": problem.goal.unit,
-        "lower_bound": result.lower_bound,
-        "every_bound": result.every_bound,
-        "held_value": result.held_value,
-        "feasible": result.feasible,
-        "residuals": dict(result.residuals),
-        "seconds": result.seconds,
-        "evaluations": result.evaluations,
-    }
+    found: dict[str, object] = {name: getattr(result, name) for name in STATED}
+    found["unit"] = problem.goal.unit
     if result.certificate is not None:
-        found["certificate"] = asdict(result.certificate)
+        found["certificate"] = result.certificate
     if result.gait is not None:
         gait = result.best
-        found |= {
-            "mean_rate": gait.mean_rate,
-            "friction_use": gait.friction_use,
-            "spent": gait.spent,
-            "cost_of_transport": gait.cost_of_transport(problem.copper_loss),
-            "theta": gait.theta,
-            "crank_rate": gait.crank_rate,
-            "torque": gait.torque,
-            "replays": {
-                name: asdict(one) | {"status": one.status.name, "kept": one.kept}
-                for name, one in replays.items()
-            },
-        }
-    return {"asked": dict(asked), "robot": robot, "result": found}
+        found |= {name: getattr(gait, name) for name in OF_GAIT}
+        found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss)
+        found["replays"] = {name: asdict(one) | {"kept": one.kept} for name, one in replays.items()}
+    return {"asked": dict(asked), "robot": problem.params, "result": found}

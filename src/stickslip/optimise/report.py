@@ -45,6 +45,9 @@ UNITS = {
     "pose": "waypoints",
 }
 """Of PostureProblem.residuals."""
+STATED = ("friction", "leg_rate", "min_normal", "min_grip", "min_clearance", "max_torque")
+STATED += ("start_angles", "end_angles", "x")
+"""Numbers of a problem that result.json holds."""
 
 
 def energies(problem: PostureProblem, x: Float[np.ndarray, "n"] | None) -> dict[str, float]:
@@ -197,44 +200,12 @@ def result_content(
     asked: Mapping[str, Any],
 ) -> dict[str, object]:
     """Everything: what was asked for, the problem's numbers, the result."""
-    return {
-        "asked": dict(asked),
-        "problem": {
-            "criterion": problem.criterion.name,
-            "unit": problem.criterion.unit,
-            "friction": problem.friction,
-            "leg_rate": problem.leg_rate,
-            "min_normal": problem.min_normal,
-            "min_grip": problem.min_grip,
-            "min_clearance": problem.min_clearance,
-            "overlap": problem.solver.overlap,
-            "max_torque": problem.max_torque,
-            "start_angles": problem.start_angles,
-            "end_angles": problem.end_angles,
-            "x": problem.x,
-            "vehicle": {
-                field.name: getattr(problem.params, field.name) for field in fields(problem.params)
-            },
-        },
-        "result": {
-            "method": result.method,
-            "status": result.status.name,
-            "message": result.message,
-            "value": result.value,
-            "lower_bound": result.lower_bound,
-            "feasible": result.feasible,
-            "residuals": dict(result.residuals),
-            "fine_value": result.fine_value,
-            "fine_spacing": result.fine_spacing,
-            "fine_feasible": result.fine_feasible,
-            "fine_residuals": dict(result.fine_residuals),
-            "energies": dict(spent),
-            "evaluations": result.evaluations,
-            "seconds": result.seconds,
-            "leg_angles": result.leg_angles,
-            "details": _plain(dict(result.details)),
-        },
-    }
+    stated = {name: getattr(problem, name) for name in STATED}
+    stated |= {"criterion": problem.criterion.name, "unit": problem.criterion.unit}
+    stated |= {"overlap": problem.solver.overlap, "vehicle": problem.params}
+    found = {one.name: getattr(result, one.name) for one in fields(result) if one.name != "x"}
+    found |= {"energies": dict(spent), "leg_angles": result.leg_angles}
+    return {"asked": dict(asked), "problem": stated, "result": found}
 
 
 def result_units(problem: PostureProblem) -> dict[str, object]:
@@ -246,16 +217,3 @@ def result_units(problem: PostureProblem) -> dict[str, object]:
     rest = {"max_torque": "N m", "leg_rate": "rad/m", "leg_angles": "rad", "friction": "-"}
     rest |= {"energies": "J"} | {"residuals": UNITS, "seconds": "s"}
     return {"problem": lengths | forces | rest, "result": values | lengths | rest}
-
-
-def _plain(value: Any) -> Any:
-    """The same in what JSON knows; anything else by its text."""
-    if isinstance(value, Mapping):
-        return {str(name): _plain(of) for name, of in value.items()}
-    if hasattr(value, "_asdict"):
-        return _plain(value._asdict())
-    if isinstance(value, list | tuple):
-        return [_plain(of) for of in value]
-    if value is None or isinstance(value, bool | int | float | str | np.ndarray | np.generic):
-        return value
-    return str(value)

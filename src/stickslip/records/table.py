@@ -6,7 +6,8 @@ import csv
 import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
+from enum import Enum
 from html import escape
 from math import isfinite
 from numbers import Integral, Real
@@ -183,13 +184,21 @@ def csv_line(cells: Iterable[Any]) -> str:
 
 
 def json_text(content: Mapping[str, Any]) -> str:
-    """JSON by the letter: null instead of NaN and infinities, arrays as lists."""
-    return json.dumps(_jsonable(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    """JSON by the letter: null instead of NaN and infinities, arrays as lists, named tuples and
+    dataclasses as objects, enums by name; anything else by its text."""
+    plain = _jsonable(content)
+    return json.dumps(plain, indent=1, allow_nan=False, ensure_ascii=False, default=str) + "\n"
 
 
 def _jsonable(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(name): _jsonable(entry) for name, entry in value.items()}
+    if isinstance(value, Enum):
+        return value.name
+    if hasattr(value, "_asdict"):
+        return _jsonable(value._asdict())
+    if is_dataclass(value) and not isinstance(value, type):
+        return {one.name: _jsonable(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, list | tuple):
         return [_jsonable(entry) for entry in value]
     if isinstance(value, np.ndarray | np.generic) or hasattr(value, "dtype"):
