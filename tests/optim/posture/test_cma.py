@@ -40,18 +40,3 @@ def test_a_seed_decides_and_nothing_global_is_read_written_or_left_in_files(tmp_
     other = solve(problem, "cma", start=begin, seed=4, **BUDGET)
     assert np.any(other.x != one.x)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_given_ends_are_not_searched():
-    problem = over_bump("peak_torque")
-    fields = {name: getattr(problem, name) for name in problem.__dataclass_fields__}
-    problem = type(problem)(**(fields | {"start_angles": np.array([1.4, 1.7])}))
-    found = solve(problem, "cma", start="middle", **BUDGET)
-    np.testing.assert_array_equal(found.x[:2], [1.4, 1.7])
-    assert found.feasible
-
-
-def test_bad_options_are_refused_by_name():
-    for option in ({"start": "end"}, {"sigma": 0.0}, {"penalty": -1.0}, {"evaluations": 0}):
-        with pytest.raises(ValueError, match="accepted"):
-            solve(over_bump(), "cma", **option)

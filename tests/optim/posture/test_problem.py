@@ -176,33 +176,6 @@ def rear_contact(params, track, x, angles):
     return place(params, track, x, angles, PoseSolver(samples=0)).rear.x
 
 
-def test_a_track_that_is_too_short_is_refused_with_its_numbers():
-    with pytest.raises(ValueError, match=r"start = 1.43622 m \(track from 0 m.* end = 1.2 m"):
-        PostureProblem.along(Track.flat(end=1.2))
-
-
-@pytest.mark.parametrize(
-    ("fields", "message"),
-    [
-        ({"criterion": "speed"}, "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
-        ({"x": [1.0]}, r"x has shape \(1,\); accepted"),
-        ({"x": [1.0, 3.0, 2.0]}, r"x\[2\] = 2.0 after 3.0; accepted: increasing"),
-        ({"friction": -0.1}, "friction = -0.1 .*accepted: a number >= 0"),
-        ({"friction": [0.1, 0.2]}, r"friction has shape \(2,\)"),
-        ({"leg_rate": 0.0}, "leg_rate = 0.0 .*accepted: None, or a number > 0"),
-        ({"min_normal": -1.0}, "min_normal = -1.0"),
-        ({"min_clearance": "low"}, "min_clearance = 'low'"),
-        ({"start_angles": (0.1, 1.5)}, "start_angles = .*accepted: 2 angles"),
-        ({"end_angles": (1.5,)}, "end_angles = .*accepted: 2 angles"),
-        ({"params": UGVParams(gravity=np.ones(3))}, r"params has a field of shape \(3,\)"),
-        ({"solver": "newton"}, "solver = 'newton'; accepted: a PoseSolver"),
-    ],
-)
-def test_bad_fields_are_refused_by_name(fields, message: str):
-    with pytest.raises(ValueError, match=message):
-        replace(over_bump(), **fields)
-
-
 def test_bad_decision_vectors_are_refused():
     problem = over_bump()
     with pytest.raises(ValueError, match=r"x has shape \(7,\); accepted: \(20,\)"):

@@ -11,10 +11,7 @@ from stickslip.optim.posture.bounds.lattice import (
     AHEAD,
     BACK,
     NONE,
-    SQUARE,
-    Axis,
     first_axis,
-    given_axis,
     shapes,
 )
 from stickslip.optim.posture.bounds.steps import FOUR, Side, terms_of
@@ -181,40 +178,3 @@ def _weights(axes, angles, cells, kinds, leg):
     found = np.select([kinds == AHEAD, kinds == BACK], [ahead, back], square)
     assert np.min(found) > -1e-6  # inside
     return np.stack([[found[2 * p[leg] + q[leg]] for q in FOUR] for p in FOUR]).transpose(2, 0, 1)
-
-
-def moves(problem, step: int, a: Axis, b: Axis) -> np.ndarray:
-    """Pairs of corners, before and after a step, between which allowed moves lie."""
-    pairs = shapes(problem, step, a, b)
-    allowed = np.zeros((len(a.nodes), len(b.nodes)), bool)
-    for i in (0, 1):
-        for j in (0, 1):
-            corner = (pairs == SQUARE) | ((pairs == AHEAD) & ((i, j) != (0, 1)))
-            corner |= (pairs == BACK) & ((i, j) != (1, 0))
-            allowed[i : i + corner.shape[0], j : j + corner.shape[1]] |= corner
-    return allowed
-
-
-def test_moves_within_the_rate_lie_between_allowed_corners():
-    """Drawn at random, also between unlike axes; nine of ten corners are not allowed."""
-    problem, random = over(), np.random.default_rng(3)
-    limit = problem.leg_rate * float(problem.x[1] - problem.x[0])
-    axis = first_axis(problem, 0, 42)
-    odd = Axis(np.sort(random.uniform(axis.nodes[0], axis.nodes[-1], 30)))
-    for before, after in ((axis, axis), (axis, odd), (odd, axis), (given_axis(1.5), axis)):
-        allowed = moves(problem, 0, before, after)
-        a = random.uniform(before.nodes[0], before.nodes[-1], 20_000)
-        b = a + random.uniform(-limit, limit, a.shape)
-        inside = (b > after.nodes[0]) & (b < after.nodes[-1])
-        a, b = a[inside], b[inside]
-        i = np.searchsorted(before.nodes, a) - 1
-        j = np.searchsorted(after.nodes, b) - 1
-        s = (a - before.nodes[i]) / before.widths[i]
-        t = (b - after.nodes[j]) / after.widths[j]
-        assert allowed[i, j][t >= 0].all() or (before is not after)
-        whole = allowed[i, j] & allowed[i + 1, j] & allowed[i, j + 1] & allowed[i + 1, j + 1]
-        lower = allowed[i, j] & allowed[i + 1, j] & allowed[i + 1, j + 1] & (t <= s + 1e-9)
-        upper = allowed[i, j] & allowed[i, j + 1] & allowed[i + 1, j + 1] & (t >= s - 1e-9)
-        assert np.all(whole | lower | upper)
-    longest = np.subtract.outer(axis.nodes, axis.nodes)[moves(problem, 0, axis, axis)]
-    assert np.max(np.abs(longest)) < limit * 1.3

@@ -74,17 +74,6 @@ def test_a_bound_that_does_not_reach_the_value_is_no_proof(monkeypatch):
     assert worst.status is OptimStatus.FEASIBLE  # of its 0/1 costs, 1 is proof enough
 
 
-def test_a_solvers_error_is_a_failure(monkeypatch):
-    def fail(self, **options):
-        raise cp.SolverError("out of order")
-
-    monkeypatch.setattr(cp.Problem, "solve", fail)
-    found = solve(tiny(), "lp", angles=3)
-    assert found.status is OptimStatus.FAILED
-    assert found.x is None
-    assert "out of order" in found.message
-
-
 def test_graphs_too_large_and_unknown_solvers_are_refused():
     with pytest.raises(
         ValueError, match=r"the graph has \d+ edges or more; accepted: most_edges = 20"

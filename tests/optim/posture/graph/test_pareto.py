@@ -105,14 +105,6 @@ def test_a_front_of_sums_has_all_corners_of_the_hull_when_complete():
         np.testing.assert_allclose(np.min(front.values @ weights), least, rtol=1e-9)
 
 
-def test_no_feasible_path_is_an_empty_front_that_says_so():
-    for first, second in PAIRS:
-        front = pareto_front(replace(problem(), friction=0.001), first, second, angles=ANGLES)
-        assert front.values.shape == (0, 2)
-        assert front.x.shape == (0, problem().n)
-        assert "no path" in front.proved
-
-
 def test_bad_options_are_refused_by_name():
     for bad in (
         {"first": "speed"},

@@ -1,7 +1,5 @@
 """What does not fit is refused before it exists, with the limit; the sizes are about the true."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -19,19 +17,14 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
     ("refused", "said"),
     [
         (lambda: PostureProblem.along(Track.bump(), spacing=1e-9), "spacing = 1e-09 m from start"),
-        (lambda: PostureProblem.along(Track.bump(), spacing=1e-300), r"makes 6.56e\+300 waypoints"),
         (lambda: PostureProblem.along(LONG), r"makes 1e\+13 waypoints"),
         (lambda: UGVEnv().make_params(spacing=1e-12), "spacing = 1e-12 m from start"),
-        (lambda: UGVEnv().make_params(track=LONG), r"makes 1e\+13 waypoints"),
         (lambda: over_bump().objectives(np.broadcast_to(1.5, (2**24, 20))), "X of 16777216 drives"),
         (lambda: pareto_front(over_bump(), "grip", "peak_torque", angles=10**30), "angles = 1000"),
         *(
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
                 ("grid", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
-                ("dp", {"angles": (3, 10**9)}, "angles = 3 x 1000000000 at 10 waypoints"),
-                ("lp", {"angles": 10**6}, "angles = 1000000 x 1000000"),
-                ("scp", {"angles": 10**6}, "angles = 1000000 x 1000000"),
                 ("gradient", {"angles": 10**6}, "angles = 1000000 x 1000000"),
                 ("cma", {"population": 10**9}, "population = 1000000000 at 10 waypoints"),
             )
@@ -48,7 +41,7 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
     ("method", "options", "said"),
     [
         ("scp", {"start": "middle"}, "method = 'scp' with 10 waypoints"),
-        ("gradient", {"start": "middle"}, "method = 'SLSQP' with 10 waypoints"),
+        ("gradient", {"start": "middle"}, "method = 'gradient' with 10 waypoints"),
         ("cma", {"start": "middle"}, "population = 12 at 10 waypoints makes 240 stations"),
         ("dp", {}, "polish = True with 10 waypoints"),
         (
@@ -63,20 +56,3 @@ def test_the_limit_is_the_users(monkeypatch, method: str, options, said: str):
     monkeypatch.setenv(MEMORY_LIMIT, "2e5")
     with pytest.raises(ValueError, match=f"{said}.*accepted: what fits 2e\\+05 bytes"):
         solve(problem, method, **options)
-
-
-def test_too_many_moves_or_edges_are_refused_before_they_are_listed(monkeypatch):
-    problem = replace(over_bump(), leg_rate=None)
-    monkeypatch.setenv(MEMORY_LIMIT, "2e6")
-    monkeypatch.setattr("stickslip.optim.posture.graph.grid.require_grid", lambda *of: None)
-    with pytest.raises(ValueError, match=r"leg_rate = None rad/m on this grid makes 14,641 moves"):
-        solve(problem, "dp", polish=False, angles=61)
-    monkeypatch.setenv(MEMORY_LIMIT, "1e5")
-    with pytest.raises(ValueError, match="edges in lp's graph"):
-        solve(over_bump(), "lp", polish=False, angles=3)
-
-
-def test_a_jacobian_that_does_not_fit_is_refused(monkeypatch):
-    monkeypatch.setenv(MEMORY_LIMIT, "1e4")
-    with pytest.raises(ValueError, match="a jacobian of 20 angles makes 130 rows"):
-        PostureProblem.jacobian(over_bump(), np.full(20, 1.5))
