@@ -181,8 +181,11 @@ def kappas(
     """Losses of moves from cells of one end to those of the other; cut: a leg's are a triangle."""
     X, U = (side.fields[term.X].of(at) for side, at in zip(ends, cells, strict=True))
     if term.Y is None:
-        return (_alone(X.first, X.second, ends[0], cells[0])
-                + _alone(U.first, U.second, ends[1], cells[1])) * (1 + SLACK)  # fmt: skip
+        each = (
+            _least(of.second.size, of.first.size, side, at)
+            for of, side, at in zip((X, U), ends, cells, strict=True)
+        )
+        return sum(each, np.zeros(len(cells[0]))) * (1 + SLACK)
     Y, V = (side.fields[term.Y].of(at) for side, at in zip(ends, cells, strict=True))
     way, mean = V.over - Y.over, (X.over + U.over) * 0.5
     before = _high(X.second * way * 0.5 - X.first * Y.first - mean * Y.second)
@@ -191,26 +194,15 @@ def kappas(
     along = _high((X.second + U.second) * way * 0.5 + both)
     after = np.where(cut, np.maximum(after, along), after)
     total = np.zeros(len(cells[0]))
-    for (A, B), bend, side, at in (((X, Y), before, *_end(ends, cells, 0)),
-                                   ((U, V), after, *_end(ends, cells, 1))):  # fmt: skip
+    pairs = ((X, Y, before), (U, V, after))
+    for (A, B, bend), side, at in zip(pairs, ends, cells, strict=True):
         slope = A.first.size * way.size * 0.5 + mean.size * B.first.size
         total += _least(bend, slope, side, at)
     return total * (1 + SLACK)
 
 
-def _end(
-    ends: tuple[Side, Side], cells: tuple[np.ndarray, np.ndarray], number: int
-) -> tuple[Side, np.ndarray]:
-    return ends[number], cells[number]
-
-
 def _high(of: Interval) -> np.ndarray:
     return np.maximum(of.hi, 0.0)
-
-
-def _alone(first: Interval, second: Interval, side: Side, at: np.ndarray) -> np.ndarray:
-    """Loss of a field at one end, either way."""
-    return _least(second.size, first.size, side, at)
 
 
 def _least(bend: np.ndarray, slope: np.ndarray, side: Side, at: np.ndarray) -> np.ndarray:

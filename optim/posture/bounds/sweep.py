@@ -15,17 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stickslip.optim.options import float64_program
 from stickslip.optim.posture.bounds.lattice import AHEAD, BACK, NONE, shapes
 from stickslip.optim.posture.bounds.steps import FOUR, Side, Term, kappas, roundings, terms_of
+from stickslip.optim.posture.criteria import Criterion, Weighted, step_cost, steps
+from stickslip.optim.posture.station import Station
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float, Int
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.optim.posture.bounds.cells import StationCells
     from stickslip.optim.posture.bounds.lattice import Axis
@@ -331,27 +333,10 @@ class Sums:
         for side, values, at in zip(sides, to_go, angles, strict=True):
             cell, weights = place((side.rear, side.front), at)
             left.append(values[np.ravel_multi_index(cell, side.alive.shape)] @ weights)
-        paid = [0.0]
-        for k in range(len(angles) - 1):
-            fields = self._stations
-            cost = [
-                term.cost(np.asarray(_product(term, fields, k)), float(np.diff(self.problem.x)[k]))
-                for term in self.terms
-            ]
-            paid.append(paid[-1] + float(sum(cost)))
+        cost = _step_costs(self.problem.posture.criterion, self.problem.stations(self.x))
+        paid = np.cumsum([0.0, *cost])
         left = np.minimum(np.nan_to_num(left, nan=0.0, posinf=least), least)
-        return lossy(left, paid[-1] - np.asarray(paid))
-
-    @cached_property
-    def _stations(self) -> dict[str, np.ndarray]:
-        """The fields of the best drive known."""
-        at = self.problem.stations(self.x)
-        legs, angles = np.asarray(at.leg_torques), np.asarray(at.leg_angles)
-        return {
-            "torque": np.asarray(at.torque), "turn": np.asarray(at.turn),
-            "leg_rear": legs[:, 0], "leg_front": legs[:, 1],
-            "rear": angles[:, 0], "front": angles[:, 1],
-        }  # fmt: skip
+        return lossy(left, paid[-1] - paid)
 
     def _cap(self, steps: list[Step], least: float) -> float:
         """Cap on costs to go."""
@@ -367,11 +352,10 @@ class Sums:
         return least + CAP * least + 1e-6 * size if np.isfinite(least) else 1.0 + 2 * size
 
 
-def _product(term: Term, fields: dict[str, np.ndarray], k: int) -> float:
-    X = fields[term.X]
-    if term.Y is None:
-        return float(X[k + 1] - X[k])
-    return float((X[k] + X[k + 1]) * (fields[term.Y][k + 1] - fields[term.Y][k]) / 2)
+@float64_program
+def _step_costs(criterion: Criterion | Weighted, at: Station) -> Float[Array, "K-1"]:
+    """Cost of each step of a drive."""
+    return step_cost(criterion, *steps(at))
 
 
 def _free(side: Side) -> np.ndarray:
