@@ -41,17 +41,17 @@ def measure(track: str, criterion: str) -> dict[str, Any]:
     problem = PostureProblem.along(
         Track.named(track), criterion, leg_rate=1.0, start_angles=straight
     )
-    drive = solve(problem, "dp")
+    known = solve(problem, "dp")
     held = problem.objective(np.full(problem.n, np.pi / 2))
     begun = time.process_time()
-    found = bound_every_drive(problem, drive.x)
+    found = bound_every_drive(problem, known.x)
     return {
         "track": track,
         "criterion": criterion,
         "unit": problem.criterion.unit,
         "legs straight": held,
-        "best known": drive.value,
-        "over the grid": drive.details["grid_bound"],
+        "best known": known.value,
+        "over the grid": known.details["grid_bound"],
         "bound": found.value,
         "gap": found.gap,
         "levels": [vars(level) for level in found.levels],
@@ -66,8 +66,8 @@ def table(rows: list[dict[str, Any]]) -> str:
         name = row["criterion"] if row["unit"] == "-" else f"{row['criterion']} [{row['unit']}]"
         line = lines.setdefault(name, {"criterion": name} | dict.fromkeys(TRACKS, "-"))
         known = row["best known"]
-        apart = known < 0 or known > 1e-6 * abs(row["legs straight"])
-        line[row["track"]] = f"{row['bound']:.4g}" + (f" ({row['gap']:.1%})" if apart else "")
+        distinct = known < 0 or known > 1e-6 * abs(row["legs straight"])
+        line[row["track"]] = f"{row['bound']:.4g}" + (f" ({row['gap']:.1%})" if distinct else "")
     return markdown(list(lines.values()))
 
 

@@ -1,4 +1,4 @@
-"""What every benchmark reads and writes: its command line, JSON, tables, where it was measured."""
+"""Command line, JSON, tables and provenance of every benchmark."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from stickslip.records.table import Table, json_text
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
 RESULTS = Path("benchmarks/results")
 MARKS = ("<!-- measured: begin -->", "<!-- measured: end -->")
-"""What a page holds around the tables made from a measurement."""
+"""Marks around the measured tables of a page."""
 
 
 def options(name: str, about: str | None, out: Path | None = None) -> argparse.ArgumentParser:
@@ -68,7 +68,7 @@ def write_json(content: dict[str, Any], path: Path) -> None:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """What the file holds; nothing where there is none."""
+    """Content of the file; empty where there is none."""
     return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
@@ -109,7 +109,7 @@ def _shown(value: Any) -> str:
 
 
 def where(content: dict[str, Any], part: str | None = None) -> str:
-    """What all of it, or a part, was measured on, in a line."""
+    """Machine, versions and commit of a measurement or a part, in a line."""
     machine, versions = content["machine"], content["versions"]
     own = content if part is None else content["parts"][part]
     return (

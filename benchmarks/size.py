@@ -1,4 +1,4 @@
-"""How large the project is, and how much of it one call enters.
+"""Size of the project, and of the part that one call enters.
 
     python -m benchmarks.size [--only PART ...] [--docs docs/design.md]
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks.throughput [--quick] [--update] [--out FILE]
 
-Each row is measured warm and blocks on its outputs; compile time stands apart. A core-second is one
+Each row is measured warm and blocks on its outputs; compile time is separate. A core-second is one
 of processor time, of all threads together. "No kernels" is the same program as XLA takes it.
 Accuracy is measured in the same run: the default environment's integrator against one sixteen times
 finer, over one second of the same actions. The printed table's last column is each row's rate a

@@ -61,7 +61,7 @@ def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
 
 @contextmanager
 def without_kernels() -> Iterator[None]:
-    """Whatever is traced inside is left as XLA takes it: see `stickslip.dynamics.kernels.fused`."""
+    """Trace for plain XLA, without kernels (`stickslip.dynamics.kernels.fused`)."""
     before = os.environ.get(SWITCH)
     jax.clear_caches()
     os.environ[SWITCH] = "off"

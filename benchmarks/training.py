@@ -53,7 +53,7 @@ MARKS = ("<!-- training -->", "<!-- end of training -->")
 STRETCHES, SEEDS = 16, (0, 1, 2, 3, 4)
 """Evaluations of a training; seeds of each task."""
 TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
-"""Of each seed."""
+"""Steps of each seed."""
 FAILURE = 10.0
 """Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
 GOAL = 0.9

@@ -93,8 +93,8 @@ def _run(given: argparse.Namespace) -> Content:
         try:
             runs = race(given.methods, names, **how, progress=True, stop=stop, **limits)
         except StoppedError:
-            again = f"Stopped; go on with the same command and --resume ({given.out})"
-            raise stop.interrupted(again) from None
+            message = f"Stopped; go on with the same command and --resume ({given.out})"
+            raise stop.interrupted(message) from None
     print(counted_text(runs), end="")
     print(f"Compare them: {PROGRAM} report {given.out} --out DIR")
     return Content({"runs": runs_table(runs)}, {"directory": str(given.out)})

@@ -310,7 +310,7 @@ def _seeded(function: Callable[..., object]) -> Optimiser:
         inspect.signature(function).bind(None, 0)
     except TypeError:
         return partial(_unseeded, function)
-    except ValueError:  # it tells nothing of its arguments
+    except ValueError:  # a signature that is not known
         return function
     return function
 

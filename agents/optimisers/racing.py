@@ -192,7 +192,7 @@ def race(
 
 
 def _seeds(given: int | Sequence[int]) -> list[int]:
-    """So many, from 0 on, or these."""
+    """That many seeds from 0 on, or the given ones."""
     if isinstance(given, int):
         return list(range(require_integer("seeds", given, high=MOST)))
     require_kind("seeds", given, (list, tuple, range), "how many, or a list of them")

@@ -62,7 +62,7 @@ COLUMNS = {
 }
 """Type and meaning of each column; those that are not REQUIRED may be empty or missing."""
 DIGITS, SHORT = 6, 12
-"""Of seconds after the point, and of digests."""
+"""Digits of seconds after the point, and of digests."""
 MOST_ROWS, LARGEST = 5_000_000, 1e300
 BELOW_BOUND, CLOCK = 1e-6, 1e-5
 """Tolerance of values below a proved bound, and of seconds that decrease: roundings."""

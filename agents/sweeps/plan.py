@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.swept import Swept
 
 MOST_EPISODES = 2**20
-"""Of a point."""
+"""Episodes of a point."""
 CPU_CELL, GPU_CELL = 2048, 65536
 """Episodes of a cell; on a CPU more side by side are hardly faster."""
 MOST_CORNERS = 4

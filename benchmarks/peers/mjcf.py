@@ -102,12 +102,12 @@ def mechanism(params: BipedParams, crank_angle: float = np.pi / 2) -> Mechanism:
 
 CRANK_JOINT = "crank"
 RADIUS = 0.02
-"""Of the two spheres that stand for the foot's edges [m]; they touch the ground at heel and toe."""
+"""Radius of the two spheres at the foot's edges [m]; they touch the ground at heel and toe."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What MuJoCo is told about time and constraints; see its documentation for the words.
+    """MuJoCo's settings of time and constraints; see its documentation for the words.
 
     timestep [s]. stiffness, damping: of the constraints, as the time constant [s] (its least
     accepted is 2 timesteps) and damping ratio of solref, or both negative for direct stiffness

@@ -26,11 +26,11 @@ from stickslip.dynamics.biped import (
 )
 
 DURATION = 0.79
-"""Of the walk [s]: from rest at pi/2 to just before the exchange of support."""
+"""Duration of the walk [s]: from rest at pi/2 to just before the exchange of support."""
 SAMPLES = 10
 """Evenly spread instants at which the crank's angle is compared, the end among them."""
 TORQUE = 1.0
-"""Of the motor [N m]."""
+"""Torque of the motor [N m]."""
 SPREAD = (0.985, 1.005)
 """Torques of a batch [N m]: its members slip and stop at other instants."""
 BOUNDS = (1e-2, 1e-4, 1e-6)

@@ -1,4 +1,4 @@
-"""What no policy earns more than on a task: proved, and proved of walks that meet assumptions."""
+"""Upper bounds of the return on a task: for every policy, and for walks that meet assumptions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ ROUNDING = 5e-4
 
 
 def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
-    """What is proved, None where nothing is."""
+    """Proved bound for every policy, or None."""
     env, params = task.make()
     if task.machine == "biped":
         most = float(params.tracking_weight) * float(params.time_limit)
@@ -40,8 +40,8 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
     for seed in range(count):
         state = first_state(env, params, seed)
         problem = env.problem(state, params)
-        drive = Optimum(31, polish=True).solve(env, params, state).x
-        found = bound_every_drive(problem, drive, tolerance=0.01)
+        known = Optimum(31, polish=True).solve(env, params, state).x
+        found = bound_every_drive(problem, known, tolerance=0.01)
         least.append(found.value - ROUNDING * abs(found.value))
         print(f"{task.name}: episode {seed}: at least {found.value:.6g}, {found.gap:.1%} below "
               "the best known", flush=True)  # fmt: skip
@@ -53,7 +53,7 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
 
 
 def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
-    """What no steady walk without slip earns more than; None where the floor or the robot is drawn
+    """Bound for steady walks without slip; None where the floor or the robot is drawn
     or changes on the way, and where the walk is to stop."""
     numbers: Any = task.parameters
     drawn = set(numbers.get("randomisation", {})) - STARTS

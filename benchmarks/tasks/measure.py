@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition
 
 EPISODES = {"biped": 32, "ugv": 64}
-"""Of a task that draws anything; of another task one."""
+"""Episodes of a task whose resets draw; of another task one."""
 PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""
 LEFT_OUT = ("receding-horizon",)
@@ -86,7 +86,7 @@ def beside_package(task: TaskDefinition, found: dict[str, Any]) -> dict[str, Any
 
 
 def played_on(task: TaskDefinition, player: Any, episodes: int) -> StandardEpisodes:
-    """What is kept of a player's episodes 0, 1, ... on a task."""
+    """Play episodes 0, 1, ... of a task."""
     env, params = task.make()
     return play(without_resets(env), player.validate(), params, range(episodes), keep_of)
 

@@ -1,4 +1,4 @@
-"""What `stickslip.dynamics.recommend` and the presets promise: errors and costs of settings.
+"""Errors and costs of settings, which `recommend` and the presets promise.
 
     python -m benchmarks.tradeoff [--quick] [--update] [--only PART ...] [--out FILE]
     python -m benchmarks.tradeoff --redraw

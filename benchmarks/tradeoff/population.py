@@ -25,7 +25,7 @@ DEFAULT_TIME = float(np.sqrt(DEFAULT_LENGTH / 9.81))
 PERIOD = 0.02 / DEFAULT_TIME
 """The torque is held for this long, in own times [20 ms]."""
 PERIODS = 100
-"""How long a walk lasts [2 s]."""
+"""Control periods of a walk [2 s]."""
 FLOORS = ("smooth", "stick-slip", "ice")
 ROBOTS = ("default", "others")
 HELD_OUT = 10**6

@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 FINE = Table(64, 9)
 REFERENCE = EventExact(rtol=1e-12, atol=1e-15)
-"""What all settings are compared with, in float64 on the table FINE."""
+"""Integrator of the reference, in float64 on the table FINE."""
 SMOOTH = EventExact(rtol=1e-9, atol=1e-12, max_steps=256)
-"""What the sensitivity is computed through."""
+"""Integrator of the sensitivity."""
 SHORTEST = 10
 """Walks that leave the model within fewer control periods are left out."""
 
@@ -101,7 +101,7 @@ def references(walks: Walks, integrator: EventExact = REFERENCE) -> Path:
 
 
 def sensitivities(walks: Walks) -> np.ndarray:
-    """How much each walk amplifies, the largest along it while it is inside the model; one by one,
+    """Largest amplification along each walk while it is inside the model; one by one,
     and NaN where it did not converge."""
 
     def one(given):
@@ -118,7 +118,7 @@ def sensitivities(walks: Walks) -> np.ndarray:
 
 
 def walked(truth: Path) -> np.ndarray:
-    """How many control periods each walk stays inside the model."""
+    """Number of control periods that each walk stays inside the model."""
     return np.sum(truth.status <= 1, axis=-1)
 
 
@@ -139,7 +139,7 @@ def errors(walks: Walks, paths: Path, truth: Path) -> np.ndarray:
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""
 DERIVED = 64
-"""So many of them are differentiated, too."""
+"""Number of them that are differentiated."""
 CONTROL = 0.02
 """Control period [s]."""
 

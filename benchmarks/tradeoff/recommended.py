@@ -22,7 +22,7 @@ One environment keeps one thread busy. Processor time also counts threads of XLA
 loop for work, up to twice as much; wall time counts what others took. Neither is less than the
 work."""
 NAMES = ("fidelity", "integrator", "dt", "dtype")
-"""What makes a setting, as code."""
+"""Columns that define a setting, as code."""
 PROMISED = str(0.95)
 """The quantile that `recommend` goes by."""
 UNBOUNDED = float("inf")
@@ -48,12 +48,12 @@ class Promise(NamedTuple):
 
     @property
     def error(self) -> float:
-        """What is promised [rad/s]."""
+        """Promised error [rad/s]."""
         return self.bounds[PROMISED][0]
 
     @property
     def typical(self) -> float:
-        """What half of the walks keep [rad/s]."""
+        """Median error [rad/s]."""
         return self.bounds["0.5"][0]
 
 

@@ -1,4 +1,4 @@
-"""What `stickslip.dynamics.ugv.recommendation` promises: errors and costs of the UGV's settings.
+"""Errors and costs of the UGV's settings, which `stickslip.dynamics.ugv.recommendation` promises.
 
     python -m benchmarks.ugv [--quick] [--update] [--only PART ...] [--out FILE]
     python -m benchmarks.ugv --redraw

@@ -18,7 +18,7 @@ from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_waves
 
 BATCHES = (1, 1 << 14)
 START, END = 0.0, 8.0
-"""Of every track [m]."""
+"""Start and end of every track [m]."""
 PATIENCE = 0.05
 """Length of a timed run [s]; the median of five counts."""
 

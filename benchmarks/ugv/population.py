@@ -35,7 +35,7 @@ of ground which is too hollow, and the share of such ground."""
 POINTS = 32
 """Pieces of a spline through points."""
 AS_FUNCTION = {"closed function": "closed", "waves function": "waves"}
-"""What a function of the user's may look like: the same grounds, known by their heights alone."""
+"""Classes of ground known by their heights alone, as a user's function is."""
 CLASSES = ("closed", "waves", "spline", *AS_FUNCTION)
 
 
@@ -48,7 +48,7 @@ class Together(Closed):
     height: Any
 
     def near(self, base, u):
-        """Heights, slopes and second derivatives added; the height apart."""
+        """Heights, slopes and second derivatives added; the height by itself."""
         seen = [shape.near(base, u) for shape in self.shapes]
         y = sum(sum(parts) for parts, _, _ in seen)
         dy, d2y = (sum(one[k] for one in seen) for k in (1, 2))
@@ -120,7 +120,7 @@ def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool 
 
 
 class Limits(NamedTuple):
-    """How rough the ground may be at each pose: second derivative times radius, and slope."""
+    """Largest second derivative times radius, and slope, of the ground at each pose."""
 
     radius: np.ndarray
     hollow: np.ndarray

@@ -23,7 +23,7 @@ BLOCK = 512
 QUANTILE, CONFIDENCE = 0.999, 0.95
 FRICTION = 0.8
 WAVE_PIECES = (4, 8, 16, 32, 64)
-"""Of a table, for the shortest wave."""
+"""Pieces of a table for the shortest wave."""
 TABLE = 256
 """Pieces of every table that is measured: so all share one program."""
 SURE = 1e-15
@@ -77,7 +77,7 @@ def sample(ground: str, where: str, count: int, seed: int) -> Sample:
 
 
 def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differences:
-    """How the reference differs from itself when ground and vehicle are moved along x."""
+    """Differences of the reference from itself when ground and vehicle are moved along x."""
     there = moved.pose
     shift = there.front.x - wanted.pose.front.x
     rear = there.rear._replace(x=there.rear.x - shift)
@@ -152,7 +152,7 @@ def _answer(solver: PoseSolver):
 
 
 def depths(drawn: Drawn, wanted: Equilibrium) -> np.ndarray:
-    """How deep the ground enters a wheel of each pose [m]."""
+    """Depth to which the ground enters a wheel of each pose [m]."""
     return _run_over(_depth, (drawn.params, drawn.shape, wanted.pose))
 
 

@@ -83,7 +83,7 @@ def costs_of(rows: list[dict[str, Any]]) -> Callable[[Promise], dict[int, float]
 
 
 def recommended(content: dict[str, Any]) -> list[tuple[Promise, dict[int, float]]]:
-    """What may be recommended, with its cost for each batch."""
+    """Settings that may be recommended, with their cost for each batch."""
     costs = costs_of(content["costs"])
     able = [p for p in promises_of(content["promise"]) if p.wrong == 0 and costs(p)]
     best = set()
@@ -135,7 +135,7 @@ def _numbers(errors: tuple[float, float, float]) -> list[float | None]:
 
 
 def table(content: dict[str, Any]) -> str:
-    """What each setting that is recommended promises, with its cost in the largest batch."""
+    """Promises of each recommended setting, with its cost in the largest batch."""
     lines: dict[tuple, dict[str, Any]] = {}
     for point, priced in recommended(content):
         key = point.ground, point.solver, point.dtype, point.pieces_per_wave
