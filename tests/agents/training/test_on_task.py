@@ -73,18 +73,6 @@ def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
     np.testing.assert_allclose(scaled, 3.0, rtol=1e-6)
 
 
-def test_what_training_episodes_are_is_written_and_read_again():
-    config = TrainConfig.of(task=NAME, tracking_weight=1.0, start_rate=5.0)
-    content = json.loads(config.to_json())
-    assert (content["tracking_weight"], content["start_rate"]) == (1.0, 5.0)
-    assert "episode_time" not in content
-    assert read_configuration(config.to_json()) == config != TrainConfig.of(task=NAME)
-    usual = TrainConfig.of()
-    assert (usual.tracking_weight, usual.start_rate) == (1.0, 5.0)
-    assert TrainConfig.from_json(usual.to_json()) == usual
-    assert TrainConfig.of(tracking_weight=2.0).digest != usual.digest
-
-
 def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
     pytest.importorskip("optax")
     config = TrainConfig.of(

@@ -43,7 +43,19 @@ def assert_close(one: Population, first: int, other: Population, second: int, at
 
 @pytest.fixture(scope="module")
 def three() -> Population:
-    return trained([4, 9, 4])
+    return trained([4, 9, 4], Rates(discount=jnp.asarray([0.99, 0.99, 0.9])))
+
+
+def test_members_depend_on_their_seeds_and_numbers_alone(three):
+    told = []
+    alone = trained([4], stretches=2, tell=lambda now: told.append(now.timesteps))
+    assert told == [2 * SIZES.samples, STEPS]
+    assert_close(alone, 0, three, 0)
+    assert_close(trained([4], Rates(discount=0.9)), 0, three, 2)
+    assert_close(trained([4, 9], vmapped=True), 1, three, 1)
+    weights = three.learner.actor[0][0]
+    for one, other in ((0, 1), (0, 2)):
+        assert not np.allclose(weights[one], weights[other], atol=1e-3)
 
 
 @pytest.mark.long
@@ -72,25 +84,6 @@ def test_a_member_is_the_trainers_own_run_of_its_seed(three):
     )
     ended = [np.mean(row.ended["episode_return"]) if row.ended else np.nan for row in rows]
     np.testing.assert_allclose(three.losses["return"][1], ended, rtol=1e-4)
-
-
-def test_members_depend_on_their_seeds_alone(three):
-    assert_close(three, 0, three, 2)
-    told = []
-    alone = trained([9], stretches=2, tell=lambda now: told.append(now.timesteps))
-    assert told == [2 * SIZES.samples, STEPS]
-    assert_close(alone, 0, three, 1)
-    assert_close(trained([4, 9], vmapped=True), 1, three, 1)
-    assert not np.allclose(three.learner.actor[0][0][0], three.learner.actor[0][0][1], atol=1e-3)
-
-
-def test_numbers_may_differ_from_member_to_member(three):
-    rates = Rates(discount=jnp.asarray([0.99, 0.9]), learning_rate=[1e-3, 3e-3])
-    both = trained([4, 4], rates)
-    assert_close(both, 0, three, 0)
-    other = trained([4], replace(Rates(), discount=0.9, learning_rate=3e-3))
-    assert_close(both, 1, other, 0)
-    assert not np.allclose(both.learner.actor[0][0][0], both.learner.actor[0][0][1], atol=1e-3)
 
 
 @pytest.mark.parametrize(
