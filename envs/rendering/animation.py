@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import tempfile
 import zlib
+from itertools import chain
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -25,8 +26,8 @@ FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}
 SUFFIXES = (*FORMATS, MP4)
 FASTEST_GIF = 50.0
 """Viewers slow down a GIF that asks for more pictures a second."""
-EXACT, COLOURS = 96, 255
-"""Of a GIF's palette: the most frequent colours, kept as they are, and all."""
+COLOURS = 255
+"""Of a GIF's palette."""
 MISSING = (
     'an .mp4 needs ffmpeg, and there is none; accepted: pip install "stickslip[viz]", an ffmpeg on '
     "the PATH, or a .gif, .png or .webp"
@@ -57,7 +58,7 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
         if suffix == MP4:
             _write_mp4(first, checked, file.name, fps)
         else:
-            _write_images(first, checked, file, suffix, fps)
+            _write_images(chain([first], checked), file, suffix, fps)
     return path
 
 
@@ -108,7 +109,7 @@ def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: fl
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
         )
         try:
-            for frame in _chained(first, rest):
+            for frame in chain([first], rest):
                 process.stdin.write(frame.tobytes())  # type: ignore[union-attr]
         except BrokenPipeError:
             pass  # ffmpeg has ended: its status says why
@@ -123,33 +124,29 @@ def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: fl
             raise OSError(f"ffmpeg failed: {lines[-1] if lines else process.returncode}")
 
 
-def _write_images(
-    first: np.ndarray, rest: Iterator[np.ndarray], file: IO[bytes], suffix: str, fps: float
-) -> None:
-    """Write by Pillow. Frames lie compressed in memory until their number and colours are known."""
-    pillow = require("PIL.Image")
-    reel: list[bytes] = []
-    counts: dict[int, int] = {}
-    for frame in _chained(first, rest):
-        if suffix == ".gif":
-            colours, times = np.unique(_packed(frame[::3]), return_counts=True)
-            for colour, count in zip(colours.tolist(), times.tolist(), strict=True):
-                counts[colour] = counts.get(colour, 0) + count
+def _write_images(frames: Iterator[np.ndarray], file: IO[bytes], suffix: str, fps: float) -> None:
+    """Write by Pillow. Frames lie compressed in memory: their palette and times need all of them."""
+    reel, shape = [], (0, 0, 3)
+    for frame in frames:
         reel.append(zlib.compress(frame.tobytes(), level=1))
-    indexer = _Indexer(_palette(counts)) if suffix == ".gif" else None
+        shape = frame.shape
 
-    def image(packed: bytes) -> Image:
-        frame = np.frombuffer(zlib.decompress(packed), np.uint8).reshape(first.shape)
-        return pillow.fromarray(frame) if indexer is None else indexer(frame)
+    def frame_of(packed: bytes) -> np.ndarray:
+        return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(shape)
 
+    convert = require("PIL.Image").fromarray
+    if suffix == ".gif":
+        convert = _Indexer(
+            np.concatenate([frame_of(one)[::3] for one in reel[:: len(reel) // 8 + 1]])
+        )
     ticks = 10 if suffix == ".gif" else 1  # [ms]
     edges = np.round(np.arange(len(reel) + 1) * 1000 / fps / ticks)
     more = {"lossless": True, "quality": 40, "method": 2} if suffix == ".webp" else {}
-    image(reel[0]).save(
+    convert(frame_of(reel[0])).save(
         file,
         format=FORMATS[suffix],
         save_all=True,
-        append_images=_Images(image, reel[1:]),
+        append_images=_Images(lambda one: convert(frame_of(one)), reel[1:]),
         duration=(ticks * np.diff(edges)).astype(int).tolist(),
         loop=0,
         **more,
@@ -166,51 +163,26 @@ class _Images:
         return map(self._image, self._reel)
 
 
-def _palette(counts: dict[int, int]) -> np.ndarray:
-    """Up to 255 colours [n, 3]: the commonest as they are, the rest by median cut, each counted
-    once so that thin lines keep theirs."""
-    pillow = require("PIL.Image")
-    colours = _unpacked(np.array(sorted(counts, key=lambda one: -counts[one]), np.uint32))
-    if len(colours) <= COLOURS:
-        return colours
-    rest = pillow.fromarray(colours[None, EXACT:])
-    cut = rest.quantize(COLOURS - EXACT, method=pillow.Quantize.MEDIANCUT).getpalette()
-    entries = np.array(cut, np.uint8).reshape(-1, 3)
-    return np.concatenate([colours[:EXACT], entries])[:COLOURS]
-
-
 class _Indexer:
     """Makes images with one palette: for each pixel the nearest colour, without dithering.
 
-    Pillow's own keeps 6 of a colour's 8 bits. Each colour is looked for once.
+    Pillow's own mapping to a palette keeps 6 of a colour's 8 bits. sample: [height, width, 3].
     """
 
-    def __init__(self, palette: np.ndarray):
-        self._palette = palette
+    def __init__(self, sample: np.ndarray):
+        pillow = require("PIL.Image")
+        quantized = pillow.fromarray(sample).quantize(COLOURS, pillow.Quantize.MEDIANCUT)
+        self._palette = np.array(quantized.getpalette(), np.float32).reshape(-1, 3)[:COLOURS]
         self._table = np.full(1 << 24, COLOURS, np.uint8)  # of all colours; COLOURS is unknown
 
     def __call__(self, frame: np.ndarray) -> Image:
-        packed = _packed(frame)
+        packed = frame.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
         missing = np.unique(packed[self._table[packed] == COLOURS])
-        exact = self._palette.astype(np.float32)
         for some in np.array_split(missing, 1 + len(missing) // 4096):
+            colours = np.stack([some >> 16, (some >> 8) & 255, some & 255], -1).astype(np.float32)
             # |c - p|^2 without |c|^2, which is the same for every entry
-            far = np.sum(exact**2, axis=1) - 2 * _unpacked(some).astype(np.float32) @ exact.T
+            far = np.sum(self._palette**2, axis=1) - 2 * colours @ self._palette.T
             self._table[some] = np.argmin(far, axis=1)
         image = require("PIL.Image").fromarray(self._table[packed], "P")
-        image.putpalette(self._palette.tobytes())
+        image.putpalette(self._palette.astype(np.uint8).tobytes())
         return image
-
-
-def _packed(frame: np.ndarray) -> np.ndarray:
-    red, green, blue = np.moveaxis(frame.astype(np.uint32), -1, 0)
-    return (red << 16) | (green << 8) | blue
-
-
-def _chained(first: np.ndarray, rest: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
-    yield first
-    yield from rest
-
-
-def _unpacked(colours: np.ndarray) -> np.ndarray:
-    return np.stack([colours >> 16, (colours >> 8) & 255, colours & 255], -1).astype(np.uint8)
