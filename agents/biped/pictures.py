@@ -24,8 +24,6 @@ from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from jaxtyping import Array
 
     from stickslip.agents.biped.config import TrainConfig
@@ -142,7 +140,7 @@ def as_episode(
     slips[0] = states.mode[0] != 0
     robot = drawn_robot(played.start_state.drawn, params)
     scene = drawn_scene(played.start_state.drawn, params)
-    drawing, _ = biped_drawing(frames, robot.params, scene, slips)
+    drawing = biped_drawing(frames, robot.params, scene, slips)
     commanded = np.asarray(states.drawn.commanded_rate, float)
     course = Course(
         torque=from_start(played.info["torque"]),
@@ -150,7 +148,7 @@ def as_episode(
         momentum=np.asarray(momentum_of(robot, states.biped), float),
         friction=infos["friction_force"],
         normal=infos["normal_force"],
-        mu_static=np.array([np.nan if f.mu_static is None else f.mu_static for f in frames]),
+        mu_static=np.broadcast_to(frames.mu_static, len(slips)),
         slide=np.asarray(states.biped.foot_position, float),
         slid=infos["episode_slid"],
         limit=float(params.torque_limit),
@@ -220,18 +218,17 @@ def _or_none(drawn_from: Range | None, value: Array) -> float:
     return np.nan if drawn_from is None else float(value)
 
 
-def _events(frames: Sequence[BipedFrame], slips: np.ndarray, ended: str) -> tuple[Event, ...]:
+def _events(frames: BipedFrame, slips: np.ndarray, ended: str) -> tuple[Event, ...]:
     """Slips, stops and exchanges of support by the control step, and an early end."""
     events = []
-    for i in range(1, len(frames)):
-        before, now = frames[i - 1], frames[i]
-        if now.steps != before.steps:
-            events.append(Event(i, "support", f"step {now.steps}: the legs change support"))
+    for i in range(1, len(slips)):
+        if frames.steps[i] != frames.steps[i - 1]:
+            events.append(Event(i, "support", f"step {frames.steps[i]}: the legs change support"))
         if slips[i] and not slips[i - 1]:
-            way = "forwards" if now.slide > before.slide else "backwards"
+            way = "forwards" if frames.slide[i] > frames.slide[i - 1] else "backwards"
             events.append(Event(i, "slip", f"slips {way}"))
         if slips[i - 1] and not slips[i]:
             events.append(Event(i, "stick", "sticks"))
     if ended:
-        events.append(Event(len(frames) - 1, "end", f"ended: {ended}"))
+        events.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
     return tuple(events)

@@ -47,7 +47,7 @@ def as_episode(
     nothing else of the model knows of it, so there is work for a metre and no power."""
     played = played.trimmed()
     states, infos = samples(played)
-    frames = ugv_frames(states, infos, params, env.solver, env.preview)
+    frame = ugv_frames(states, infos, params, env.solver, env.preview)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
     totals, cost = played.info, np.asarray(states.cost, float)
     whole = facts(
@@ -60,29 +60,29 @@ def as_episode(
     )
     status = Status(int(totals["status"][-1]))
     ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
-    slips = np.array([frame.slips for frame in frames])
+    slips = frame.slips
     return Episode(
         name=name,
         period=float(params.control_period),
         panels=(
-            *_panels(frames, played, float(params.spacing)),
+            *_panels(frame, played, float(params.spacing)),
             panel(criterion, unit, cost),
             *reward_panels(played, {}, unit, scale),
         ),
         events=_events(slips, ended),
         numbers=(
-            ("driven [m]", np.array([frame.x - frame.start for frame in frames]), 2),
-            ("pitch [°]", np.degrees([frame.pitch for frame in frames]), 1),
-            ("torque [N m]", np.array([frame.torque for frame in frames]), 1),
-            ("friction / normal", np.array([frame.demand for frame in frames]), 2),
+            ("driven [m]", frame.x - frame.start, 2),
+            ("pitch [°]", np.degrees(frame.pitch), 1),
+            ("torque [N m]", frame.torque, 1),
+            ("friction / normal", frame.demand, 2),
             (criterion + ("" if unit == "-" else f" [{unit}]"), cost, 2),
         ),
         slips=slips,
-        drawing=ugv_drawing(frames, params.vehicle),
+        drawing=ugv_drawing(frame, params.vehicle),
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn)),
         states=("GRIP", "SLIP"),
-        axis=("front wheel [m]", np.array([frame.x for frame in frames])),
+        axis=("front wheel [m]", frame.x),
     )
 
 
@@ -113,16 +113,19 @@ def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:
     return (*ground, *facts(rows))
 
 
-def _panels(
-    frames: Sequence[UGVFrame], played: Rollout[UGVEnvState], spacing: float
-) -> tuple[Panel, ...]:
+def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tuple[Panel, ...]:
     """Ground, legs, torque, work, friction and grip, waypoint by waypoint."""
-    wheels = [frame.rear for frame in frames], [frame.front for frame in frames]
-    heights = [np.array([one.contact[1] for one in side]) for side in wheels]
-    angles = [np.degrees([one.leg_angle for one in side]) for side in wheels]
+    heights = frame.wheels.contact[..., 1].T
+    angles = np.degrees(frame.wheels.leg_angle.T)
     work = [from_start(played.info[name]) / spacing for name in ("wheel_work", "total_work")]
 
-    def two(title: str, unit: str, names: tuple[str, str], values: list, steps: bool = False):
+    def two(
+        title: str,
+        unit: str,
+        names: tuple[str, str],
+        values: Sequence[np.ndarray],
+        steps: bool = False,
+    ):
         lines = tuple(Line(name, of) for name, of in zip(names, values, strict=True))
         return Panel(title, unit, lines, steps=steps)
 
@@ -130,17 +133,17 @@ def _panels(
     return (
         two(GROUND, "m", sides, heights),
         two(LEGS, "°", sides, angles),
-        panel(TORQUE, "N m", np.array([frame.torque for frame in frames])),
+        panel(TORQUE, "N m", frame.torque),
         two("work put in, for each metre", "J/m", ("motors", "with the legs"), work, steps=True),
         Panel(
             "friction used",
             "-",
             (
-                Line("greater |F| / N", np.array([frame.demand for frame in frames])),
-                Line("friction there is", np.array([frame.mu for frame in frames]), dashed=True),
+                Line("greater |F| / N", frame.demand),
+                Line("friction there is", frame.mu, dashed=True),
             ),
         ),
-        panel("margin of grip", "kN", np.array([one.grip for one in frames]) / 1000, limits=(0.0,)),
+        panel("margin of grip", "kN", frame.grip / 1000, limits=(0.0,)),
     )
 
 

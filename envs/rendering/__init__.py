@@ -7,7 +7,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.envs.rendering.animation import save_animation
     from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer
-    from stickslip.envs.rendering.ugv import UGVFrame, UGVRenderer, WheelFrame
+    from stickslip.envs.rendering.ugv import UGVFrame, UGVRenderer
     from stickslip.envs.rendering.window import Window
 else:
     __getattr__, __dir__ = loaded_when_used(
@@ -15,7 +15,7 @@ else:
         {
             "animation": ("save_animation",),
             "biped": ("BipedFrame", "BipedRenderer"),
-            "ugv": ("UGVFrame", "UGVRenderer", "WheelFrame"),
+            "ugv": ("UGVFrame", "UGVRenderer"),
             "window": ("Window",),
         },
     )
@@ -25,7 +25,6 @@ __all__ = [
     "BipedRenderer",
     "UGVFrame",
     "UGVRenderer",
-    "WheelFrame",
     "Window",
     "save_animation",
 ]

@@ -125,7 +125,7 @@ def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: fl
 
 
 def _write_images(frames: Iterator[np.ndarray], file: IO[bytes], suffix: str, fps: float) -> None:
-    """Write by Pillow. Frames lie compressed in memory: their palette and times need all of them."""
+    """Write by Pillow. Frames lie compressed in memory until palette and times are known."""
     reel, shape = [], (0, 0, 3)
     for frame in frames:
         reel.append(zlib.compress(frame.tobytes(), level=1))

@@ -17,7 +17,7 @@ from stickslip.envs.rendering.numbers import brief, written
 from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from numpy.typing import ArrayLike
 
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.scene import Scene
@@ -81,53 +81,60 @@ def patches_of(scene: Scene) -> list[Patch]:
 
 @dataclass(frozen=True)
 class BipedFrame:
-    """One instant of PASIBOT's walk. Nothing is computed from it but positions.
+    """PASIBOT's walk at one instant, or at n in a row (numbers [n]). Only positions follow from it.
 
     phase: crank angle of the supporting leg [rad]. steps: exchanges of support so far.
-    floor_position: floor position of the supporting ankle [m]. slide: how far the feet have slid
-    since the start, forwards positive [m]. crank_rate [rad/s]. foot_velocity: of the supporting
-    foot, forwards [m/s]. time [s]. torque: of the motor on the crank [N m]. friction_force,
-    normal_force: of the ground on the foot, forwards and upwards [N]. zmp: zero-moment point before
-    the supporting ankle [m]. mu_static, mu_kinetic: friction under the foot [-], None where it
-    cannot slip. sticking: whether the foot holds. mean_crank_rate: over the walk or the last step,
-    as the caller has it; commanded_rate: what is asked for [rad/s], None if nothing is.
-    status: "ok", or the name of what ended the walk. floor: what the episode walks on, and weight:
-    of the robot in it [N]; None for those that the renderer was made for. walked: by the centre of
-    mass since the episode's start [m]; None: the hip's way since the first step's start is shown.
+    floor_position: of the supporting ankle [m]. slide: of the feet since the start, forwards
+    positive [m]. crank_rate [rad/s]. time [s]. torque: of the motor on the crank [N m].
+    friction_force, normal_force: of the ground on the foot, forwards and upwards [N]. zmp:
+    zero-moment point before the supporting ankle [m]. mu_static, mu_kinetic: friction under the
+    foot [-], NaN where it cannot slip. sticking: whether the foot holds. mean_crank_rate: over the
+    walk or the last step; commanded_rate: NaN for none [rad/s]. status: "ok", or cause of the
+    walk's end. floor: of the episode, and weight: of the robot in it [N]; None for those that the
+    renderer was made for. walked: by the centre of mass since the episode's start [m]; NaN: that of
+    the hip since the first step's start is shown.
     """
 
-    phase: float
-    steps: int = 0
-    floor_position: float = 0.0
-    slide: float = 0.0
-    crank_rate: float = 0.0
-    foot_velocity: float = 0.0
-    time: float = 0.0
-    torque: float = 0.0
-    friction_force: float = 0.0
-    normal_force: float = 0.0
-    zmp: float = 0.0
-    mu_static: float | None = None
-    mu_kinetic: float | None = None
-    sticking: bool = True
-    mean_crank_rate: float = 0.0
-    commanded_rate: float | None = None
+    phase: ArrayLike
+    steps: ArrayLike = 0
+    floor_position: ArrayLike = 0.0
+    slide: ArrayLike = 0.0
+    crank_rate: ArrayLike = 0.0
+    time: ArrayLike = 0.0
+    torque: ArrayLike = 0.0
+    friction_force: ArrayLike = 0.0
+    normal_force: ArrayLike = 0.0
+    zmp: ArrayLike = 0.0
+    mu_static: ArrayLike = np.nan
+    mu_kinetic: ArrayLike = np.nan
+    sticking: ArrayLike = True
+    mean_crank_rate: ArrayLike = 0.0
+    commanded_rate: ArrayLike = np.nan
     status: str = "ok"
     floor: tuple[Patch, ...] | None = None
     weight: float | None = None
-    walked: float | None = None
+    walked: ArrayLike = np.nan
 
-    def finite(self, fallback: BipedFrame | None) -> BipedFrame:
-        """The same frame with each number that is not finite taken from `fallback`, or zero.
+    def rows(self, before: BipedFrame | None = None) -> BipedFrame:
+        """The same with every number an array [n], finite but for those that may be NaN.
 
-        A walk may end because a number overflowed; its last picture is drawn all the same.
+        Others that are not finite are taken from the row before, the first ones from `before` or
+        zero: a walk whose numbers overflow has a last picture, too.
         """
-        holes = {
-            field.name: 0.0 if fallback is None else getattr(fallback, field.name)
-            for field in fields(self)
-            if isinstance(value := getattr(self, field.name), float) and not isfinite(value)
-        }
-        return replace(self, **holes) if holes else self
+        names = [one.name for one in fields(self) if one.name not in ("status", "floor", "weight")]
+        columns = [np.asarray(getattr(self, name)) for name in names]
+        count = np.broadcast_shapes(*(of.shape for of in columns)) or (1,)
+        found = dict(zip(names, (np.broadcast_to(of, count) for of in columns), strict=True))
+        for name in set(names) - MAY_BE_NAN:
+            holes = ~np.isfinite(found[name])
+            if holes.any():
+                first = 0.0 if before is None else getattr(before, name)[-1]
+                row = np.maximum.accumulate(np.where(holes, 0, np.arange(1, len(holes) + 1)))
+                found[name] = np.append(first, found[name])[row]
+        return replace(self, **found)
+
+
+MAY_BE_NAN = {"mu_static", "mu_kinetic", "commanded_rate", "walked"}
 
 
 class SlipMarks:
@@ -138,23 +145,25 @@ class SlipMarks:
         self._slide: float | None = None
         self._whole = (-1, 0.0, 0.0)  # steps before the present slide, from where to where [m]
 
-    def record(self, frame: BipedFrame, sample: int = 0) -> None:
-        """Add what the foot slid since the last frame."""
-        slid = 0.0 if self._slide is None else frame.slide - self._slide
-        self._slide = frame.slide
-        if abs(slid) < LEAST_SLIDE:
-            return
-        here = frame.floor_position
-        low, high = min(here, here - slid), max(here, here - slid)
-        steps, start, end = self._whole
-        goes_on = low <= end + LEAST_SLIDE and high >= start - LEAST_SLIDE
-        if self._rows and steps == frame.steps and goes_on:
-            self._rows[-1][3] = np.nan
-            start, end = min(low, start), max(high, end)
-        else:
-            start, end = low, high
-        self._whole = frame.steps, start, end
-        self._rows.append([sample, low, high, end - start])
+    def record(self, frames: BipedFrame) -> None:
+        """Add what the foot slid in each row since the one before."""
+        for sample, (slide, here, now) in enumerate(
+            zip(frames.slide, frames.floor_position, frames.steps, strict=True)
+        ):
+            slid = 0.0 if self._slide is None else slide - self._slide
+            self._slide = slide
+            if abs(slid) < LEAST_SLIDE:
+                continue
+            low, high = min(here, here - slid), max(here, here - slid)
+            steps, start, end = self._whole
+            goes_on = low <= end + LEAST_SLIDE and high >= start - LEAST_SLIDE
+            if self._rows and steps == now and goes_on:
+                self._rows[-1][3] = np.nan
+                start, end = min(low, start), max(high, end)
+            else:
+                start, end = low, high
+            self._whole = now, start, end
+            self._rows.append([sample, low, high, end - start])
 
     def rows(self) -> np.ndarray:
         """See Drawing.marks [m, 4]."""
@@ -172,18 +181,17 @@ class BipedSketch:
         self._surface = -SOLE * self.mechanism.crank
 
     def drawing(
-        self, frames: Sequence[BipedFrame], marks: np.ndarray, slips: np.ndarray | None = None
+        self, frames: BipedFrame, marks: np.ndarray, slips: np.ndarray | None = None
     ) -> Drawing:
-        """The drawing of finite frames, one for each sample. slips: by default where the foot does
-        not stick [n]; marks: see Drawing."""
-        if slips is None:
-            slips = np.array([not frame.sticking for frame in frames])
-        poses = self.mechanism.poses(np.array([frame.phase % (2 * pi) for frame in frames]))
-        leg = np.array([frame.steps % 2 for frame in frames])
-        points, names = _points(poses, np.array([one.floor_position for one in frames]), leg)
+        """The drawing of the frame's rows. slips: by default where the foot does not stick [n];
+        marks: see Drawing."""
+        frames = frames.rows()
+        slips = ~np.asarray(frames.sticking, bool) if slips is None else slips
+        poses = self.mechanism.poses(frames.phase % (2 * pi))
+        leg = frames.steps % 2
+        points, names = _points(poses, frames.floor_position, leg)
         tall = self.mechanism.top - self._surface
-        first = frames[0]
-        patches = self._patches if first.floor is None else first.floor
+        patches = self._patches if frames.floor is None else frames.floor
         return Drawing(
             points=points,
             bodies=_bodies(poses, points, names, leg),
@@ -198,7 +206,7 @@ class BipedSketch:
             low=-self._surface,
             reach=CONE_LENGTH * tall,
             force=WEIGHT_LENGTH * tall,
-            weight=self._weight if first.weight is None else first.weight,
+            weight=self._weight if frames.weight is None else frames.weight,
             marks=marks,
             active=leg,
             follow_height=False,
@@ -207,21 +215,12 @@ class BipedSketch:
 
 
 def biped_drawing(
-    frames: Sequence[BipedFrame], params: BipedParams, scene: Scene, slips: np.ndarray
-) -> tuple[Drawing, np.ndarray]:
-    """The drawing of one robot's walk in one scene, and how far the hip has gone [n] m.
-
-    frames: one for each sample; numbers that are not finite are taken from the frame before. slips:
-    whether the foot slips by then [n].
-    """
-    whole: list[BipedFrame] = []
-    marks = SlipMarks(most=None)
-    for i, frame in enumerate(frames):
-        whole.append(frame.finite(whole[-1] if whole else None))
-        marks.record(whole[-1], i)
-    sketch = BipedSketch(params, scene)
-    drawing = sketch.drawing(whole, marks.rows(), slips)
-    return drawing, drawing.focus[:, 0] - sketch.mechanism.start
+    frames: BipedFrame, params: BipedParams, scene: Scene, slips: np.ndarray
+) -> Drawing:
+    """The drawing of one robot's walk in one scene. slips: whether the foot slips by then [n]."""
+    frames, marks = frames.rows(), SlipMarks(most=None)
+    marks.record(frames)
+    return BipedSketch(params, scene).drawing(frames, marks.rows(), slips)
 
 
 class BipedRenderer(Renderer[BipedFrame]):
@@ -253,47 +252,46 @@ class BipedRenderer(Renderer[BipedFrame]):
 
     def draw(self, frame: BipedFrame) -> np.ndarray:
         """The picture of a frame: uint8 [height, width, 3], a fresh array."""
-        return super().draw(frame.finite(self._last))
+        return super().draw(frame.rows(self._last))
 
     def drawing(self, frame: BipedFrame) -> Drawing:
         """The drawing of one sample, with the marks of slides since `reset`."""
         self._last = frame
         self._marks.record(frame)
-        return self._sketch.drawing([frame], self._marks.rows())
+        return self._sketch.drawing(frame, self._marks.rows())
 
     def readout(self, frame: BipedFrame) -> Readout:
         """Time, way, rate and friction; strips of torque, crank rate and slide."""
-        way = frame.walked
-        if way is None:
-            (hip,) = self._sketch.mechanism.poses(np.array([frame.phase % (2 * pi)])).pins["A"]
-            way = frame.floor_position + float(hip[0, 0]) - self._sketch.mechanism.start
-        use = "–"
-        if frame.normal_force > 0:
-            use = written(abs(frame.friction_force) / frame.normal_force, 2)
-        asked = frame.commanded_rate
+        walked, normal, mu = (
+            float(of[0]) for of in (frame.walked, frame.normal_force, frame.mu_static)
+        )
+        if np.isnan(walked):
+            (hip,) = self._sketch.mechanism.poses(frame.phase % (2 * pi)).pins["A"]
+            walked = float(frame.floor_position[0] + hip[0, 0]) - self._sketch.mechanism.start
+        use = written(abs(frame.friction_force[0]) / normal, 2) if normal > 0 else "–"
         ended = frame.status.lower() not in ("ok", "slip_onset")
-        state = ("STICK", theme.HOLDS) if frame.sticking else ("SLIP", theme.SLIDES)
+        sticks = bool(frame.sticking[0])
+        state = ("STICK", theme.HOLDS) if sticks else ("SLIP", theme.SLIDES)
         return Readout(
             numbers=(
-                ("time  [s]", written(frame.time, 2)),
-                ("walked  [m]", written(way, 2)),
-                ("steps", f"{frame.steps}"),
-                ("mean rate  [rad/s]", brief(frame.mean_crank_rate)),
-                (
-                    "friction / normal",
-                    use if frame.mu_static is None else f"{use} of {frame.mu_static:.2f}",
-                ),
+                ("time  [s]", written(frame.time[0], 2)),
+                ("walked  [m]", written(walked, 2)),
+                ("steps", f"{frame.steps[0]}"),
+                ("mean rate  [rad/s]", brief(frame.mean_crank_rate[0])),
+                ("friction / normal", use if np.isnan(mu) else f"{use} of {mu:.2f}"),
             ),
             badge=frame.status.replace("_", " ").upper() if ended else state[0],
             colour=theme.INK if ended else state[1],
-            at=frame.time,
-            quantities=self._quantities(frame, np.nan if asked is None else asked),
-            shaded=not frame.sticking,
+            at=float(frame.time[0]),
+            quantities=self._quantities(frame, float(frame.commanded_rate[0])),
+            shaded=not sticks,
         )
 
     def _quantities(self, frame: BipedFrame, asked: float) -> tuple[Quantity, ...]:
         limits, aside = (-self._limit, self._limit), f"asked {brief(asked)}" * isfinite(asked)
-        torque, rate, slide = frame.torque, frame.crank_rate, 1000 * frame.slide
+        rows = frame.torque, frame.crank_rate, frame.slide
+        torque, rate, slide = (float(of[0]) for of in rows)
+        slide *= 1000
         return (
             Quantity("motor torque", "N m", theme.MOTOR, torque, brief(torque), limits),
             Quantity(
@@ -363,23 +361,17 @@ def _parts(mechanism: Mechanism, names: dict[str, int]) -> tuple[Part, ...]:
 
 
 def _contact(
-    frames: Sequence[BipedFrame], own: np.ndarray, surface: float, slips: np.ndarray
+    frames: BipedFrame, own: np.ndarray, surface: float, slips: np.ndarray
 ) -> GroundContact:
-    """What the ground does to one foot; nothing while the other one carries, or without a load."""
-
-    def column(name: str) -> np.ndarray:
-        values = [getattr(frame, name) for frame in frames]
-        return np.array([np.nan if value is None else value for value in values], float)
-
-    normal = column("normal_force")
-    x = column("floor_position") + column("zmp")
+    """Force of the ground on one foot; NaN while the other one carries, or without a load."""
+    x = frames.floor_position + frames.zmp
     return GroundContact(
         place=np.column_stack([x, np.full(len(x), surface)]),
         slope=np.zeros(len(x)),
-        friction=column("friction_force"),
-        normal=np.where(own & (normal > 0), normal, np.nan),
-        mu_static=column("mu_static"),
-        mu_kinetic=column("mu_kinetic"),
+        friction=frames.friction_force,
+        normal=np.where(own & (frames.normal_force > 0), frames.normal_force, np.nan),
+        mu_static=frames.mu_static,
+        mu_kinetic=frames.mu_kinetic,
         slips=slips,
     )
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from stickslip.dynamics.biped.links import (
     SUPPORT_END,
@@ -38,7 +39,6 @@ SOLE = 0.55
 ground, so the sole and the floor are drawn below the ankle."""
 
 _FOOT_OF_LEG = (0, 13)  # in BODIES
-_kinematics = jax.jit(kinematics)
 _sweep = jax.jit(jax.vmap(kinematics, in_axes=(None, 0)))
 
 
@@ -97,12 +97,8 @@ class Mechanism:
         self.start = float(swept.hip_pins[0, 0, 0])
         """The hip's A at the start of a step, before the supporting ankle [m]."""
 
-    def pose(self, phase: float) -> Pose:
-        """The links at a crank angle [rad] of the supporting leg."""
-        return _pose(jax.device_get(_kinematics(self._params, np.float32(phase))))
-
     def poses(self, phases: np.ndarray) -> Pose:
-        """The same for many angles [n] at once: every array with n before its axes."""
+        """The links at crank angles of the supporting leg [n, rad]; n leads in every array."""
         return _pose(jax.device_get(_sweep(self._params, np.asarray(phases, np.float32))))
 
 
@@ -131,18 +127,4 @@ def _hull(points: np.ndarray, reach: float, corners: int = 12) -> np.ndarray:
     turn = np.arange(corners) * (2 * np.pi / corners)
     rim = reach * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     cloud = (points[:, None] + rim).reshape(-1, 2)
-    order = cloud[np.lexsort((cloud[:, 1], cloud[:, 0]))]
-    return np.array(_chain(order) + _chain(order[::-1]))
-
-
-def _chain(points: np.ndarray) -> list[np.ndarray]:
-    """Half a convex hull of sorted points (Andrew's monotone chain), without its last point."""
-    chain: list[np.ndarray] = []
-    for point in points:
-        while len(chain) > 1:
-            a, b = chain[-1] - chain[-2], point - chain[-2]
-            if a[0] * b[1] - a[1] * b[0] > 0:
-                break
-            chain.pop()
-        chain.append(point)
-    return chain[:-1]
+    return cloud[ConvexHull(cloud).vertices]

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.status import Status
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
 from stickslip.envs.rendering.numbers import brief, written
 from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stickslip.dynamics.ugv import UGVParams
 
 WEIGHT_LENGTH, CONE_LENGTH = 1.5, 0.62
@@ -36,96 +35,99 @@ MOST_POINTS = 1200
 
 
 @dataclass(frozen=True)
-class WheelFrame:
-    """One wheel. centre, contact: points (x, y) [m]. slope: of the ground under it [rad]. turned:
-    its angle in the world, anticlockwise [rad]. hinge: of its leg [m]. leg_angle [rad]. friction,
-    normal: of the ground on the wheel, along it forwards and out of it [N]. mu: under it [-]."""
+class Wheels:
+    """Rear and front wheel at n stations. centre, contact: points [n, 2, 2] m. slope: of the ground
+    under each, and turned: its angle in the world, anticlockwise [n, 2] rad. hinge: of its leg
+    [n, 2, 2] m. leg_angle [n, 2] rad. friction, normal: of the ground on the wheel, along it
+    forwards and out of it [n, 2] N. mu: under it [n, 2]."""
 
     centre: np.ndarray
     contact: np.ndarray
-    slope: float
-    turned: float
+    slope: np.ndarray
+    turned: np.ndarray
     hinge: np.ndarray
-    leg_angle: float
-    friction: float
-    normal: float
-    mu: float
+    leg_angle: np.ndarray
+    friction: np.ndarray
+    normal: np.ndarray
+    mu: np.ndarray
 
 
 @dataclass(frozen=True)
 class UGVFrame:
-    """The UGV at one station. Nothing is computed from it but positions.
+    """The UGV at n stations. Nothing is computed from it but positions.
 
-    x: of the front contact; start: where the drive began [m]. rear, front: the wheels.
-    ground: points [n, 2] of the profile about the vehicle, and preview: points [k, 2] of it that
-    are observed, without noise [m]. pitch [rad]. torque: on each wheel [N m]. cost: the criterion
-    so far. mu: under the wheels, the lesser of them [-]. grip: the lesser margin mu N - |F| [N].
-    status: "ok", or what ended the drive. ground_mu: at the points of `ground` [n], None where it
-    is the same everywhere.
+    x: of the front contact [n]; start: where the drive began [m]. ground: points [n, k, 2] of the
+    profile about the vehicle, and preview: points [n, m, 2] of it that are observed, without noise
+    [m]. pitch [n, rad]. torque: on each wheel [n, N m]. cost: the criterion so far [n]. mu: under
+    the wheels, the lesser of them [n]. grip: the lesser margin mu N - |F| [n, N]. status: codes of
+    Status [n]. ground_mu: at the points of `ground` [n, k], None where it is the same everywhere.
     """
 
-    x: float
+    x: np.ndarray
     start: float
-    rear: WheelFrame
-    front: WheelFrame
+    wheels: Wheels
     ground: np.ndarray
     preview: np.ndarray
-    pitch: float
-    torque: float
-    cost: float
-    mu: float
-    grip: float
-    status: str = "ok"
+    pitch: np.ndarray
+    torque: np.ndarray
+    cost: np.ndarray
+    mu: np.ndarray
+    grip: np.ndarray
+    status: np.ndarray
     ground_mu: np.ndarray | None = None
 
     @property
-    def demand(self) -> float:
-        """The greater |F| / N of both wheels; infinite without a load."""
-        return max(
-            abs(wheel.friction) / wheel.normal if wheel.normal > 0 else np.inf
-            for wheel in (self.rear, self.front)
-        )
+    def demand(self) -> np.ndarray:
+        """The greater |F| / N of both wheels [n]; infinite without a load."""
+        normal = self.wheels.normal
+        with np.errstate(divide="ignore", invalid="ignore"):
+            each = np.where(normal > 0, np.abs(self.wheels.friction) / normal, np.inf)
+        return each.max(axis=1)
 
     @property
-    def slips(self) -> bool:
-        """Whether a wheel's friction is used up."""
-        return self.grip < 0 or self.status == "wheel slip"
+    def slips(self) -> np.ndarray:
+        """Whether a wheel's friction is used up [n]."""
+        return (self.grip < 0) | (self.status == Status.WHEEL_SLIP)
 
-    def slipping(self, wheel: WheelFrame) -> bool:
-        """Whether it is the wheel with the lesser margin, once the friction is used up."""
-        margins = [one.mu * one.normal - abs(one.friction) for one in (self.rear, self.front)]
-        own = wheel.mu * wheel.normal - abs(wheel.friction)
-        return self.slips and own <= min(margins)
+    @property
+    def slipping(self) -> np.ndarray:
+        """Whether it is the wheel with the lesser margin, once the friction is used up [n, 2]."""
+        margin = self.wheels.mu * self.wheels.normal - np.abs(self.wheels.friction)
+        return self.slips[:, None] & (margin <= margin.min(axis=1, keepdims=True))
 
 
-def ugv_drawing(frames: Sequence[UGVFrame], vehicle: UGVParams) -> Drawing:
-    """The drawing of one vehicle's drive; frames: one for each sample."""
+def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
+    """The drawing of one vehicle's drive."""
     length, radius = float(vehicle.body_length), float(vehicle.wheel_radius)
     reach = length + 2 * float(vehicle.leg_length)
-    wheels = [[frame.rear for frame in frames], [frame.front for frame in frames]]
-    points = np.stack(
-        [[getattr(one, name) for one in side] for side in wheels for name in ("hinge", "centre")],
-        axis=1,
+    wheels = frame.wheels
+    hinge, centre = wheels.hinge, wheels.centre
+    body = np.column_stack([hinge[:, 0], frame.pitch])
+    turned = np.concatenate([centre, wheels.turned[..., None]], axis=-1)
+    normal, slipping = np.where(wheels.normal > 0, wheels.normal, np.nan), frame.slipping
+    contacts = tuple(
+        GroundContact(
+            place=wheels.contact[:, i],
+            slope=wheels.slope[:, i],
+            friction=wheels.friction[:, i],
+            normal=normal[:, i],
+            mu_static=wheels.mu[:, i],
+            mu_kinetic=wheels.mu[:, i],
+            slips=slipping[:, i],
+        )
+        for i in (0, 1)
     )
-    pitch = np.array([frame.pitch for frame in frames])
-    bodies = [np.column_stack([points[:, 0], pitch])]
-    bodies += [
-        np.column_stack([points[:, 1 + 2 * i], [one.turned for one in side]])
-        for i, side in enumerate(wheels)
-    ]
-    contacts = tuple(_contact(frames, i, side) for i, side in enumerate(wheels))
-    ground, stretches = _ground(frames)
-    seen = np.stack([frame.preview for frame in frames])
-    words = {"motor": "motors; ground seen ahead"} if seen.shape[1] else {}
-    legend = tuple((role, words.get(role, about)) for role, about in LEGEND)
+    ground, stretches = _ground(frame)
+    seen = frame.preview if frame.preview.shape[1] else None
+    words = {} if seen is None else {"motor": "motors; ground seen ahead"}
     return Drawing(
-        points=points,
-        bodies=np.stack(bodies, axis=1),
+        points=np.stack([hinge[:, 0], centre[:, 0], hinge[:, 1], centre[:, 1]], axis=1),
+        bodies=np.concatenate([body[:, None], turned], axis=1),
         parts=_parts(length, radius),
         contacts=contacts,
         ground=ground,
         stretches=stretches,
-        focus=(contacts[0].place + contacts[1].place) / 2,
+        focus=wheels.contact.mean(axis=1),
         span=2.4 * reach,
         height=1.1 * reach,
         left=0.45,
@@ -133,8 +135,8 @@ def ugv_drawing(frames: Sequence[UGVFrame], vehicle: UGVParams) -> Drawing:
         reach=CONE_LENGTH,
         force=WEIGHT_LENGTH,
         weight=float(vehicle.weight),
-        seen=seen if seen.shape[1] else None,
-        legend=legend,
+        seen=seen,
+        legend=tuple((role, words.get(role, about)) for role, about in LEGEND),
     )
 
 
@@ -163,32 +165,32 @@ class UGVRenderer(Renderer[UGVFrame]):
 
     def drawing(self, frame: UGVFrame) -> Drawing:
         """The drawing of one sample."""
-        return ugv_drawing([frame], self._vehicle)
+        return ugv_drawing(frame, self._vehicle)
 
     def readout(self, frame: UGVFrame) -> Readout:
         """Way, torque, pitch, cost and friction; strips of torque, legs and grip."""
-        demand = written(frame.demand, 2) if np.isfinite(frame.demand) else "–"
-        ended, grip = frame.status != "ok", frame.grip / 1000
-        rear, front = degrees(frame.rear.leg_angle), degrees(frame.front.leg_angle)
-        torque, aside = brief(frame.torque), "rear, front dashed"
+        x, torque, cost, mu = (float(of[0]) for of in (frame.x, frame.torque, frame.cost, frame.mu))
+        demand, slips, status = frame.demand[0], bool(frame.slips[0]), Status(int(frame.status[0]))
+        rear, front = np.degrees(frame.wheels.leg_angle[0]).tolist()
+        pitch, grip = degrees(frame.pitch[0]), float(frame.grip[0]) / 1000
+        ended = status != Status.OK
+        badge = status.name.replace("_", " ") if ended else "SLIP" if slips else "GRIP"
+        blue, least, aside = theme.MOTOR, (60.0, 120.0), "rear, front dashed"
+        used = written(demand, 2) if np.isfinite(demand) else "–"
         return Readout(
             numbers=(
-                ("driven  [m]", written(frame.x - frame.start, 2)),
-                ("torque  [N m]", torque),
-                ("pitch  [°]", written(degrees(frame.pitch), 1)),
-                (self._cost, brief(frame.cost)),
-                ("friction / normal", f"{demand} of {frame.mu:.2f}"),
+                ("driven  [m]", written(x - frame.start, 2)),
+                ("torque  [N m]", brief(torque)),
+                ("pitch  [°]", written(pitch, 1)),
+                (self._cost, brief(cost)),
+                ("friction / normal", f"{used} of {mu:.2f}"),
             ),
-            badge=frame.status.upper() if ended else "SLIP" if frame.slips else "GRIP",
-            colour=theme.SLIDES if frame.slips else theme.INK if ended else theme.HOLDS,
-            at=frame.x,
+            badge=badge,
+            colour=theme.SLIDES if slips else theme.INK if ended else theme.HOLDS,
+            at=x,
             quantities=(
-                Quantity(
-                    "torque on each wheel", "N m", theme.MOTOR, frame.torque, torque, (-50.0, 50.0)
-                ),
-                Quantity(
-                    "legs", "°", theme.HOLDS, rear, written(rear, 0), (60.0, 120.0), front, aside
-                ),
+                Quantity("torque on each wheel", "N m", blue, torque, brief(torque), (-50.0, 50.0)),
+                Quantity("legs", "°", theme.HOLDS, rear, written(rear, 0), least, front, aside),
                 Quantity("margin of grip", "kN", theme.SLIDES, grip, written(grip, 2), (0.0, 1.0)),
             ),
         )
@@ -218,35 +220,20 @@ def _parts(length: float, radius: float) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def _contact(frames: Sequence[UGVFrame], index: int, wheels: Sequence[WheelFrame]) -> GroundContact:
-    def column(name: str) -> np.ndarray:
-        return np.array([getattr(one, name) for one in wheels], float)
-
-    normal = column("normal")
-    return GroundContact(
-        place=np.array([one.contact for one in wheels]),
-        slope=column("slope"),
-        friction=column("friction"),
-        normal=np.where(normal > 0, normal, np.nan),
-        mu_static=column("mu"),
-        mu_kinetic=column("mu"),
-        slips=np.array([frame.slipping((frame.rear, frame.front)[index]) for frame in frames]),
-    )
-
-
-def _ground(frames: Sequence[UGVFrame]) -> tuple[np.ndarray, tuple[Stretch, ...]]:
+def _ground(frame: UGVFrame) -> tuple[np.ndarray, tuple[Stretch, ...]]:
     """The profile over the whole drive [k, 2] m, and its stretches of one friction."""
-    points = np.concatenate([frame.ground for frame in frames])
-    given = [frame.ground_mu for frame in frames]
-    mu = None if given[0] is None else np.concatenate([one for one in given if one is not None])
+    points = frame.ground.reshape(-1, 2)
     order = np.argsort(points[:, 0], kind="stable")
     kept = order[np.unique(np.linspace(0, len(order) - 1, MOST_POINTS).astype(int))]
     points = points[kept]
-    parts = _alike(len(points), None if mu is None else mu[kept], frames[0].mu)
-    edges = [points[a, 0] for a, *_ in parts] + [points[-1, 0]]
+    mu = np.full(len(points), frame.mu[0])
+    if frame.ground_mu is not None:
+        mu = np.round(frame.ground_mu.reshape(-1)[kept], 3)
+    starts = [0, *(np.flatnonzero(np.diff(mu)) + 1).tolist()]
+    edges = [*points[starts, 0].tolist(), float(points[-1, 0])]
     stretches = (
-        Stretch(float(start), float(end), theme.hexadecimal(theme.floor_colour(mu)), f"μ {mu:.3g}")
-        for (start, end), (*_, mu) in zip(pairwise(edges), parts, strict=True)
+        Stretch(start, end, theme.hexadecimal(theme.floor_colour(mu[at])), f"μ {mu[at]:.3g}")
+        for (start, end), at in zip(pairwise(edges), starts, strict=True)
     )
     return points, tuple(stretches)
 
@@ -259,16 +246,3 @@ def _body_corners(a: np.ndarray, b: np.ndarray, h: float) -> np.ndarray:
     corners = ((-h, -h), (h, -h), (1.4 * h, 0.2 * h), (-0.2 * h, 1.8 * h), (-h, 1.8 * h))
     ends = (a, b, b, b, a)
     return np.array([end + x * along + y * up for end, (x, y) in zip(ends, corners, strict=True)])
-
-
-def _alike(count: int, ground_mu: np.ndarray | None, mu: float) -> list[tuple[int, int, float]]:
-    """Stretches of the ground's points of one friction: first, one past the last, and mu.
-
-    ground_mu: at each of `count` points, None where it is mu everywhere.
-    """
-    if ground_mu is None:
-        return [(0, count, mu)]
-    each = np.round(ground_mu, 3)
-    starts = [0, *(np.flatnonzero(np.diff(each)) + 1).tolist()]
-    ends = [*(start + 1 for start in starts[1:]), len(each)]  # each reaches the next one
-    return [(a, b, float(each[a])) for a, b in zip(starts, ends, strict=True)]

@@ -9,9 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, place
-from stickslip.envs.rendering import UGVFrame, WheelFrame
+from stickslip.envs.rendering.ugv import UGVFrame, Wheels
 from stickslip.envs.ugv.state import ground
 
 if TYPE_CHECKING:
@@ -38,13 +37,13 @@ def ugv_frame(
     solver: PoseSolver,
     preview: int = 0,
 ) -> UGVFrame:
-    """One unbatched state as plain numbers; `info` of the step that led to it, {} after a reset.
+    """The frame of one state; `info` of the step that led to it, {} after a reset.
 
     preview: how many points ahead are observed.
     """
-    sampled, state = jax.device_get((_sampled(solver, preview, state, params), state))
-    status = int(info.get("status", state.station.status))
-    return _frame(sampled, state.station, float(state.cost), float(params.start), status)
+    states = jax.tree.map(lambda leaf: np.asarray(leaf)[None], jax.device_get(state))
+    status = info.get("status", state.station.status)
+    return ugv_frames(states, {"status": np.asarray(status)[None]}, params, solver, preview)
 
 
 def ugv_frames(
@@ -53,11 +52,11 @@ def ugv_frames(
     params: UGVEnvParams,
     solver: PoseSolver,
     preview: int = 0,
-) -> list[UGVFrame]:
-    """The same of states in a row, every leaf [n], with the info of the step that led to each."""
-    sampled = jax.device_get(_sampled_each(solver, preview, states, params))
-    stations, costs = jax.device_get((states.station, states.cost))
-    return _frames(sampled, stations, costs, float(params.start), infos["status"])
+) -> UGVFrame:
+    """The frame of states in a row, every leaf [n], with the info of the step that led to each."""
+    sampled = jax.device_get(_sampled(solver, preview, states, params))
+    station, cost = jax.device_get((states.station, states.cost))
+    return _frame(sampled, station, cost, float(params.start), infos["status"])
 
 
 def station_frames(
@@ -67,73 +66,65 @@ def station_frames(
     friction: Number,
     vehicle: UGVParams,
     solver: PoseSolver,
-) -> list[UGVFrame]:
-    """The frames of a drive, every entry of its stations [n]; costs: so far [n]; friction: mu, one
-    or [n], by which a surface's is multiplied."""
+) -> UGVFrame:
+    """The frame of a drive's stations [n]; costs: so far [n]; friction: mu, one or [n], by which a
+    surface's is multiplied."""
     sampled = jax.device_get(_at_each(solver, stations, odometer, friction, vehicle))
     stations = jax.device_get(stations)
-    return _frames(sampled, stations, costs, float(stations.x[0]), stations.status)
+    return _frame(sampled, stations, costs, float(stations.x[0]), stations.status)
 
 
-def _frames(
-    sampled: Sampled, stations: Station, costs: np.ndarray, start: float, statuses: Array
-) -> list[UGVFrame]:
-    frames = []
-    for i in range(len(costs)):
-        rows = jax.tree.map(lambda leaf, i=i: leaf[i], (sampled, stations))
-        frames.append(_frame(rows[0], rows[1], float(costs[i]), start, int(statuses[i])))
-    return frames
-
-
-def _frame(sampled: Sampled, at: Station, cost: float, start: float, code: int) -> UGVFrame:
-    """Frame of a station, from NumPy arrays."""
+def _frame(
+    sampled: Sampled, at: Station, cost: np.ndarray, start: float, status: np.ndarray
+) -> UGVFrame:
+    """Frame of stations, from NumPy arrays."""
     placed, turned, points, seen, mu = sampled
-    wheels = []
-    hinges = placed.rear_hinge, placed.front_hinge
-    for i, contact in enumerate((placed.rear, placed.front)):
-        wheels.append(
-            WheelFrame(
-                centre=np.asarray(contact.centre),
-                contact=np.asarray(contact.point),
-                slope=float(np.arctan2(contact.tangent[1], contact.tangent[0])),
-                turned=float(turned[i]),
-                hinge=np.asarray(hinges[i]),
-                leg_angle=float(at.leg_angles[i]),
-                **dict(zip(("friction", "normal", "mu"), map(float, at.wheels[i]), strict=True)),
-            )
-        )
-    status = Status(code)
+    sides = placed.rear, placed.front
+
+    def both(name: str) -> np.ndarray:
+        return np.stack([getattr(side, name) for side in sides], axis=1).astype(float)
+
+    tangent = both("tangent")
+    forces = np.stack([np.stack(of, axis=-1) for of in at.wheels], axis=1).astype(float)
     return UGVFrame(
-        x=float(at.x),
+        x=np.asarray(at.x, float),
         start=start,
-        rear=wheels[0],
-        front=wheels[1],
-        ground=np.asarray(points),
-        preview=np.asarray(seen),
-        pitch=float(placed.pitch),
-        torque=float(at.torque),
-        cost=cost,
-        mu=float(np.min(at.friction)),
-        grip=float(at.grip),
-        status="ok" if status == Status.OK else status.name.lower().replace("_", " "),
-        ground_mu=None if mu is None else np.asarray(mu),
+        wheels=Wheels(
+            centre=both("centre"),
+            contact=both("point"),
+            slope=np.arctan2(tangent[..., 1], tangent[..., 0]),
+            turned=np.asarray(turned, float),
+            hinge=np.stack([placed.rear_hinge, placed.front_hinge], axis=1).astype(float),
+            leg_angle=np.asarray(at.leg_angles, float),
+            friction=forces[..., 0],
+            normal=forces[..., 1],
+            mu=forces[..., 2],
+        ),
+        ground=np.asarray(points, float),
+        preview=np.asarray(seen, float),
+        pitch=np.asarray(placed.pitch, float),
+        torque=np.asarray(at.torque, float),
+        cost=np.asarray(cost, float),
+        mu=forces[..., 2].min(axis=1),
+        grip=np.asarray(at.grip, float),
+        status=np.asarray(status, int),
+        ground_mu=None if mu is None else np.asarray(mu, float),
     )
 
 
 @partial(jax.jit, static_argnums=(0, 1))
-def _sampled(solver: PoseSolver, preview: int, state: UGVEnvState, params: UGVEnvParams) -> Sampled:
-    """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
-    points where the ground has a surface."""
-    odometer, friction = ground(state.drawn, params)
-    length = params.preview_length
-    return _at(solver, state.station, odometer, friction, params.vehicle, preview, length)
-
-
-@partial(jax.jit, static_argnums=(0, 1))
-def _sampled_each(
+def _sampled(
     solver: PoseSolver, preview: int, states: UGVEnvState, params: UGVEnvParams
 ) -> Sampled:
-    return jax.vmap(lambda state: _sampled(solver, preview, state, params))(states)
+    """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
+    points where the ground has a surface, each [n]."""
+
+    def one(state: UGVEnvState) -> Sampled:
+        odometer, friction = ground(state.drawn, params)
+        length = params.preview_length
+        return _at(solver, state.station, odometer, friction, params.vehicle, preview, length)
+
+    return jax.vmap(one)(states)
 
 
 @partial(jax.jit, static_argnums=0)

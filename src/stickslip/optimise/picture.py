@@ -179,10 +179,8 @@ def draw_robots(axis: Axes, problem: GaitProblem, gait: Gait) -> None:
     sketch = BipedSketch(problem.params, Scene.grip())
     top = sketch.mechanism.top
     apart = APART * top
-    frames = [
-        BipedFrame(float(np.pi / 2 + turned[i] - np.pi * step[i]), floor_position=i * apart)
-        for i in range(ROBOTS)
-    ]
+    places = apart * np.arange(ROBOTS)
+    frames = BipedFrame(np.pi / 2 + turned - np.pi * step, floor_position=places)
     drawing = sketch.drawing(frames, np.empty((0, 4)))
     for i, instant in enumerate(instants):
         draw_machine(axis, drawing, i, 0.3)

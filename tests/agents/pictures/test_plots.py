@@ -33,7 +33,7 @@ def test_a_film_has_a_picture_every_period_and_the_end(tmp_path):
 
 def test_an_episode_says_what_happened_and_is_plotted_without_pyplot(tmp_path):
     params = ENV.default_params
-    episode = as_episode(rollout(ENV, ConstantTorque(0.9), params, 0, 15), params, "push")
+    episode = as_episode(rollout(ENV, ConstantTorque(0.9), params, 0, 15), ENV, params, "push")
     lines = {one.title: one.lines for one in episode.panels}
     np.testing.assert_allclose(lines["motor torque"][0].values[1:], 0.9, rtol=1e-6)
     momentum, cruise = (one.values for one in lines["horizontal momentum P(θ) · crank rate"])

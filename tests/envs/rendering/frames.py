@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
+
+import numpy as np
 
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.rendering import BipedFrame
@@ -14,7 +15,6 @@ STANDING = BipedFrame(
     floor_position=0.0,
     slide=0.0,
     crank_rate=3.0,
-    foot_velocity=0.0,
     time=0.0,
     torque=0.8,
     friction_force=5.0,
@@ -30,23 +30,23 @@ SCENE = Scene.uniform(0.4, 0.3)
 
 
 def walk(count: int, slide_per_frame: float = 0.0) -> list[BipedFrame]:
+    """The frames of `walk_rows`, one by one."""
+    rows = walk_rows(count, slide_per_frame)
+    names = ("phase", "steps", "floor_position", "slide", "time", "torque")
+    return [replace(rows, **{name: getattr(rows, name)[i] for name in names}) for i in range(count)]
+
+
+def walk_rows(count: int, slide_per_frame: float = 0.0) -> BipedFrame:
     """A synthetic walk at 3 rad/s and 20 pictures a second; the foot slides when asked to."""
-    frames, phase, steps, position, slide = [], math.pi / 2, 0, 0.0, 0.0
-    for i in range(count):
-        phase += 0.15
-        if phase >= 1.5 * math.pi:
-            phase, steps, position = phase - math.pi, steps + 1, position + 0.24
-        slide, position = slide + slide_per_frame, position + slide_per_frame
-        frames.append(
-            replace(
-                STANDING,
-                phase=phase,
-                steps=steps,
-                floor_position=position,
-                slide=slide,
-                time=0.05 * i,
-                torque=math.sin(2 * phase),
-                sticking=not slide_per_frame,
-            )
-        )
-    return frames
+    turned, slide = 0.15 * np.arange(1, count + 1), slide_per_frame * np.arange(1, count + 1)
+    steps = (turned // np.pi).astype(int)
+    return replace(
+        STANDING,
+        phase=np.pi / 2 + turned % np.pi,
+        steps=steps,
+        floor_position=0.24 * steps + slide,
+        slide=slide,
+        time=0.05 * np.arange(count),
+        torque=np.sin(2 * turned),
+        sticking=not slide_per_frame,
+    )

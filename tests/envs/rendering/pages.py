@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.page import Episode, Event, Line, Page, Panel
-from tests.envs.rendering.frames import SCENE, walk
+from tests.envs.rendering.frames import SCENE, walk_rows
 
 PERIOD = 0.02
 SAMPLES = 501
@@ -19,19 +19,13 @@ SAMPLES = 501
 @cache
 def walked(name: str = "walker") -> Episode:
     """Ten seconds at 50 samples a second; the foot slides all the while in the third second."""
-    frames = walk(SAMPLES)
-    slide = 0.0
-    for i, frame in enumerate(frames):
-        if 100 <= i < 150:
-            slide += 1e-3
-        frames[i] = replace(
-            frame,
-            slide=slide,
-            floor_position=frame.floor_position + slide,
-            sticking=not 100 <= i < 150,
-        )
-    slips = np.array([not frame.sticking for frame in frames])
-    drawing, ahead = biped_drawing(frames, BipedParams.from_bars(), SCENE, slips)
+    frames, at = walk_rows(SAMPLES), np.arange(SAMPLES)
+    slips = (at >= 100) & (at < 150)
+    slide = 1e-3 * np.cumsum(slips)
+    place = frames.floor_position + slide
+    frames = replace(frames, slide=slide, floor_position=place, sticking=~slips)
+    drawing = biped_drawing(frames, BipedParams.from_bars(), SCENE, slips)
+    ahead = drawing.focus[:, 0]
     time = PERIOD * np.arange(SAMPLES)
     terms = tuple(Line(f"term {i}", np.sin(time + i)) for i in range(4))
     names = ("torque", "power", "crank rate", "friction used", "slid", "return", "score")

@@ -171,13 +171,13 @@ def test_the_linkage_moves_with_the_phase_and_not_with_whole_turns(renderer):
 
 
 def test_the_cone_opens_with_friction_and_is_absent_on_a_grip_floor(renderer):
-    def tinted(mu: float | None) -> int:
+    def tinted(mu: float) -> int:
         frame = replace(STANDING, mu_static=mu, mu_kinetic=mu, normal_force=1e-3)
         return int(np.sum(np.any(renderer.draw(frame)[PANEL] != bare[PANEL], axis=-1)))
 
-    none = replace(STANDING, mu_static=None, mu_kinetic=None, normal_force=1e-3)
+    none = replace(STANDING, mu_static=math.nan, mu_kinetic=math.nan, normal_force=1e-3)
     bare = renderer.draw(none)
-    assert tinted(None) == 0
+    assert tinted(math.nan) == 0
     assert 0 < tinted(0.1) < tinted(0.4) < tinted(1.2)
 
 
@@ -198,7 +198,7 @@ def test_a_walk_that_ended_says_so(renderer, status):
         {"normal_force": 0.0, "friction_force": 0.0},
         {"normal_force": -5.0},
         {"torque": 1e6, "crank_rate": -400.0, "slide": -3.0},
-        {"mu_static": 0.0, "mu_kinetic": 0.0, "commanded_rate": None},
+        {"mu_static": 0.0, "mu_kinetic": 0.0, "commanded_rate": math.nan},
         {"floor_position": 250.0},
         {"floor_position": -80.0},
     ],

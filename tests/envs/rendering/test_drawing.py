@@ -10,24 +10,24 @@ from stickslip.dynamics.biped.links import kinematics
 from stickslip.dynamics.scene import Patches, Scene
 from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.drawing import Drawing
-from tests.envs.rendering.frames import SCENE, walk
+from tests.envs.rendering.frames import SCENE, walk_rows
 
 
 def drawn(count: int, slide: float = 0.0, scene: Scene = SCENE) -> Drawing:
     return biped_drawing(
-        walk(count, slide), BipedParams.from_bars(), scene, np.full(count, slide > 0)
-    )[0]
+        walk_rows(count, slide), BipedParams.from_bars(), scene, np.full(count, slide > 0)
+    )
 
 
 def test_bars_end_at_the_pins_of_the_kinematics():
-    frames = walk(30)
+    frames = walk_rows(30)
     drawing = drawn(30)
     i = 25
-    exact = jax.jit(kinematics)(BipedParams.from_bars(), jnp.asarray(frames[i].phase))
-    leg = frames[i].steps % 2
+    exact = jax.jit(kinematics)(BipedParams.from_bars(), jnp.asarray(frames.phase[i]))
+    leg = frames.steps[i] % 2
     tibia = [part for part in drawing.parts if part.group == leg and part.role == "main"]
     (bar,) = next(part.bars for part in reversed(tibia) if part.bars)
-    ends = drawing.points[i, list(bar)] - [frames[i].floor_position, 0.0]
+    ends = drawing.points[i, list(bar)] - [frames.floor_position[i], 0.0]
     np.testing.assert_allclose(ends, np.stack([exact.pins.E[0], exact.pins.K[0]]), atol=1e-5)
 
 
@@ -46,7 +46,7 @@ def test_every_slide_is_marked_with_its_length():
     assert marks is not None
     assert np.nansum(marks[:, 3]) == pytest.approx(59 * 2e-3, rel=1e-6)
     assert np.sum(marks[:, 2] - marks[:, 1]) == pytest.approx(59 * 2e-3, rel=1e-6)
-    assert np.isfinite(marks[:, 3]).sum() == len(np.unique([one.steps for one in walk(60)]))
+    assert np.isfinite(marks[:, 3]).sum() == len(np.unique(walk_rows(60).steps))
     assert drawn(60).marks.shape == (0, 4)
 
 
@@ -62,14 +62,3 @@ def test_patches_are_stretches_of_the_floor():
     assert (first.end, second.start) == (0.5, 0.5)
     assert (first.icy, second.icy) == (False, True)
     assert "0.05" in second.words
-
-
-def test_all_poses_at_once_are_those_of_each():
-    from stickslip.envs.rendering.linkage import Mechanism
-
-    mechanism = Mechanism(BipedParams.from_bars())
-    phases = np.array([1.6, 2.5, 4.6])
-    every = mechanism.poses(phases)
-    for i, phase in enumerate(phases):
-        one = mechanism.pose(float(phase))
-        jax.tree.map(lambda a, b, i=i: np.testing.assert_allclose(a[i], b, atol=1e-5), every, one)

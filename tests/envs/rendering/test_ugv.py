@@ -9,6 +9,7 @@ import jax
 import numpy as np
 import pytest
 
+from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
 
 pytest.importorskip("matplotlib")
@@ -43,17 +44,16 @@ def renderer(**options) -> UGVRenderer:
 
 def test_a_frame_is_what_the_state_says():
     frame = frames()[1]
-    r = UGVParams().wheel_radius
-    for wheel in (frame.rear, frame.front):
-        assert np.hypot(*(wheel.centre - wheel.contact)) == pytest.approx(r, rel=1e-5)
-        assert np.hypot(*(wheel.hinge - wheel.centre)) == pytest.approx(0.35, rel=1e-5)
-    length = np.hypot(*(frame.front.hinge - frame.rear.hinge))
+    (centre,), (contact,), (hinge,) = frame.wheels.centre, frame.wheels.contact, frame.wheels.hinge
+    far = np.hypot(*(centre - contact).T), np.hypot(*(hinge - centre).T)
+    np.testing.assert_allclose(far[0], UGVParams().wheel_radius, rtol=1e-5)
+    np.testing.assert_allclose(far[1], 0.35, rtol=1e-5)
+    length = np.hypot(*(hinge[1] - hinge[0]))
     assert length == pytest.approx(UGVParams().body_length, rel=1e-5)
-    assert frame.front.contact[0] == pytest.approx(frame.x)
-    assert frame.preview.shape == (4, 2)
-    at = np.interp(frame.x, *frame.ground.T)
-    assert at == pytest.approx(frame.front.contact[1], abs=1e-3)
-    assert frames()[2].rear.turned < frame.rear.turned  # it rolls forwards
+    assert contact[1, 0] == pytest.approx(frame.x[0])
+    assert frame.preview.shape == (1, 4, 2)
+    assert np.interp(frame.x[0], *frame.ground[0].T) == pytest.approx(contact[1, 1], abs=1e-3)
+    assert np.all(frames()[2].wheels.turned < frame.wheels.turned)  # it rolls forwards
 
 
 def test_a_picture_holds_vehicle_ground_and_forces():
@@ -69,7 +69,9 @@ def test_a_picture_holds_vehicle_ground_and_forces():
 def test_slip_is_shown_in_another_colour():
     frame = frames()[1]
     holds = renderer().draw(frame)
-    slips = renderer().draw(replace(frame, status="wheel slip", grip=-1.0))
+    slips = renderer().draw(
+        replace(frame, status=np.array([Status.WHEEL_SLIP]), grip=np.array([-1.0]))
+    )
     assert pixels(slips, theme.SLIDES) > pixels(holds, theme.SLIDES) + 1000
     assert pixels(slips, theme.HOLDS) < pixels(holds, theme.HOLDS)
 
