@@ -36,12 +36,11 @@ from stickslip.records.signals import stoppable
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Sequence
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.machine import AnyMachine, Options
+    from stickslip.agents.machine import Options
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
-    from stickslip.agents.tasks.players import Named, Place
     from stickslip.envs.tasks.definition import TaskDefinition
 
     Playing: TypeAlias = tuple[str, str, AnyEnv, AnyPlayer, Timed]
@@ -166,26 +165,28 @@ def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
 
 
 def _on_places(given: Options, written: Sequence[Path]) -> Played:
-    """Each on its own task, as flags change it."""
+    """Each on its own task, as flags change it; those of one environment in one program."""
     machine = machine_of(given["who"])
     policies = read_named(given["who"], machine)
     places = places_of(policies, given, machine)
     require_writable(written)
+    require_one_table(places, machine)
+    players: list[Playing] = []
+    parts = []
     for place in places:
         print(place.line())
-    episodes = given["episodes"] or EPISODES
-    table = evaluation(machine, policies, places, episodes, _running, given["bound"])
-    players = [
-        (
-            place.label,
-            name,
-            env,
-            controller_of(policies[name], name, env, place.params, machine),
-            place.params,
-        )
-        for place in places
-        for name, env in place.who.items()
-    ]
+        for env in dict.fromkeys(place.who.values()):
+            controllers = {
+                name: controller_of(policies[name], name, env, place.params, machine)
+                for name, own in place.who.items()
+                if own == env
+            }
+            players += [
+                (place.label, name, env, one, place.params) for name, one in controllers.items()
+            ]
+            parts.append((env, controllers, {place.label: place.params}))
+    how = {"episodes": given["episodes"] or EPISODES, "progress": _running, "bound": given["bound"]}
+    table = joined([evaluate(*part, **how) for part in parts], order=list(policies))
     return table, {place.label: place.line() for place in places}, players
 
 
@@ -224,30 +225,3 @@ def measured_before(name: str) -> str:
 
 def _unit(task: TaskDefinition) -> str:
     return "" if task.unit == "-" else f" {task.unit}"
-
-
-def evaluation(
-    machine: AnyMachine,
-    named: Mapping[str, Named],
-    places: Sequence[Place],
-    episodes: int,
-    progress: Callable[[str], None],
-    bound: bool = False,
-) -> Evaluation:
-    """The table of `stickslip evaluate`: place by place, those of one environment together."""
-    require_one_table(places, machine)
-    parts = []
-    for place in places:
-        for env in dict.fromkeys(place.who.values()):
-            controllers = {
-                name: controller_of(named[name], name, env, place.params, machine)
-                for name, own in place.who.items()
-                if own == env
-            }
-            scenes = {place.label: place.params}
-            parts.append(
-                evaluate(
-                    env, controllers, scenes, episodes=episodes, progress=progress, bound=bound
-                )
-            )
-    return joined(parts, order=list(named))

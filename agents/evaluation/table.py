@@ -125,8 +125,14 @@ class Evaluation:
     def write_json(self, path: str | Path, about: Mapping[str, Any] | None = None) -> Path:
         """Everything, each episode included; null where undefined. about: further entries."""
         rows = [
-            record | {"per_episode": row.episodes._asdict() | {"fell": row.episodes.fell}}
-            for record, row in zip(self._records(), self.rows, strict=True)
+            {
+                "scene": row.scene,
+                "controller": row.controller,
+                "episodes": row.count,
+                "metrics": {name: value._asdict() for name, value in row.metrics.items()},
+                "per_episode": row.episodes._asdict() | {"fell": row.episodes.fell},
+            }
+            for row in self.rows
         ]
         content = {
             "confidence": 0.95,
@@ -141,13 +147,6 @@ class Evaluation:
             name: "-" if column.percent else column.unit
             for name, (column, _) in self.columns.items()
         }
-
-    def _records(self) -> list[dict[str, Any]]:
-        return [
-            {"scene": row.scene, "controller": row.controller, "episodes": row.count}
-            | {"metrics": {name: value._asdict() for name, value in row.metrics.items()}}
-            for row in self.rows
-        ]
 
     def shown(self) -> Table:
         """The rows with their titles and units, numbers as they are shown."""
