@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from stickslip.dynamics.biped.links import (
     SUPPORT_END,
@@ -122,9 +121,9 @@ def _sole(m: Mechanism) -> np.ndarray:
     return np.stack([along, up], axis=-1)
 
 
-def _hull(points: np.ndarray, reach: float, corners: int = 12) -> np.ndarray:
-    """Outline of the convex hull of discs of radius `reach` about the points [n, 2]."""
+def _hull(points: np.ndarray, reach: float, corners: int = 48) -> np.ndarray:
+    """Outline of the convex hull of discs of radius `reach` about the points [n, 2], by its support
+    points in even directions."""
     turn = np.arange(corners) * (2 * np.pi / corners)
-    rim = reach * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
-    cloud = (points[:, None] + rim).reshape(-1, 2)
-    return cloud[ConvexHull(cloud).vertices]
+    out = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    return points[np.argmax(points @ out.T, axis=0)] + reach * out
