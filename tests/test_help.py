@@ -19,8 +19,10 @@ from stickslip.dynamics.ugv.names import ROUGH_OPTIONS
 from stickslip.envs.tasks.definition import TASKS
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
-from stickslip.optimise.flags import TRACK_OPTIONS
+from stickslip.optimise.flags import TRACK_OPTIONS, PostureOptions
 from stickslip.paper.figure import FIGURES
+from stickslip.parser import options_of
+from stickslip.simulate.flags import WalkOptions
 
 
 def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
@@ -120,3 +122,41 @@ def test_scenes_stand_between_commas(words: str, scenes: list[str] | None, polic
     arguments = ["evaluate", *words.split()]
     given = make_parser(arguments).parse_args(arguments)
     assert (given.scenes, given.who) == (scenes, policies)
+
+
+def options(kind: type, line: str):
+    words = shlex.split(line)
+    return options_of(kind, vars(make_parser(words).parse_args(words)))
+
+
+def test_flags_and_settings_fill_the_dataclass_that_declares_them():
+    line = "optimise ugv --track-option height=0.2 --track-option width=2 --no-pictures"
+    asked = options(PostureOptions, f"{line} --set start_angles=1,2 polish=true --set end=-3")
+    assert asked == PostureOptions(
+        track_options=["height=0.2", "width=2"],
+        pictures=False,
+        start_angles=[1.0, 2.0],  # type: ignore[arg-type]
+        polish=True,
+        end=-3.0,
+    )
+    line = "simulate biped --torque -crank_rate --mu-static 0.5 0.1 --edges -1e-3"
+    assert options(WalkOptions, line) == WalkOptions(
+        torque="-crank_rate", mu_static=[0.5, 0.1], edges=[-0.001]
+    )
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("simulate biped --torqe 1", r"--torqe \(did you mean --torque\?\)"),
+        ("simulate biped --torque 1 --phase 2", "accepted: --set phase=VALUE"),
+        ("simulate biped --torque 1 --torque 2", "--torque is given twice"),
+        ("simulate biped --torque 1 --set phse=2", "'phse' is no setting; .*did you mean phase"),
+        ("simulate biped --torque 1 --set phase", "'phase'; accepted: NAME=VALUE"),
+        ("optimise ugv --set start_angles=1", "'1'; accepted: 2 values with a comma"),
+        ("optimise ugv --set polish=yes", "'yes'; accepted: true, false"),
+    ],
+)
+def test_a_flag_that_is_not_taken_is_refused_with_what_is(line: str, said: str):
+    with pytest.raises(ValueError, match=said):
+        make_parser(line.split()).parse_args(line.split())

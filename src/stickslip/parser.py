@@ -47,7 +47,9 @@ def add_options(parser: Parser, kind: type) -> None:
         setting, names = how.pop("setting", False), how.pop("names", ())
         title, flag = how.pop("group", ""), how.pop("flag", flag_of(name))
         default = [] if one.default is MISSING and one.default_factory is list else one.default
-        how |= _form(hints[name], default, setting) | how
+        how = _form(hints[name], default, setting) | how
+        if how.get("action") == "append":
+            del how["nargs"]
         if default is MISSING:
             how["required"] = True
         elif isinstance(default, int | float | str) and not isinstance(default, bool):
