@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeVar, overload
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax.numpy as jnp
 
@@ -32,10 +32,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
 
 
-JointForces = TypeVar("JointForces")
-
-
-class InverseDynamics(NamedTuple, Generic[JointForces]):
+class InverseDynamics(NamedTuple):
     """Torque and forces of a prescribed motion; forces on the foot, ground frame."""
 
     torque: Float[Array, ""]
@@ -44,7 +41,7 @@ class InverseDynamics(NamedTuple, Generic[JointForces]):
     normal_force: Float[Array, ""]
     zmp: Float[Array, ""]
     """Zero-moment point from the ankle, forwards [m]."""
-    joint_forces: JointForces
+    joint_forces: Any
     """Joint forces [68] in the order of JOINT_FORCES [N] with outputs="joints"; else None."""
     status: Int[Array, ""]
     """A Status: OK, NO_SOLUTION where the linkage cannot close, or NON_FINITE."""
@@ -71,32 +68,6 @@ class ForwardDynamics(NamedTuple):
     """Joint forces in the order of JOINT_FORCES [N] with outputs="joints"."""
 
 
-@overload
-def inverse_dynamics(
-    params: BipedParams,
-    theta: Real[Number, ""],
-    crank_rate: Real[Number, ""],
-    crank_acceleration: Real[Number, ""],
-    foot_velocity: Real[Number, ""] = 0.0,
-    foot_acceleration: Real[Number, ""] = 0.0,
-    *,
-    outputs: Literal["forces"] = "forces",
-) -> InverseDynamics[None]: ...
-
-
-@overload
-def inverse_dynamics(
-    params: BipedParams,
-    theta: Real[Number, ""],
-    crank_rate: Real[Number, ""],
-    crank_acceleration: Real[Number, ""],
-    foot_velocity: Real[Number, ""] = 0.0,
-    foot_acceleration: Real[Number, ""] = 0.0,
-    *,
-    outputs: Literal["joints"],
-) -> InverseDynamics[Float[Array, " 68"]]: ...
-
-
 def inverse_dynamics(
     params: BipedParams,
     theta: Real[Number, ""],
@@ -106,7 +77,7 @@ def inverse_dynamics(
     foot_acceleration: Real[Number, ""] = 0.0,
     *,
     outputs: str = "forces",
-) -> InverseDynamics[Any]:
+) -> InverseDynamics:
     """Torque and ground force of a prescribed motion (eqs. 18-19 and 30-31, reduced: MODEL 1.4).
 
     theta [rad] of the supporting leg, rates [rad/s, rad/s^2], foot [m/s, m/s^2]. No friction law:

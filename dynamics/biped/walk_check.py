@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -327,32 +327,16 @@ NUDGE = 1e-4
 """Distance between the starts of two compared walks [-], in own units."""
 
 
-class Sampled(Protocol):
-    """A walk at n instants."""
-
-    @property
-    def angle(self) -> Float[Array, " n"]:
-        """Crank angle [rad]."""
-        ...
-
-    @property
-    def slide(self) -> Float[Array, " n"]:
-        """Slide of the foot [m]."""
-        ...
-
-
-S = TypeVar("S", bound=Sampled)
-
-
 def amplification(
-    walk: Callable[[BipedState], S],
+    walk: Callable[[BipedState], Any],
     state: BipedState,
     length: Numeric,
     time: Numeric,
     slips_freely: bool = False,
-) -> tuple[S, Float[Array, " n"]]:
+) -> tuple[Any, Float[Array, " n"]]:
     """Result of `walk` from `state`, and the sensitivity at each of its samples [n].
 
+    walk: gives a tuple with the crank's `angle` [rad] and the foot's `slide` [m] at n instants.
     length, time: the robot's own, crank [m] and sqrt(crank / gravity) [s]. The sensitivity is the
     largest singular value of the derivative of (crank angle, slide / length) by the initial (phase,
     crank rate times time, slide / length, foot velocity times time / length): how many times the

@@ -8,6 +8,7 @@ step in that mode; RK4Split and EventExact stop at every switching instant.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -78,6 +79,11 @@ class RK4Split:
     max_events: int = 4
     record_events: bool = False
 
+    close: ClassVar[float] = 0.01
+    """A trial within this fraction of itself of an event is corrected onto the event."""
+    reach: ClassVar[float] = 1.0
+    """A trial aimed at an event and this fraction of itself short of it is aimed again."""
+
     def __post_init__(self):
         _require(self, "substeps", "max_events")
 
@@ -90,16 +96,6 @@ class RK4Split:
     def log_size(self) -> int:
         """The most events of one call."""
         return self.trials
-
-    @property
-    def close(self) -> float:
-        """A trial within this fraction of itself of an event is corrected onto the event."""
-        return 0.01
-
-    @property
-    def reach(self) -> float:
-        """A trial aimed at an event and this fraction of itself short of it is aimed again."""
-        return 1.0
 
 
 @dataclass(frozen=True)
@@ -119,6 +115,13 @@ class EventExact:
     max_turn: float = 0.1
     record_events: bool = False
 
+    log_size: ClassVar[int] = 32
+    """Number of events of one call that are recorded."""
+    close: ClassVar[float] = 1e-3
+    reach: ClassVar[float] = 0.1
+    """As of RK4Split. Farther off, aims from one start might alternate for ever: the step stands,
+    and the next one begins nearer."""
+
     def __post_init__(self):
         _require(self, "max_steps")
         for name, high in (("rtol", 0.1), ("atol", 0.1), ("max_turn", 1.0)):
@@ -131,23 +134,6 @@ class EventExact:
     def trials(self) -> int:
         """The most Runge-Kutta steps that one call can take."""
         return self.max_steps
-
-    @property
-    def log_size(self) -> int:
-        """Number of events of one call that are recorded."""
-        return 32
-
-    @property
-    def close(self) -> float:
-        """A trial within this fraction of itself of an event is corrected onto the event."""
-        return 1e-3
-
-    @property
-    def reach(self) -> float:
-        """A trial aimed at an event and this fraction of itself short of it is aimed again. Farther
-        off, aims from one start might alternate for ever: the step stands, and the next one begins
-        nearer."""
-        return 0.1
 
 
 Integrator = Unsplit | RK4Split | EventExact

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -57,7 +57,7 @@ def steady(
     crank_angles: Float[Array, " n"],
     crank_rate: Real[Number, ""],
     outputs: Literal["forces", "joints"] = "forces",
-) -> InverseDynamics[Any]:
+) -> InverseDynamics:
     """Inverse dynamics at constant crank rate without slip (eq. 18), along an array of angles."""
     rate, still = jnp.asarray(crank_rate, crank_angles.dtype), jnp.zeros((), crank_angles.dtype)
     return jax.vmap(lambda angle: inverse_dynamics(params, angle, rate, still, outputs=outputs))(
@@ -217,7 +217,7 @@ def forces(samples: int) -> Result:
     return Result(tables, lambda: _draw_forces(on_foot), claims)
 
 
-def foot_forces(motion: InverseDynamics[Any]) -> FootForces:
+def foot_forces(motion: InverseDynamics) -> FootForces:
     """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
 

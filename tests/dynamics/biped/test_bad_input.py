@@ -12,9 +12,7 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     BipedParams,
     BipedState,
-    RK4Split,
     Table,
-    prepare,
     simulate,
     step,
 )
@@ -44,83 +42,42 @@ def replaced(**changes):
 BAD = {
     # what: (call, field, given, accepted)
     "mu_k > mu_s": (lambda: Scene.uniform(0.1, 0.2), "mu_kinetic", "0.2", "mu_static"),
-    "mu_k > mu_s on one patch": (
-        lambda: Scene.patches([0.3], [0.5, 0.1], [0.5, 0.2]), "mu_kinetic", "0.2", "mu_static",
-    ),
     "negative friction": (lambda: Scene.uniform(-0.1), "mu_static", "-0.1", "0 <="),
-    "friction not a number": (lambda: Scene.uniform(NAN), "mu_static", "nan", "finite"),
     "friction a word": (lambda: Scene.uniform("ice"), "mu_static", "'ice'", "finite"),
     "edges in no order": (
         lambda: Scene.patches([0.6, 0.3], [1, 2, 3]), "edges", "0.6", "increasing"
     ),
-    "an edge at infinity": (lambda: Scene.patches([np.inf], [1, 2]), "edges", "inf", "finite"),
-    "no edges": (lambda: Scene.patches([], [1.0]), "edges", "(0,)", "at least one"),
     "too few coefficients": (lambda: Scene.patches([0.3], [0.5]), "mu_static", "(1,)", "2"),
-    "too many coefficients": (
-        lambda: Scene.patches([0.3], [0.5, 0.4], [0.1, 0.1, 0.1]), "mu_kinetic", "(3,)", "2",
-    ),
     "unknown steps": (lambda: Scene.grip(steps="two"), "steps", "'two'", "'one'"),
-    "unknown outputs": (lambda: Scene.grip(outputs="all"), "outputs", "'all'", "'state'"),
     "unknown floor": (lambda: Scene("ice").validate(), "floor", "'ice'", "Grip"),
-    "negative scene payload": (lambda: Scene.grip(payload=-1.0), "payload", "-1.0", ">= 0"),
     "gravity upwards, by dataclasses.replace": (
         lambda: replace(default_params("float32"), gravity=-9.81), "gravity", "-9.81", "> 0"
-    ),
-    "a mass of nothing, by the constructor": (
-        lambda: BipedParams(**vars(default_params("float32")) | {"mass": jnp.full(13, -1.0)}),
-        "mass", "-1.0", ">= 0",
     ),
     "a list, by dataclasses.replace": (
         lambda: replace(default_params("float32"), payload=[1.0]), "payload", "[1.0]", "array"
     ),
-    "negative length": (lambda: bars(femur=-9.0), "femur", "-9.0", ">= 0"),
     "zero length": (lambda: bars(crank_length=0.0), "crank", "0.0", "> 0"),
-    "length not a number": (lambda: bars(tibia=NAN), "tibia", "nan", "finite"),
     "infinite length": (lambda: bars(crank_length=np.inf), "crank_length", "inf", "finite"),
     "negative mass": (lambda: bars(hip_mass=-0.7), "hip_mass", "-0.7", ">= 0"),
-    "mass not a number": (lambda: bars(foot_mass=NAN), "foot_mass", "nan", "finite"),
-    "negative density": (lambda: bars(bar_density=-1.0), "bar_density", "-1.0", ">= 0"),
     "no mass at all": (
         lambda: bars(bar_density=0.0, hip_mass=0.0, foot_mass=0.0), "total mass", "0.0", "> 0",
     ),
     "no gravity": (lambda: bars(gravity=0.0), "gravity", "0.0", "> 0"),
-    "length a word": (lambda: bars(femur="long"), "femur", "'long'", "finite"),
     "one negative mass": (
         lambda: replaced(mass=np.r_[np.ones(12), -2.0]), "mass", "-2.0", ">= 0",
     ),
-    "one infinite inertia": (
-        lambda: replaced(inertia=np.r_[np.ones(12), np.inf]), "inertia", "inf", "finite",
-    ),
-    "a centre not a number": (
-        lambda: replaced(centre=np.full((13, 2), NAN)), "centre", "nan", "finite"
-    ),
     "too few masses": (lambda: replaced(mass=np.ones(12)), "mass", "(12,)", "(13,)"),
-    "centres without y": (lambda: replaced(centre=np.ones(13)), "centre", "(13,)", "(13, 2)"),
-    "negative payload": (lambda: replaced(payload=-3.0), "payload", "-3.0", ">= 0"),
     "unknown field": (lambda: replaced(shin=1.0), "shin", "'shin'", "tibia"),
     "dt of zero": (lambda: one_step(0.0), "dt", "0.0", "> 0"),
-    "dt below zero": (lambda: one_step(-0.01), "dt", "-0.01", "> 0"),
-    "dt not a number": (lambda: one_step(NAN), "dt", "nan", "finite"),
-    "dt of zero in a walk": (lambda: walk(dt=0.0), "dt", "0.0", "> 0"),
     "no duration": (lambda: walk(duration=0.0), "duration", "0.0", "> 0"),
     "too few torques": (lambda: walk(torque=jnp.ones(7)), "torque", "(7,)", "100"),
     "unknown fidelity": (lambda: walk(fidelity="coarse"), "fidelity", "'coarse'", "'table'"),
-    "unknown fidelity at once": (
-        lambda: prepare(default_params("float32"), fidelity="fine"),
-        "fidelity", "'fine'", "'reduced'",
-    ),
     "unknown integrator": (
         lambda: walk(integrator="leapfrog"), "integrator", "'leapfrog'", "'rk4_split'"
     ),
     "no pieces": (lambda: Table(pieces=0), "pieces", "0", "1"),
-    "half a degree": (lambda: Table(degree=2.5), "degree", "2.5", "integer"),
-    "no substeps": (lambda: RK4Split(substeps=0), "substeps", "0", ">= 1"),
-    "truth for a number": (lambda: RK4Split(max_events=True), "max_events", "True", "integer"),
     "phase out of range": (
         lambda: walk(state=BipedState(phase=0.3)), "phase", "0.3", "pi/2 to 3 pi/2",
-    ),
-    "rate not a number": (
-        lambda: walk(state=BipedState(crank_rate=NAN)), "crank_rate", "nan", "finite"
     ),
     "a sliding foot on grip": (
         lambda: walk(state=BipedState(foot_velocity=0.1)), "foot_velocity", "0.1", "0 [m/s]",
@@ -149,15 +106,6 @@ def test_a_linkage_that_cannot_close_is_refused_with_the_angle(float64, length):
     assert "accepted: lengths whose loops close" in str(caught.value)
 
 
-def test_the_angle_named_is_one_at_which_it_does_not_close(float64):
-    with pytest.raises(ValueError, match="cannot close") as caught:
-        bars(rocker=1.0)
-    angle = float(re.search(r"crank angle (\S+) rad", str(caught.value)).group(1))
-    # the rod's middle is 2.5 and the rocker 1 from it: the crank pin must be 1.5 to 3.5 from B
-    reach = abs(np.exp(1j * angle) - 2.0)
-    assert not 1.5 <= reach <= 3.5
-
-
 def test_in_a_batch_the_member_that_cannot_close_is_named(float64):
     with pytest.raises(ValueError, match=r"batch member 1"):
         bars(rocker=jnp.asarray([2.5, 1.0, 2.5]))
@@ -171,10 +119,3 @@ def test_axes_to_map_over_and_traced_robots_are_no_numbers_to_check():
     )
     expected = np.array([-9.81, 9.81]) * float(robot.total_mass)
     np.testing.assert_allclose(weights, expected, rtol=1e-6)
-
-
-def test_numbers_on_the_border_are_accepted():
-    assert Scene.uniform(0.0).floor.mu_kinetic == 0.0
-    assert Scene.uniform(0.3, 0.3).floor.mu_static == 0.3
-    assert float(np.asarray(bars(payload=0.0, foot_inertia=0.0).payload)) == 0.0
-    assert walk(duration=0.01, dt=0.01).torques.shape == (1,)
