@@ -240,10 +240,10 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
 def _require_described(policy: MLPPolicy, metadata: Mapping[str, Json]) -> None:
     """Raise RefusedError for the description of an environment that the policy does not fit."""
     seen = policy.layer_sizes[0]
-    if (told := metadata.get("observation_size", seen)) != seen:
+    if (size := metadata.get("observation_size", seen)) != seen:
         raise RefusedError(
             f"the policy observes {seen} numbers, the environment that it is described with "
-            f"({shown(metadata.get('environment'))}) gives {shown(told)}"
+            f"({shown(metadata.get('environment'))}) gives {shown(size)}"
         )
 
 

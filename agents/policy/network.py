@@ -130,7 +130,7 @@ class MLPPolicy(Memoryless):
                 raise ValueError(f"{name} has shape {shape}; accepted: {self.layer_sizes[:1]}")
 
     def _check_numbers(self) -> None:
-        """Finite numbers, a scale that is one in float32, and no way for an action to overflow."""
+        """Require finite numbers, a scale > 0 in float32, and actions that cannot overflow."""
         named = {f"weight {i}": w for i, w in enumerate(self.weights)}
         named |= {f"bias {i}": b for i, b in enumerate(self.biases)} | {"shift": self.shift}
         for name, values in named.items():

@@ -27,7 +27,7 @@ EARNED, TRAINED = "earned", "trained"
 
 @dataclass(frozen=True)
 class Record:
-    """How a policy of the package was trained, and what it earned.
+    """Training and score of a policy of the package.
 
     earned: over the task's own episodes: policy, return, low, high (None for a single episode),
     failures, returns. trained: config, timesteps, best_after, versions, machine.

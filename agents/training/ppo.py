@@ -160,15 +160,15 @@ def advantages(
     episode's end is its last one, not the next episode's first. A terminated episode earns nothing
     more; of a truncated one next_value is what it would have gone on to earn.
     """
-    surprise = reward + discount * jnp.where(terminated, 0.0, next_value) - value
+    td_error = reward + discount * jnp.where(terminated, 0.0, next_value) - value
     goes_on = ~(terminated | truncated)
 
     def back(later: Array, now: tuple[Array, Array]) -> tuple[Array, Array]:
-        surprise, goes_on = now
-        here = surprise + discount * gae_lambda * jnp.where(goes_on, later, 0.0)
+        td_error, goes_on = now
+        here = td_error + discount * gae_lambda * jnp.where(goes_on, later, 0.0)
         return here, here
 
-    return jax.lax.scan(back, jnp.zeros_like(value[0]), (surprise, goes_on), reverse=True)[1]
+    return jax.lax.scan(back, jnp.zeros_like(value[0]), (td_error, goes_on), reverse=True)[1]
 
 
 def log_probability(action: Array, mean: Array, noise: Array) -> Array:
@@ -176,15 +176,15 @@ def log_probability(action: Array, mean: Array, noise: Array) -> Array:
     return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
 
 
-def judged(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
+def samples_of(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
     """Samples of a rollout for the update."""
     obs, action = found.kept["obs"], found.kept["action"]
     critic = network(learner.critic, learner.seen)
     value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
     ends = found.terminated, found.truncated
-    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    advantage = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
     mean = network(learner.actor, learner.seen).unlimited(obs)
-    batch = Batch(obs, action, log_probability(action, mean, noise), gain, value + gain)
+    batch = Batch(obs, action, log_probability(action, mean, noise), advantage, value + advantage)
     return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), batch)
 
 
@@ -196,10 +196,10 @@ def loss_of(
     mean = actor.unlimited(batch.obs)
     change = log_probability(batch.action, mean, noise) - batch.log_probability
     ratio = jnp.exp(change)
-    gain = batch.advantage
-    gain = (gain - gain.mean()) / (gain.std() + 1e-8)
+    advantage = batch.advantage
+    advantage = (advantage - advantage.mean()) / (advantage.std() + 1e-8)
     limited = jnp.clip(ratio, 1 - clip_range, 1 + clip_range)
-    policy_loss = -jnp.minimum(ratio * gain, limited * gain).mean()
+    policy_loss = -jnp.minimum(ratio * advantage, limited * advantage).mean()
     value_loss = ((critic.unlimited(batch.obs)[..., 0] - batch.value) ** 2).mean()
     about = {
         "policy_loss": policy_loss,
@@ -220,7 +220,7 @@ def improve(
 ) -> tuple[Learner, dict[str, Array]]:
     """The learner after gradient steps over a rollout, and means over them by `LOSSES`."""
     rate, noise = now
-    every = judged(learner, found, noise, rates)
+    every = samples_of(learner, found, noise, rates)
     samples, size = sizes.samples, sizes.batch_size
 
     def step(carry: Carry, rows: Array):

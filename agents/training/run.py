@@ -111,7 +111,7 @@ class _Training:
         stack.callback(self.trainer.close)
         self._put_state()
         self.trainer.timesteps = at
-        self.clock = _Clock(run.state.seconds if run.state else 0.0, at)
+        self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
         columns = (*COLUMNS, *self.machine.episode, *self.trainer.losses)
         self.metrics = MetricsFile(run.path / "metrics.csv", columns, upto=at)
         columns = evaluation_columns(self.machine, run.config, self.task.env)
@@ -139,20 +139,20 @@ class _Training:
         total, interval = self.config.timesteps, self.config.checkpoint_interval
         while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
             self.trainer.begin_stretch(at)
-            self.clock.begin(at)
+            self.since = time.monotonic()
             self.trainer.advance(min((at // interval + 1) * interval, total))
-            self.clock.stop()
+            self._lap()
             if self.trainer.timesteps > at:
                 self._check_point()
         at, path = self.trainer.timesteps, self.run.path
-        return Trained(path, path / POLICY, self.config, at, self.clock.seconds, at >= total)
+        return Trained(path, path / POLICY, self.config, at, self.seconds, at >= total)
 
     def _report(self, update: Update) -> None:
         """Write a row of metrics, and move the bar."""
-        rate = self.clock.lap(update.timesteps)
-        ended = update.ended
+        steps, ended = update.timesteps - self.bar_at, update.ended
+        rate = steps / max(self._lap(), 1e-9)
         row = {
-            "seconds": self.clock.seconds,
+            "seconds": self.seconds,
             "steps_per_second": rate,
             "learning_rate": update.learning_rate,
             "noise": update.noise,
@@ -161,14 +161,19 @@ class _Training:
         }
         self.metrics.append(update.timesteps, row)
         self.board.add("train", update.timesteps, row)
-        self.bar.advance(
-            update.timesteps - self.bar_at, f"return {row.get('return', math.nan):.2f}"
-        )
+        self.bar.advance(steps, f"return {row.get('return', math.nan):.2f}")
         self.bar_at = update.timesteps
+
+    def _lap(self) -> float:
+        """Add the time since the last lap to that spent learning, and return it [s]."""
+        now = time.monotonic()
+        passed, self.since = now - self.since, now
+        self.seconds += passed
+        return passed
 
     def _check_point(self) -> None:
         """Evaluate the policy and write a checkpoint, the evaluation's row first."""
-        at, seconds = self.trainer.timesteps, self.clock.seconds
+        at, seconds = self.trainer.timesteps, self.seconds
         if not self.trainer.is_finite():
             raise ValueError(
                 f"training diverged before step {at}: the policy's parameters are no longer finite "
@@ -208,28 +213,6 @@ class _Training:
         drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], *best])
         for one in best:
             write_whole(self.run.path / POLICY, require_policy(one))
-
-
-class _Clock:
-    """Time spent learning, evaluations and checkpoints aside. seconds: so far [s]."""
-
-    def __init__(self, seconds: float, timesteps: int):
-        self.seconds, self._timesteps, self._since = seconds, timesteps, 0.0
-
-    def begin(self, timesteps: int) -> None:
-        """A stretch begins."""
-        self._timesteps, self._since = timesteps, time.monotonic()
-
-    def lap(self, timesteps: int) -> float:
-        """Note an update; return the rate since the last one [1/s]."""
-        now, gone = time.monotonic(), timesteps - self._timesteps
-        passed = now - self._since
-        self.seconds, self._since, self._timesteps = self.seconds + passed, now, timesteps
-        return gone / max(passed, 1e-9)
-
-    def stop(self) -> None:
-        """The stretch ends."""
-        self.seconds += time.monotonic() - self._since
 
 
 def _clock(seconds: float) -> str:

@@ -133,18 +133,18 @@ def fused_step(env: FunctionalEnv[State, Params], state: State, action: Array, p
     return env.step_env(state, action, params)
 
 
-def _there(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
+def _forward(env: FunctionalEnv[State, Params], state: State, action: Array, params: Params):
     return fused_step(env, state, action, params), (state, action, params)
 
 
-def _back(
+def _backward(
     env: FunctionalEnv[State, Params], saved: tuple[State, Array, Params], given: Stepped[State]
 ):
     state, action, params = saved
-    numbers, whole = _apart(state)
-    pushed = given[0], _apart(given[1])[0], given[2]
-    found = _pulled(env, numbers, whole, action, params, pushed)
-    length = _length(found)
+    numbers, whole = _split(state)
+    pushed = given[0], _split(given[1])[0], given[2]
+    found = _cotangents(env, numbers, whole, action, params, pushed)
+    length = _norm(found)
     factor = jnp.minimum(1.0, LONGEST / jnp.maximum(length, 1e-12))
     slopes, by_action = jax.tree.map(
         lambda leaf: jnp.where(jnp.isfinite(length), leaf * factor, 0.0), found
@@ -155,7 +155,7 @@ def _back(
 
 
 @partial(fused, fixed=1)
-def _pulled(
+def _cotangents(
     env: FunctionalEnv[State, Params],
     numbers: Leaves,
     whole: Leaves,
@@ -173,16 +173,16 @@ def _pulled(
         leaves = [rest if one is None else one for one, rest in zip(numbers, whole, strict=True)]
         state = jax.tree.unflatten(structure, leaves)
         obs, after, reward = env.step_env(state, action, params)[:3]
-        return obs, _apart(after)[0], reward
+        return obs, _split(after)[0], reward
 
     return jax.vjp(step, numbers, action)[1](given)
 
 
-def _length(tree: object) -> Array:
+def _norm(tree: object) -> Array:
     return jnp.sqrt(sum(jnp.sum(leaf**2) for leaf in jax.tree.leaves(tree)))
 
 
-def _apart(tree: object) -> tuple[Leaves, Leaves]:
+def _split(tree: object) -> tuple[Leaves, Leaves]:
     """The leaves that have derivatives, and the others, with None in the places of the rest."""
     leaves = jax.tree.leaves(tree)
     is_number = [
@@ -195,7 +195,7 @@ def _apart(tree: object) -> tuple[Leaves, Leaves]:
     ]
 
 
-slope_step.defvjp(_there, _back)
+slope_step.defvjp(_forward, _backward)
 
 
 def window(
@@ -272,33 +272,33 @@ def improve(
     (loss, found), gradient = jax.value_and_grad(actor_loss, has_aux=True)(
         learner.actor, learner, env, params, sizes, now.noise, rates.discount, progress, keep
     )
-    length = _length(gradient)
+    length = _norm(gradient)
     gradient = jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf, 0.0), gradient)
-    actor, own = _stepped(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
-    obs, values, surprise = _judged(learner, found, rates)
+    actor, own = _apply(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
+    obs, values, advantage = _targets(learner, found, rates)
     pace = now.learning_rate * rates.critic_pace
-    critic, theirs, error = _criticised(learner, obs, values, sizes, pace, key)
+    critic, theirs, error = _fit_critic(learner, obs, values, sizes, pace, key)
     target = jax.tree.map(
         lambda old, new: rates.target_memory * old + (1 - rates.target_memory) * new,
         learner.target,
         critic,
     )
-    unexplained = jnp.var(surprise) / jnp.maximum(jnp.var(values), 1e-12)
+    unexplained = jnp.var(advantage) / jnp.maximum(jnp.var(values), 1e-12)
     values_of = loss, error, length, 1 - unexplained
     losses: dict[str, Array] = dict(zip(map(str, LOSSES), values_of, strict=True))
     after = ShortLearner(actor, critic, target, (own, theirs), add_moments(learner.seen, obs))
     return after, found, losses
 
 
-def _stepped(layers: Layers, gradient: Layers, state: optax.OptState, rate: Array):
+def _apply(layers: Layers, gradient: Layers, state: optax.OptState, rate: Array):
     change, state = OPTIMISER.update(gradient, state)
     return jax.tree.map(lambda one, by: one - rate * by, layers, change), state
 
 
-def _judged(
+def _targets(
     learner: ShortLearner, found: Collected[State], rates: ShortRates
 ) -> tuple[Array, Array, Array]:
-    """Observations [samples, obs], what they are worth, and how far the target is from that."""
+    """Observations [samples, obs], the critic's targets, and advantages."""
     obs, critic = found.kept["obs"], network(learner.target, learner.seen)
     value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
     ends = found.terminated, found.truncated
@@ -309,7 +309,7 @@ def _judged(
     return obs, values, gain
 
 
-def _criticised(
+def _fit_critic(
     learner: ShortLearner,
     obs: Array,
     values: Array,
@@ -325,7 +325,7 @@ def _criticised(
 
     def step(carry: tuple[Layers, optax.OptState], rows: Array):
         error, gradient = jax.value_and_grad(error_of)(carry[0], rows)
-        return _stepped(carry[0], gradient, carry[1], rate), error
+        return _apply(carry[0], gradient, carry[1], rate), error
 
     def epoch(carry: tuple[Layers, optax.OptState], key: Array):
         order = jnp.argsort(jax.random.bits(key, (sizes.samples,)))

@@ -13,7 +13,7 @@ import time
 import traceback
 from pathlib import Path
 
-from stickslip.agents.biped import training  # noqa: F401
+from stickslip.agents.biped import task  # noqa: F401
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.training.run import train
 from stickslip.agents.training.sb3 import SB3Trainer  # noqa: F401

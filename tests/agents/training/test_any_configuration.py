@@ -54,7 +54,7 @@ def some_fields(draw: st.DrawFn, kind: Any) -> dict[str, Any]:
 
 
 def attempt(build: Callable[[], Any]) -> tuple[Any, str]:
-    """What is built, or None and with which words it is refused."""
+    """The result, or None and the refusal."""
     try:
         return build(), ""
     except ValueError as error:

@@ -56,7 +56,7 @@ class Disk:
 
 
 def work(path: Path, config: TrainConfig, **how) -> None:
-    """What training does to the disk, from where it is to the end."""
+    """Do to the disk what training does, from where it is to the end."""
     run = open_run(path, config, **how)
     at = run.state.timesteps if run.state else 0
     rows = MetricsFile(path / "evaluations.csv", ("return",), upto=at)
@@ -81,7 +81,7 @@ def work(path: Path, config: TrainConfig, **how) -> None:
 
 
 def killed_at(count: int, after: bool, monkeypatch, work_to_do) -> bool:
-    """Whether the work was killed at that file operation, rather than done before."""
+    """True if the work was killed at that file operation."""
     with monkeypatch.context() as patched:
         Disk(patched, count, after)
         try:
@@ -104,7 +104,7 @@ def assert_whole(path: Path, config: TrainConfig) -> None:
 
 @pytest.fixture(autouse=True)
 def _quickly(monkeypatch: pytest.MonkeyPatch):
-    """What takes time and is not looked at here."""
+    """Replace what takes time and is not tested here."""
     monkeypatch.setattr("stickslip.agents.training.directory.versions", lambda: {"python": "3"})
     monkeypatch.setattr(os, "fsync", lambda handle: None)
 
