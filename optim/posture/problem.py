@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_known, require_memory
+from stickslip.dynamics.checks import require_integer, require_known, require_memory
 from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats, refuse_after_fork
@@ -17,7 +17,7 @@ from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.posture.evaluate import Posture, Waypoints
 from stickslip.optim.posture.names import METHODS as IN_WORDS
-from stickslip.optim.posture.result import PostureResult, missed_by
+from stickslip.optim.posture.result import PostureResult, missed_by, tolerated
 from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.waypoints import (
     STATION,
@@ -38,6 +38,12 @@ if TYPE_CHECKING:
     Vector = Real[Number, "n"] | Lists
     Batch = Real[Number, "B n"] | Lists
 
+
+FACTOR = 10
+"""Refinement factor of a drive."""
+LEAST_PAD, MOST = 1024, 2**17
+"""For the value stations are padded to a power of two, so that few sizes are compiled; no more than
+MOST are looked at, by a lower factor."""
 
 _MODULES = {
     "grid": ("graph.search", Structure.ADDITIVE),
@@ -264,6 +270,11 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """The stations of a drive, as NumPy arrays [K]."""
         return Station.unpacked(self.waypoints.stations(self.angles(x)))
 
+    def result(self, x: Vector, **others: Any) -> PostureResult:
+        """See Problem.result: the drive is evaluated between its waypoints, too."""
+        x = np.array(x, dtype=float).reshape(-1)
+        return super().result(x, **evaluate_finer(self, x), **others)
+
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
         return self._batch(self._numbers(x)[None])[0]
@@ -298,3 +309,44 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 def _number(value: Any) -> Any:
     """A leaf in double precision."""
     return read_only(np.asarray(value, dtype=np.float64))
+
+
+def finer(problem: PostureProblem, factor: int = FACTOR) -> PostureProblem:
+    """The problem with `factor` steps in place of each; friction runs straight between waypoints.
+
+    Its constraints hold at more places, so it is another problem, with an optimum of its own.
+    """
+    factor = require_integer("factor", factor)
+    x = _between(problem.x, factor)
+    friction = problem.friction
+    if np.ndim(friction):
+        friction = _between(np.asarray(friction, float), factor)
+    return replace(problem, x=x, friction=friction)
+
+
+def evaluate_finer(
+    problem: PostureProblem, x: Float[np.ndarray, "n"], factor: int = FACTOR
+) -> dict[str, Any]:
+    """Fields of PostureResult of a drive between its waypoints, `factor` times finer; less where
+    that makes too many. The value is infinite where there are no forces."""
+    factor = max(min(factor, MOST // len(problem.x)), 1)
+    fine = finer(problem, factor)
+    angles = _between(problem.angles(x), factor)
+    count = len(fine.x)
+    size = max(LEAST_PAD, 1 << (count - 1).bit_length())
+    rows = evaluate.rows_at(fine.posture, fine.posture.x, fine.posture.friction, angles)
+    whole = evaluate.padded(rows.T, size).T
+    residuals = missed_by(fine, angles, Station.unpacked(rows))
+    return {
+        "fine_value": float(evaluate.value(fine.posture.criterion, whole, np.int32(count))),
+        "fine_spacing": float(np.max(np.diff(fine.x))),
+        "fine_feasible": all(by <= tolerated(fine, name) for name, by in residuals.items()),
+        "fine_residuals": residuals,
+    }
+
+
+def _between(rows: np.ndarray, factor: int) -> np.ndarray:
+    """Numbers at waypoints [K, ...] and evenly between them, [(K - 1) factor + 1, ...]."""
+    share = np.arange(factor).reshape(-1, *[1] * (rows.ndim - 1)) / factor
+    inner = rows[:-1, None] + share * (rows[1:] - rows[:-1])[:, None]
+    return np.concatenate([inner.reshape(-1, *rows.shape[1:]), rows[-1:]])

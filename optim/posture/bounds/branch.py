@@ -17,7 +17,6 @@ from stickslip.optim.posture.bounds.ground import ground_of
 from stickslip.optim.posture.bounds.lattice import NONE, first_axis, given_axis, shapes
 from stickslip.optim.posture.bounds.sweep import Sums, bottleneck, place
 from stickslip.optim.posture.criteria import LEAST_NORMAL
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.graph.search import solve_dp
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.result import PostureResult, below
@@ -320,8 +319,8 @@ def solve_branch(
         if isinstance(start, str):
             raise ValueError(f"start = {shown(start)}; accepted: None, or a drive's angles [2K]")
         x = problem.batch([start])[0]
-        drive = result_at(
-            problem, x, method="branch", status=OptimStatus.FEASIBLE, began=began, evaluations=1
+        drive = problem.result(
+            x, method="branch", status=OptimStatus.FEASIBLE, began=began, evaluations=1
         )
     found = bound_every_drive(
         problem,

@@ -13,7 +13,6 @@ import scipy.sparse as sp
 from stickslip.dynamics.checks import require_choice, require_integer, require_memory
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.options import COUNT
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.graph.grid import build_grid, polished, station_costs
 from stickslip.optim.posture.graph.search import (
     OVER_GRID,
@@ -236,4 +235,4 @@ def _result(
         message = f"{flow.message}; value {value!r}, proved bound {bound!r}"
     elif spread > WHOLE:
         status, message = OptimStatus.INACCURATE, f"{flow.message}; off whole numbers by {spread}"
-    return result_at(problem, x, status=status, message=message, **common)
+    return problem.result(x, status=status, message=message, **common)

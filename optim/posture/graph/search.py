@@ -25,7 +25,6 @@ from stickslip.optim.posture.criteria import (
     station_cost,
     step_cost,
 )
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.graph.grid import (
     PostureGrid,
     build_grid,
@@ -75,8 +74,7 @@ def solve_grid(
         common["evaluations"] = grid.evaluations
         if reason:
             return grid.without_path(len(nodes), reason, common)
-        return result_at(
-            problem,
+        return problem.result(
             grid.angles_at(np.array(nodes)),
             status=OptimStatus.FEASIBLE,
             message="chosen point by point, leg_rate not looked at",
@@ -149,8 +147,7 @@ def solve_dp(
             "certificate": {"edges": proof.edges, "missed": proof.missed},
         }
         proved = OVER_GRID.format(grid.what) if closed else f"no better path by {proof.bound!r}"
-        result = result_at(
-            problem,
+        result = problem.result(
             grid.angles_at(paths.nodes),
             status=OptimStatus.FEASIBLE if closed else OptimStatus.INACCURATE,
             message=grid.stuck or proved,

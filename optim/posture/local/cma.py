@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.checks import shown
 from stickslip.optim.methods import evolution, evolve, package, shortcomings
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.local.linearise import begin
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.waypoints import (
@@ -50,8 +49,7 @@ def solve_cma(
     near, x, note = begun
     at = near(x)
     found = evolve(problem, search, x, near.value(at), near.scale(at), progress)
-    return result_at(
-        problem,
+    return problem.result(
         found.x,
         method="cma",
         began=began,

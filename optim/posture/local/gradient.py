@@ -20,7 +20,6 @@ from scipy.optimize import OptimizeResult, minimize
 from stickslip.dynamics.checks import require_integer
 from stickslip.optim.methods import SLSQP_STATUSES, shortcomings
 from stickslip.optim.options import COUNT, require_scalar
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.local.linearise import Linear, Near, begin, within_rates
 from stickslip.optim.posture.local.scp import ConvexModel
 from stickslip.optim.posture.result import PostureResult
@@ -73,8 +72,7 @@ def solve_gradient(
     with Bar("gradient", iterations, "iteration", progress) as bar:
         last = _last_run(near, x, iterations, tolerance, bar)
     status, why = last.ended()
-    return result_at(
-        problem,
+    return problem.result(
         last.x,
         method="gradient",
         began=began,

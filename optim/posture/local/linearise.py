@@ -20,7 +20,6 @@ from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import float64_program
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, steps
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.station import Station
 from stickslip.optim.result import OptimStatus
@@ -222,14 +221,11 @@ def begin(
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     if problem.free.n == 0:
-        return result_at(
-            problem, x, method=method, status=OptimStatus.FEASIBLE, began=began, evaluations=1,
+        return problem.result(x, method=method, status=OptimStatus.FEASIBLE, began=began, evaluations=1,
             message=f"{note}every angle is given{shortcomings(problem, x)}",
         )  # fmt: skip
     near = Near(problem)
     if near(x).placed:
         return near, x, note
     message = f"{note}where it begins there is no pose, or no forces{shortcomings(problem, x)}"
-    return result_at(
-        problem, x, method=method, status=OptimStatus.FAILED, began=began, message=message
-    )
+    return problem.result(x, method=method, status=OptimStatus.FAILED, began=began, message=message)

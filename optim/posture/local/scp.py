@@ -22,7 +22,6 @@ from stickslip.dynamics.checks import require_choice, require_integer
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import COUNT, require_scalar
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.local.linearise import Linear, Near, begin
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.waypoints import CONVEX, require_waypoint_matrices
@@ -196,8 +195,7 @@ def solve_scp(
             if search.missed() <= MISSED:
                 break
     status, why = search.ended()
-    return result_at(
-        problem,
+    return problem.result(
         search.x,
         method="scp",
         began=began,

@@ -7,14 +7,14 @@ import pytest
 
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import OptimStatus, PostureProblem, Weighted
-from stickslip.optim.posture.finer import evaluate_finer, finer, result_at
+from stickslip.optim.posture.problem import evaluate_finer, finer
 from tests.optim.posture.helpers import over_bump, random_x
 
 MIXED = Weighted((("wheel_energy", 1.0), ("grip", 0.5), ("torque_variation", 1e-3)))
 
 
 def at(problem, x, **others):
-    return result_at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0, **others)
+    return problem.result(x, method="guess", status=OptimStatus.FEASIBLE, began=0.0, **others)
 
 
 @pytest.mark.parametrize("criterion", ["friction_demand", MIXED])

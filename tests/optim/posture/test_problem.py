@@ -9,7 +9,6 @@ import pytest
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
 from stickslip.optim import OptimStatus, PostureProblem, Weighted
-from stickslip.optim.posture.finer import result_at
 from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
@@ -191,7 +190,7 @@ def test_bad_decision_vectors_are_refused():
 def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():
     problem = over_bump(leg_rate=0.01)
     x = random_x(problem)
-    found = result_at(problem, x, method="guess", status=OptimStatus.FEASIBLE, began=0.0)
+    found = problem.result(x, method="guess", status=OptimStatus.FEASIBLE, began=0.0)
     assert found.status is OptimStatus.VIOLATED
     assert not found.feasible
     assert found.residuals["leg_rate"] > 0
