@@ -221,9 +221,9 @@ def begin(
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     if problem.free.n == 0:
-        return problem.result(x, method=method, status=OptimStatus.FEASIBLE, began=began, evaluations=1,
-            message=f"{note}every angle is given{shortcomings(problem, x)}",
-        )  # fmt: skip
+        message = f"{note}every angle is given{shortcomings(problem, x)}"
+        common = {"method": method, "began": began, "evaluations": 1}
+        return problem.result(x, status=OptimStatus.FEASIBLE, message=message, **common)
     near = Near(problem)
     if near(x).placed:
         return near, x, note
