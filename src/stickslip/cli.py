@@ -26,7 +26,7 @@ from stickslip.programs import compiled_programs
 from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from stickslip.records.table import Content
 
@@ -64,9 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     did not get to the end, 2 for wrong input, 128 and a signal's number where one ended it (130
     after Ctrl-C), 141 where the reader of the output left before its end."""
     if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
-        from stickslip.completing import complete
-
-        complete(make_parser)
+        _complete()
     prepare_streams()
     try:
         with handled(interrupt):
@@ -164,10 +162,11 @@ def _run(given: argparse.Namespace) -> int:
 
 def _found(flags: dict[str, Any]) -> Content | None:
     command = COMMANDS[flags["command"]]
+    run = command.run.format(machine=flags.get("machine"))
     if not command.compiles:
-        return function_of(command.run)(flags)
+        return function_of(run)(flags)
     with compiled_programs(keep=flags["keep_programs"]):
-        return function_of(command.run)(flags)
+        return function_of(run)(flags)
 
 
 def prepare_streams() -> None:
@@ -191,6 +190,26 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
         raise error
     missing = error.object[error.start : error.end]
     return "".join(INSTEAD.get(letter, "?") for letter in missing), error.end
+
+
+def _complete() -> None:
+    """Print what may follow the line in the environment, as a shell's script reads it, and leave.
+
+    argcomplete runs this program for each Tab, so commands have the flags of the machine that
+    stands on the line. An open quotation mark is no obstacle.
+    """
+    import argcomplete
+
+    line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0") or 0)]
+    words = line.replace("'", " ").replace('"', " ").split()[1:]
+    argcomplete.autocomplete(make_parser(words), always_complete_options="long")
+
+
+def completion_command(flags: Mapping[str, Any]) -> None:
+    """Print the script that a shell is to read."""
+    import argcomplete
+
+    print(argcomplete.shellcode(["stickslip"], shell=flags["shell"]), end="")
 
 
 class _Version(argparse.Action):

@@ -1,8 +1,8 @@
 """The commands of `stickslip` in one table.
 
 `flags` adds a command's flags to its parser and imports nothing heavy. `run` takes the parsed flags
-by name and returns a Content, or None. Both are named as "module:function" and imported when their
-command is asked for. Examples are shown at the end of the help.
+by name and returns a Content, or None. Both are named as "module:function", the module perhaps by
+the machine, and imported when their command is asked for. Examples end the help.
 """
 
 from __future__ import annotations
@@ -42,9 +42,6 @@ COMMANDS = {
         "agents.commands:train_command",
         {
             "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
-            "stickslip train biped --mu-static 0.1 --timesteps 200000 --seed 3": (
-                "a floor of one's own"
-            ),
             "stickslip train biped --payload 2 --set slip_weight=2 random_mass=0.9,1.1": (
                 "other settings, by their names"
             ),
@@ -72,7 +69,7 @@ COMMANDS = {
     "simulate": Command(
         "a walk under a torque, or a drive with given leg angles, as data and a picture",
         "simulate.flags:add_flags",
-        "simulate:simulate_command",
+        "simulate.{machine}:simulate_command",
         {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
             "--period 0.005 --seconds 3 --plot walk.png": (
@@ -80,16 +77,11 @@ COMMANDS = {
             ),
             "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
             "--set kinetic_ratio=0.8 --seconds 0.9 --out ice.parquet": "a patch of ice",
-            "stickslip simulate biped --torque walk.csv --crank-rate 3 --scene wet --period 0.005 "
-            "--tolerance 1e-3 --json --out again.csv": (
-                "an earlier walk's torques, as exact as needed"
-            ),
             "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": (
                 "legs held still over a bump"
             ),
-            "stickslip optimise ugv --track bump": "the drive of the least wheel energy",
             "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump "
-            "--friction 0.5 --out slippery.csv": "that drive on worse ground",
+            "--friction 0.5 --out slippery.csv": "an optimised drive on worse ground",
         },
     ),
     "sweep": Command(
@@ -156,10 +148,7 @@ COMMANDS = {
         "policies_command:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
-            "stickslip demo": "trains a walker, into runs/demo",
-            "stickslip export runs/demo --out walker.npz": (
-                "of a run, here that one, for NumPy alone"
-            ),
+            "stickslip export runs/demo --out walker.npz": ("of a run, for NumPy alone"),
         },
         json=False,
         compiles=False,
@@ -167,7 +156,7 @@ COMMANDS = {
     "optimise": Command(
         "a UGV's leg angles along a track, or the biped's best gait",
         "optimise.flags:add_flags",
-        "optimise:optimise_command",
+        "optimise.{machine}:optimise_command",
         {
             "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
                 "least wheel energy over a higher bump, with motors of 400 N m"
@@ -199,14 +188,13 @@ COMMANDS = {
             "stickslip bench": "which there are, and which of them run here",
             "stickslip bench throughput --quick": "environment steps a second, in some minutes",
             "stickslip bench optimisers methods --json": "what one found, for a program to read",
-            "stickslip bench suite --help": "the flags of one",
         },
         compiles=False,
     ),
     "completion": Command(
         "what makes a shell complete commands, flags and names",
         "flags:completion_flags",
-        "completing:completion_command",
+        "cli:completion_command",
         {
             "stickslip completion bash >> ~/.bashrc": "for good, in bash",
             "stickslip completion zsh >> ~/.zshrc": "in zsh",

@@ -84,7 +84,7 @@ def test_a_demos_table_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch,
 def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):
     from stickslip.optimise import ugv
 
-    monkeypatch.setattr(ugv, "optimise_ugv_command", lambda given: Content(status=NOTHING_FOUND))
+    monkeypatch.setattr(ugv, "optimise_command", lambda given: Content(status=NOTHING_FOUND))
     assert main(["optimise", "ugv", "--json"]) == NOTHING_FOUND
     assert strict(capsys.readouterr().out) == {
         "command": "optimise",

@@ -56,7 +56,7 @@ NEEDS = {"cma": "cma"}
 """Packages of an extra, by the method."""
 
 
-def optimise_ugv_command(flags: Mapping[str, Any]) -> Content:
+def optimise_command(flags: Mapping[str, Any]) -> Content:
     """Solve a posture problem, print and write the drive; NOTHING_FOUND without one.
 
     Writes DIR/stations.csv, result.json and drive.png, each under a temporary name first; without

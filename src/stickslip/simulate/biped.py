@@ -48,7 +48,7 @@ SECONDS = 6.0
 """Walked unless something else is said."""
 
 
-def simulate_biped_command(flags: Mapping[str, Any]) -> Content:
+def simulate_command(flags: Mapping[str, Any]) -> Content:
     """Walk, print the summary and write the rows; NOTHING_FOUND where the walk ends early.
 
     Whatever is wrong is refused before anything is computed. A walk that ends early is written as

@@ -46,7 +46,7 @@ SPACING = 0.1
 """Of waypoints [m], unless something else is said."""
 
 
-def simulate_ugv_command(flags: Mapping[str, Any]) -> Content:
+def simulate_command(flags: Mapping[str, Any]) -> Content:
     """Evaluate a drive, print and write it; NOTHING_FOUND where it breaks a constraint.
 
     Whatever is wrong is refused before anything is computed; a drive that cannot be driven is

@@ -37,7 +37,7 @@ NOT_WALKED = (
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
-def optimise_gait_command(flags: Mapping[str, Any]) -> Content:
+def optimise_command(flags: Mapping[str, Any]) -> Content:
     """Find a gait, replay it, print and write it; NOTHING_FOUND without one.
 
     Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
