@@ -20,12 +20,6 @@ def test_a_peak_between_samples_is_found_to_third_order():
     assert peak_of(np.array([3.0, 2.0, 1.0])) == (0.0, 3.0)
 
 
-def test_a_slide_belongs_to_the_step_whose_exchange_starts_it():
-    early, late = Slide(0.9999999999, 1.2, 1e-3), Slide(1.4, 2.1, 1e-3)
-    assert (early.step, early.onset) == (1, 0.0)
-    assert (late.step, late.onset, late.stop) == (1, pytest.approx(0.4), pytest.approx(1.1))
-
-
 def test_a_slide_over_the_exchange_counts_in_each_step_with_its_share():
     time = np.linspace(0, 3, 31)
     # -2 mm in the first step; +6 mm from 1.4 T to 2.2 T, 3/4 of it in the second step

@@ -72,16 +72,6 @@ def test_names_cannot_bring_elements():
     )
 
 
-def test_the_library_comes_with_its_licence():
-    text = page_text(page("walker"))
-    assert "Copyright (c) 2022 Leon Sorokin" in text
-    assert "Permission is hereby granted" in text
-
-
-def test_the_same_page_is_the_same_text():
-    assert page_text(page("walker")) == page_text(page("walker"))
-
-
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [

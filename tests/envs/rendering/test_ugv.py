@@ -76,19 +76,6 @@ def test_slip_is_shown_in_another_colour():
     assert pixels(slips, theme.HOLDS) < pixels(holds, theme.HOLDS)
 
 
-def test_a_picture_depends_on_its_frame_alone_but_for_the_strips():
-    one, _, other = frames()
-    drawn = renderer()
-    drawn.draw(one)
-    moved = drawn.draw(other)
-    drawn.reset()
-    alone = drawn.draw(other)
-    assert np.array_equal(alone, renderer().draw(other))
-    left = slice(None), slice(0, 640)
-    assert np.array_equal(moved[left], alone[left])
-    assert not np.array_equal(moved, alone)
-
-
 def test_pictures_come_out_of_the_adapters():
     env = make(render_mode="rgb_array")
     env.reset(seed=0)
@@ -103,9 +90,3 @@ def test_pictures_come_out_of_the_adapters():
     assert both is not None
     assert [one.shape for one in both] == [(540, 960, 3)] * 2
     assert np.array_equal(both[0], picture)
-
-
-@pytest.mark.parametrize("size", [(100, 540), (960, 100)])
-def test_too_small_pictures_are_refused(size):
-    with pytest.raises(ValueError, match="too small to read"):
-        renderer(width=size[0], height=size[1])

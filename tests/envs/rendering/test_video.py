@@ -46,27 +46,6 @@ def test_a_film_has_every_picture_in_its_order(ffmpeg, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_odd_sizes_get_a_row_and_a_column_more(ffmpeg, tmp_path):
-    path = save_animation(shades(2, 47, 63), tmp_path / "walk.mp4")
-    assert read_back(ffmpeg, path, 48, 64).shape[0] == 2
-
-
-def test_pictures_go_to_ffmpeg_as_they_come(ffmpeg, tmp_path):
-    alive: list[int] = []
-
-    class Frame(np.ndarray):
-        def __del__(self):
-            alive.pop()
-
-    def frames():
-        for one in shades(6):
-            alive.append(1)
-            yield one.view(Frame)
-            assert len(alive) <= 2
-
-    save_animation(frames(), tmp_path / "walk.mp4")
-
-
 def test_a_failure_leaves_the_film_that_was_there(ffmpeg, tmp_path):
     def breaks():
         yield from shades(2)
