@@ -10,6 +10,12 @@ from typing import TYPE_CHECKING
 
 from stickslip.dynamics.lazily import loaded_when_used
 
+GENERAL_METHODS: dict[str, str] = {
+    "gradient": "nonlinear programming by scipy on exact derivatives",
+    "cma": "evolution by the package cma, where it is installed",
+}
+"""Methods for all problems by name."""
+
 if TYPE_CHECKING:
     from stickslip.optim.function_problem import FunctionProblem
     from stickslip.optim.gait.gait import Certificate, Gait, GaitResult

@@ -7,7 +7,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, cast
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known
-from stickslip.optim.names import IN_WORDS
+from stickslip.optim import GENERAL_METHODS
 from stickslip.optim.problem import Method, Problem, R, Structure
 
 if TYPE_CHECKING:
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 
 GENERAL: dict[str, Method] = {
     "gradient": Method(
-        IN_WORDS["gradient"],
+        GENERAL_METHODS["gradient"],
         "stickslip.optim.methods:solve_gradient",
         frozenset({Structure.SMOOTH}),
     ),
-    "cma": Method(IN_WORDS["cma"], "stickslip.optim.methods:solve_cma"),
+    "cma": Method(GENERAL_METHODS["cma"], "stickslip.optim.methods:solve_cma"),
 }
 """The methods for every problem that has what they need."""
 

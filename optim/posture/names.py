@@ -1,6 +1,6 @@
 """Criteria and methods by name, with a few words for each: known without JAX and any solver."""
 
-from stickslip.optim.names import IN_WORDS
+from stickslip.optim import GENERAL_METHODS
 
 CRITERIA_IN_WORDS: dict[str, str] = {
     "wheel_energy": (
@@ -25,6 +25,6 @@ METHODS: dict[str, str] = {
     "lp": "the same as a flow in cvxpy: its dual certifies the value",
     "branch": "dp and scp, and branch and bound over cells of angles: what no drive can beat",
     "scp": "sequential convex programming in cvxpy, from a feasible path",
-    **IN_WORDS,
+    **GENERAL_METHODS,
 }
 """The methods of a posture problem; `methods_of` tells those of any problem."""

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.convex.grid_problem import GridProblem
     from stickslip.optim.gait.gait import Gait
 
-SIGNS = (1.0, -1.0)
-MET = 1e-5
-"""Relative gap above which the multipliers are tried with the other sign, too."""
 SLOW = 0.1
 """If the greatest b is less than this of its unit, the unit is reduced and all is solved
 again: the solver's accuracy is that of the largest numbers."""
@@ -63,21 +60,14 @@ def answered(problem: GridProblem, solves: int = 1, *, every: bool = True) -> An
         return answered(replace(problem, rate_unit=rate), solves + 1, every=every)
     gait = problem.gait_of(solved)
     value = problem.goal.of(gait.spent_on_grid)
-    nodes = problem.sample(inside=False)
-    inside = problem.sample(inside=True) if every else None
-    bound, of_every = -np.inf, -np.inf
-    for sign in SIGNS:
-        multipliers = Multipliers.of(solved.duals, sign)
-        at = solved.a, gait.b / units.b
-        new = grid_bound(problem, nodes, numbers, multipliers, at) * scale
-        if new > bound:
-            bound = new
-            if inside is not None:
-                of_every = every_bound(problem, inside, numbers, multipliers) * scale
-        if value - bound <= MET * max(abs(value), scale):
-            break
+    multipliers, at = Multipliers.of(solved.duals), (solved.a, gait.b / units.b)
+    bound = grid_bound(problem, problem.sample(inside=False), numbers, multipliers, at) * scale
+    proved = None
+    if every:
+        inside = problem.sample(inside=True)
+        proved = max(every_bound(problem, inside, numbers, multipliers) * scale, 0.0)
     certificate = certificate_of(problem, gait, solved, value, max(bound, 0.0))
-    return Answer(gait, certificate, max(of_every, 0.0) if every else None, solved, problem, solves)
+    return Answer(gait, certificate, proved, solved, problem, solves)
 
 
 def certificate_of(
@@ -143,16 +133,10 @@ def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
     if solved.duals is None or solved.a is None or solved.b is None:
         return False
     numbers = replace(problem.numbers(), weights={})
-    sample = problem.sample(inside=every)
-    for sign in SIGNS:
-        multipliers = Multipliers.of(solved.duals, sign)
-        if every:
-            found = every_bound(problem, sample, numbers, multipliers)
-        else:
-            found = grid_bound(problem, sample, numbers, multipliers, (solved.a, solved.b))
-        if found > 0:
-            return True
-    return False
+    sample, multipliers = problem.sample(inside=every), Multipliers.of(solved.duals)
+    if every:
+        return every_bound(problem, sample, numbers, multipliers) > 0
+    return grid_bound(problem, sample, numbers, multipliers, (solved.a, solved.b)) > 0
 
 
 def nothing_left(problem: GridProblem) -> bool:

@@ -43,18 +43,17 @@ STEEP = 1e-12
 
 @dataclass(frozen=True)
 class Multipliers:
-    """pi in each cell [n, K], of b at exchanges, and of the time, with one sign."""
+    """pi in each cell [n, K], of b at exchanges, and of the time."""
 
     motion: Float[np.ndarray, "n K"]
     exchange: Float[np.ndarray, "e"]
     time: float
 
     @classmethod
-    def of(cls, duals: Duals, sign: float) -> Multipliers:
-        """sign: of the equalities; which one the solver's interface gives is not relied on."""
+    def of(cls, duals: Duals) -> Multipliers:
+        """Those of a solver; whatever is not finite there counts as 0."""
         finite = [np.nan_to_num(part, posinf=0.0, neginf=0.0) for part in duals[:2]]
-        time = max(float(np.nan_to_num(duals.time)), 0.0)
-        return cls(sign * finite[0], sign * finite[1], time)
+        return cls(*finite, max(float(np.nan_to_num(duals.time)), 0.0))
 
     def joined(self, periodic: bool) -> tuple[np.ndarray, np.ndarray]:
         """Multipliers of b at both ends of each step [n]: 0 where nothing joins them."""

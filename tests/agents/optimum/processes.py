@@ -1,4 +1,4 @@
-"""Processes with a known optimum."""
+"""Processes with a known optimum, and the coordinates of tests/agents/mass.py's environment."""
 
 from dataclasses import dataclass
 
@@ -9,6 +9,7 @@ import numpy as np
 from stickslip.agents.optimum import Axis, Grid, Sheet
 from stickslip.agents.optimum.value_iteration import Transition
 from stickslip.dynamics.pytrees import register_pytree
+from tests.agents.mass import MassEnv, MassState
 
 
 @register_pytree
@@ -102,3 +103,37 @@ class Balance:
         after = 1.5 * state + action[0] / 4
         fell = jnp.abs(after) > 1
         return Transition(after, jnp.where(fell, -9.0, 1 + after), fell)
+
+
+ENV = MassEnv()
+PARAMS = ENV.default_params
+
+
+@dataclass(frozen=True)
+class MassStates:
+    """Place and speed."""
+
+    low: float = -0.6
+
+    @property
+    def axes(self):
+        return (("place", "speed"),)
+
+    def grid(self, params, fineness=1.0):
+        place = Axis.even("place", self.low, 1.8, round(48 * fineness), unit="m")
+        speed = Axis.even("speed", -2.0, 2.0, round(40 * fineness), unit="m/s")
+        return Grid((Sheet("floor", (place, speed)),))
+
+    def state(self, params, place):
+        x, v = place.coordinates
+        none = jnp.zeros((), jnp.int32)
+        return MassState(x, v, none, jnp.zeros((), bool), jnp.zeros_like(x))
+
+    def place(self, grid, state):
+        return grid.place(0, state.place, state.speed)
+
+    def leaving(self, params):
+        return -35.0
+
+    def most(self, params):
+        return 1.0

@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.agents.optimum import known, replay, solve
 from tests.agents.mass import Pull
-from tests.agents.optimum.masses import ENV, PARAMS, MassStates
+from tests.agents.optimum.processes import ENV, PARAMS, MassStates
 
 STATES = MassStates()
 

@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.agents.optimum import solve
 from stickslip.agents.optimum.solution import digest_of
-from tests.agents.optimum.masses import ENV, PARAMS, MassStates
+from tests.agents.optimum.processes import ENV, PARAMS, MassStates
 
 GIVEN = {"states": MassStates(), "actions": 5, "fineness": 0.25}
 

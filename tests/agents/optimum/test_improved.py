@@ -12,8 +12,8 @@ from stickslip.agents.evaluation.evaluate import play
 from stickslip.agents.evaluation.rollout import Idle, episode_key, horizon, without_resets
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.optimum import Improved
-from tests.agents.optimum.masses import ENV as RESETTING
-from tests.agents.optimum.masses import PARAMS
+from tests.agents.optimum.processes import ENV as RESETTING
+from tests.agents.optimum.processes import PARAMS
 
 ENV = without_resets(RESETTING)
 COUNT = 5
