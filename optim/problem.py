@@ -261,10 +261,6 @@ class FreeProblem(Problem[Result]):
         """See Problem."""
         return self.problem.gradient(self.expand(x))[self.which]
 
-    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
-        """See Problem."""
-        return self.problem.constraints(self.expand(x))
-
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
@@ -274,12 +270,6 @@ class FreeProblem(Problem[Result]):
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """See Problem."""
         return self.problem.jacobian(self.expand(x))[:, self.which]
-
-    def sample(
-        self, X: Float[np.ndarray, "B n"]
-    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
-        """See Problem."""
-        return self.problem.sample(self.expand(X))
 
     def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
         """See Problem."""
