@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def conic(objective: Objective, seed: int) -> None:
     objective(np.clip(objective.free[0].reduce(found()), *objective.bounds))
 
 
-def scipy_local(method: str, options: dict[str, Any], objective: Objective, seed: int) -> None:
+def scipy_local(method: str, options: dict[str, float], objective: Objective, seed: int) -> None:
     """Restart a method of scipy.optimize.minimize; COBYLA begins with a fifth of the bounds."""
     from scipy.optimize import minimize
 
@@ -146,10 +146,15 @@ def differential_evolution(objective: Objective, seed: int) -> None:
     from stickslip.optim.instances.exports import as_scipy_global
 
     rng = np.random.default_rng(seed)
-    begin: Any = objective.from_unit(rng.random((POPULATION, objective.n)))
-    how: dict[str, Any] = {"vectorized": True, "updating": "deferred", "polish": False}
     optimize.differential_evolution(
-        **as_scipy_global(objective), init=begin, rng=rng, maxiter=MANY, tol=0, **how
+        **as_scipy_global(objective),
+        init=objective.from_unit(rng.random((POPULATION, objective.n))),
+        rng=rng,
+        maxiter=MANY,
+        tol=0,
+        vectorized=True,
+        updating="deferred",
+        polish=False,
     )
 
 

@@ -200,7 +200,7 @@ def _rows(path: Path) -> list[Row]:
     names = table.column_names
     if missing := [name for name in REQUIRED if name not in names]:
         raise RefusedError(f"no column {missing[0]!r}; its columns are {', '.join(names)[:300]}")
-    columns: dict[str, list[Any]] = {name: [None] * table.num_rows for name in COLUMNS}
+    columns: dict[str, list[object]] = {name: [None] * table.num_rows for name in COLUMNS}
     for name in names:
         if name not in COLUMNS or names.count(name) > 1:
             raise RefusedError(f"column {shown(name)} is unknown or twice{nearest(name, COLUMNS)}")

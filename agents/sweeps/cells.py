@@ -18,7 +18,7 @@ from datetime import UTC, datetime
 from functools import lru_cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
-from typing import TYPE_CHECKING, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stickslip.agents.untrusted import (
     RefusedError,
@@ -39,10 +39,8 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from distributed import Client
 
-    from stickslip.optim.instances.exports import Foreign
-
 Found = TypeVar("Found")
-Head: TypeAlias = "dict[str, Foreign]"
+Head: TypeAlias = "dict[str, Any]"
 """The JSON file of a directory."""
 VERSION, MOST_CELLS = 3, 10**6
 DATA, KEY, CELL = "data", b"stickslip", re.compile(r"cell-(\d{6})\.parquet")
