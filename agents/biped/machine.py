@@ -57,9 +57,8 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     modules = (
         "stickslip.dynamics.biped.params",
         "stickslip.dynamics.biped.model",
-        "stickslip.dynamics.biped.tables",
-        "stickslip.dynamics.biped.stepping.integrators",
         "stickslip.dynamics.biped.inertia",
+        "stickslip.dynamics.biped.stepping.integrators",
         "stickslip.dynamics.biped.setting",
         "stickslip.dynamics.scene",
         "stickslip.envs.biped.env",

@@ -7,8 +7,10 @@ from stickslip.dynamics.biped.forces import (
     inverse_dynamics,
 )
 from stickslip.dynamics.biped.inertia import (
+    Chebyshev,
     GroundMoment,
     ReducedInertia,
+    Table,
     ground_moment,
     reduced_inertia,
 )
@@ -44,7 +46,6 @@ from stickslip.dynamics.biped.stepping.integrators import (
     RK4Split,
     SemiImplicitEuler,
 )
-from stickslip.dynamics.biped.tables import Chebyshev, Table
 from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
 
 __all__ = [

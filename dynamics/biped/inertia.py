@@ -1,15 +1,31 @@
-"""M, P, Y of MODEL 1.4 and the ground's moment, exact: functions of the crank angle alone."""
+"""M, P, Y of MODEL 1.4 and the ground's moment: exact, or fitted on the support phase.
+
+All are functions of the crank angle alone. Fitted ones are piecewise polynomials or one Chebyshev
+series each: the slopes are interpolated at Chebyshev nodes (in every piece) and integrated, so that
+dM is exactly the derivative of M inside a piece, and single precision keeps its digits in both.
+Beyond the ends of the support phase the outermost pieces go on for one more length, which is what
+locating the exchange needs; farther out the values stay what they are there. One series of high
+degree needs no piece to be looked up, but every one of its terms: `python -m benchmarks.tradeoff`
+measures both.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.links import LINK_OF_BODY, centres_and_angles
+from stickslip.dynamics.biped.links import (
+    LINK_OF_BODY,
+    SUPPORT_END,
+    SUPPORT_START,
+    centres_and_angles,
+)
+from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.numeric import Number, float_type
 from stickslip.dynamics.pytrees import register_pytree
 
@@ -123,3 +139,207 @@ class ExactInertia:
     def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """L and its slope alone, at `theta` [rad]."""
         return ground_moment(self.params, theta)[:2]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Piecewise polynomials: number of pieces and degree. Static and hashable.
+
+    With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in
+    SI units and float64.
+    """
+
+    pieces: int = 32
+    degree: int = 7
+
+    def __post_init__(self):
+        for name, low, high in (("pieces", 1, 4096), ("degree", 2, 12)):
+            accepted = f"an integer from {low} to {high}"
+            require_integer(name, getattr(self, name), low=low, high=high, accepted=accepted)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class TableInertia:
+    """Coefficients by rising power of the position in [-1, 1] within a piece."""
+
+    momenta: Float[Array, "pieces 3 powers"]
+    """M, P, Y"""
+    moments: Float[Array, "pieces 3 powers"]
+    """L and the mass moments sum m X, sum m y"""
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+        """M, P, Y and slopes at `theta` [rad]."""
+        (M, P, Y), (dM, dP, dY) = _evaluate(self.momenta, theta)
+        return ReducedInertia(M, dM, P, dP, Y, dY)
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
+        (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta)
+        return GroundMoment(L, dL, X, Y)
+
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        (L,), (dL,) = _evaluate(self.moments[:, :1], theta)
+        return L, dL
+
+
+def fit_table(params: BipedParams, table: Table) -> TableInertia:
+    """Build the table from the exact functions; pure, so that vmapped parameters fit their own."""
+    width = (SUPPORT_END - SUPPORT_START) / table.pieces
+    dtype = jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params)))
+    nodes, to_powers = _nodes_and_transform(table.degree)
+    middles = SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
+    angles = middles[:, None] + width / 2 * np.append(nodes, 0.0)
+    inertia, moment = jax.vmap(jax.vmap(lambda angle: inertia_and_moment(params, angle)))(
+        jnp.asarray(angles, dtype)
+    )
+
+    counts = jnp.arange(1, table.degree + 1, dtype=dtype)
+
+    def powers(
+        value: Float[Array, "pieces nodes"], slope: Float[Array, "pieces nodes"]
+    ) -> Float[Array, "pieces powers"]:
+        """Integrate the interpolated slope; the constant is the value at the piece's middle."""
+        rising = slope[:, :-1] @ jnp.asarray(to_powers.T, dtype) * dtype.type(width / 2)
+        return jnp.concatenate([value[:, -1:], rising / counts[None]], -1)
+
+    momenta = [(inertia.M, inertia.dM), (inertia.P, inertia.dP), (inertia.Y, inertia.dY)]
+    moments = [(moment.L, moment.dL), (moment.X, inertia.P), (moment.Y, inertia.Y)]
+    return TableInertia(
+        *(
+            jnp.stack([powers(*pair) for pair in pairs], axis=1).astype(dtype)
+            for pairs in (momenta, moments)
+        )
+    )
+
+
+@lru_cache
+def _nodes_and_transform(degree: int) -> tuple[np.ndarray, np.ndarray]:
+    """Chebyshev nodes for the slope, and the matrix from its values there to its powers."""
+    nodes = np.cos((np.arange(degree) + 0.5) * np.pi / degree)
+    return nodes, np.linalg.inv(np.vander(nodes, increasing=True))
+
+
+def _evaluate(
+    coefficients: Float[Array, "pieces n powers"], theta: Float[Array, ""]
+) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    """Values and slopes of the n polynomials of one table at `theta` (Horner's rule)."""
+    pieces, _, powers = coefficients.shape
+    scale = pieces / (SUPPORT_END - SUPPORT_START)
+    place = (theta - SUPPORT_START) * scale
+    piece = jnp.clip(jnp.floor(place), 0, pieces - 1)
+    row = coefficients[piece.astype(jnp.int32)]
+    u = jnp.clip(2 * (place - piece) - 1, -3.0, 3.0)
+    value, slope = row[:, powers - 1], jnp.zeros_like(row[:, 0])
+    for k in range(powers - 2, -1, -1):
+        slope = slope * u + value
+        value = value * u + row[:, k]
+    return value, slope * (2 * scale)
+
+
+@dataclass(frozen=True)
+class Chebyshev:
+    """Chebyshev series of the given degree. Static and hashable."""
+
+    degree: int = 48
+
+    def __post_init__(self):
+        accepted = "an integer from 4 to 256"
+        require_integer("degree", self.degree, low=4, high=256, accepted=accepted)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class SeriesInertia:
+    """Chebyshev coefficients of values and slopes, by rising degree; slopes by the crank angle."""
+
+    momenta: Float[Array, "degrees 6"]
+    """M, P, Y and their slopes"""
+    moments: Float[Array, "degrees 4"]
+    """L, its slope, and the mass moments sum m X, sum m y"""
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+        """M, P, Y and slopes at `theta` [rad]; along a straight line beyond the series' reach."""
+        (*values, dM, dP, dY), beyond = _clenshaw(self.momenta, theta)
+        slopes = (dM, dP, dY)
+        M, P, Y = (value + slope * beyond for value, slope in zip(values, slopes, strict=True))
+        return ReducedInertia(M, dM, P, dP, Y, dY)
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
+        return GroundMoment(*_clenshaw(self.moments, theta)[0])
+
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        L, dL = _clenshaw(self.moments[:, :2], theta)[0]
+        return L, dL
+
+
+def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
+    """Interpolate the slopes at Chebyshev nodes, integrate; pure: vmapped robots fit their own."""
+    dtype = float_type(params)
+    nodes, transform, integrate = _transform(spec.degree)
+    half = (SUPPORT_END - SUPPORT_START) / 2
+    angles = jnp.asarray(SUPPORT_START + half * (1 + nodes), dtype)
+    inertia, moment = jax.vmap(lambda angle: inertia_and_moment(params, angle))(angles)
+    to_slope = jnp.asarray(transform, dtype)
+    to_value = jnp.asarray(half * integrate, dtype)
+
+    def coefficients(
+        values: tuple[Float[Array, " nodes"], ...], slopes: tuple[Float[Array, " nodes"], ...]
+    ) -> tuple[Float[Array, "nodes k"], Float[Array, "nodes k"]]:
+        """Series of the values: integrated slopes, with the constant that fits the values' mean."""
+        fitted = to_slope @ jnp.stack(slopes, axis=1)
+        raised = to_value @ fitted
+        return raised.at[0].set((to_slope @ jnp.stack(values, axis=1))[0]), fitted
+
+    value, slope = coefficients(
+        (inertia.M, inertia.P, inertia.Y), (inertia.dM, inertia.dP, inertia.dY)
+    )
+    turn, turn_slope = coefficients(
+        (moment.L, moment.X, moment.Y), (moment.dL, inertia.P, inertia.Y)
+    )
+    moments = jnp.stack([turn[:, 0], turn_slope[:, 0], turn[:, 1], turn[:, 2]], axis=1)
+    return SeriesInertia(
+        jnp.concatenate([value, slope], axis=1).astype(dtype), moments.astype(dtype)
+    )
+
+
+@lru_cache
+def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Nodes; values there to Chebyshev coefficients; coefficients to those of the integral."""
+    count = degree + 1
+    angles = (np.arange(count) + 0.5) * np.pi / count
+    orders = np.arange(count)
+    transform = 2 / count * np.cos(np.outer(orders, angles))
+    transform[0] /= 2
+    integrate = np.zeros((count, count))
+    for k in range(1, count):  # the integral of T_j is T_{j+1}/(2(j+1)) - T_{j-1}/(2(j-1))
+        integrate[k, k - 1] = (2 if k == 1 else 1) / (2 * k)
+        if k + 1 < count:
+            integrate[k, k + 1] = -1 / (2 * k)
+    return np.cos(angles), transform, integrate
+
+
+def _clenshaw(
+    coefficients: Float[Array, "degrees k"], theta: Float[Array, ""]
+) -> tuple[Float[Array, " k"], Float[Array, ""]]:
+    """Sums of the series at `theta` (Clenshaw's recurrence), and how far beyond its reach that is
+    [rad]: there they are those of its reach's end.
+
+    A trial step may end far behind the support phase, where terms of high degree grow without
+    bound. Within 4.5 / degree^2 of the interval's half none exceeds cosh(3) = 10.
+    """
+    half = (SUPPORT_END - SUPPORT_START) / 2
+    reach = 1 + 4.5 / (len(coefficients) - 1) ** 2
+    place = (theta - SUPPORT_START) / half - 1
+    u = jnp.clip(place, -reach, reach)
+
+    def term(carry: tuple[Float[Array, " k"], Float[Array, " k"]], row: Float[Array, " k"]):
+        later, latest = carry
+        return (row + 2 * u * later - latest, later), None
+
+    zero = jnp.zeros_like(coefficients[0])
+    (first, second), _ = jax.lax.scan(term, (zero, zero), coefficients[:0:-1])
+    return coefficients[0] + u * first - second, half * (place - u)

@@ -13,7 +13,15 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.inertia import ExactInertia
+from stickslip.dynamics.biped.inertia import (
+    Chebyshev,
+    ExactInertia,
+    SeriesInertia,
+    Table,
+    TableInertia,
+    fit_series,
+    fit_table,
+)
 from stickslip.dynamics.biped.joints.inertia import JointInertia
 from stickslip.dynamics.biped.links import (
     as_batch,
@@ -22,14 +30,6 @@ from stickslip.dynamics.biped.links import (
     step_length,
 )
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.tables import (
-    Chebyshev,
-    SeriesInertia,
-    Table,
-    TableInertia,
-    fit_series,
-    fit_table,
-)
 from stickslip.dynamics.checks import as_number, nearest, require_kind, shown
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.numeric import Numeric, float_type, require_numeric, require_one

@@ -16,10 +16,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.dynamics import names
+from stickslip.dynamics.biped.inertia import Table
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.setting import DTYPES, Setting
 from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
-from stickslip.dynamics.biped.tables import Table
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 

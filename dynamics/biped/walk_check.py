@@ -16,6 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.biped.inertia import Table
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.biped.params import BipedParams
@@ -29,7 +30,6 @@ from stickslip.dynamics.biped.simulation import (
 )
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.biped.stepping.integrators import EventExact, Integrator
-from stickslip.dynamics.biped.tables import Table
 from stickslip.dynamics.checks import require_integer, require_kind, require_number
 from stickslip.dynamics.scene import Scene, Smoothed, scene_of
 from stickslip.dynamics.status import EventKind, Status
