@@ -124,13 +124,13 @@ def kept_programs(store: Path) -> Iterator[None]:
     try:
         for name, value in settings.items():
             jax.config.update(name, value)
-        compilation_cache.LRUCache = checked_files()  # type: ignore[misc]
+        compilation_cache.LRUCache = checked_files()
         compilation_cache.reset_cache()
         yield
     finally:
         for name, value in before.items():
             jax.config.update(name, value)
-        compilation_cache.LRUCache = unguarded  # type: ignore[misc]
+        compilation_cache.LRUCache = unguarded
         compilation_cache.reset_cache()
         with suppress(OSError):
             shrink(store.parent)

@@ -43,6 +43,8 @@ from stickslip.records.table import Content, json_text
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from jaxtyping import Float
+
 RESULT, PICTURE = "result.json", "drive.png"
 ASKED = (
     *("track", "track_options", "columns", "method"),
@@ -85,7 +87,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     if result.x is not None:
         files[STATIONS] = stations_table(problem.stations(result.x)).csv()
         if given.pictures:
-            files[PICTURE] = _picture(problem, result, Path(given.track).name)
+            files[PICTURE] = _picture(problem, result, result.x, Path(given.track).name)
     write_all(out, files, (STATIONS, RESULT, PICTURE), given.overwrite)
     written = {"files": [str(out / name) for name in files]}
     status = OK if result.x is not None else NOTHING_FOUND
@@ -153,7 +155,9 @@ def _folder(given: PostureOptions) -> Path:
     return require_folder(out, given.overwrite)
 
 
-def _picture(problem: PostureProblem, result: PostureResult, track: str) -> bytes:
+def _picture(
+    problem: PostureProblem, result: PostureResult, x: Float[np.ndarray, "n"], track: str
+) -> bytes:
     from stickslip.envs.rendering.sheet import png
     from stickslip.optimise.picture import draw_drive
 
@@ -163,4 +167,4 @@ def _picture(problem: PostureProblem, result: PostureResult, track: str) -> byte
     off_grid = result.details.get("grid_value", result.value) != result.value
     how = f"{result.method} and scp" if off_grid else result.method
     title = f"{name} {result.value:.5g}{unit} over {track}, by {how}"
-    return png(draw_drive(problem, result.x), title)
+    return png(draw_drive(problem, x), title)
