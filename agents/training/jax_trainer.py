@@ -251,10 +251,7 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
         own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
         learnt = self.learnt(now, own, progress)
-        if learnt is not None:
-            ended = ended_in(learnt.found, self._infos)
-            jax.block_until_ready(learnt.learner)
-        if learnt is None or self.stop():
+        if learnt is None or self._stopped_after(learnt):
             self.stopped = True
             return
         self._learner, self._start = learnt.learner, Start(learnt.found.progress, key)
@@ -264,10 +261,15 @@ class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner,
                 timesteps=self.timesteps,
                 learning_rate=float(now.learning_rate),
                 noise=float(now.noise),
-                ended=ended,
+                ended=ended_in(learnt.found, self._infos),
                 losses={name: float(learnt.losses[name]) for name in self.losses},
             )
         )
+
+    def _stopped_after(self, learnt: Learnt[Learner, State]) -> bool:
+        """Wait for an update, then ask whether to stop."""
+        jax.block_until_ready(learnt.learner)
+        return self.stop()
 
     def take_state(self) -> ModelState:
         """See Trainer."""

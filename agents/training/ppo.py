@@ -329,6 +329,7 @@ def train_population(
     program = _Program(same_step(env), sizes, inputs, RETURN in names, vmapped)
     rates = _spread(rates.validate(), members)
     at, rows = _begin(program, params, np.asarray(numbers)), []
+    now = Population(at.learner, 0, {})
     ends = {-(-updates * part // parts) for part in range(1, parts + 1)}
     for index in range(updates):
         share = jnp.float32(index * sizes.samples / timesteps)

@@ -265,7 +265,7 @@ class SB3Trainer(Trainer[LearningConfiguration, State, Params]):
     def _put_state(self, model: PPO | SAC, state: ModelState) -> None:
         if state["algorithm"] != type(model).__name__:
             raise ValueError(f"it is of {state['algorithm']!r}, this run is {type(model).__name__}")
-        parameters = model.get_parameters()
+        parameters: Any = model.get_parameters()
         for name, part in parameters.items():
             own = {
                 key.removeprefix(f"{name}/"): torch.from_numpy(np.array(one))

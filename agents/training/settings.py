@@ -98,7 +98,7 @@ class LearningConfiguration(Configuration):
     evaluation_episodes: int = entry(32, int, "episodes an evaluation", low=1, high=65536)
 
     if TYPE_CHECKING:
-        sac: SACSettings  # a field where the algorithms have it
+        sac: SACSettings = group(SACSettings)  # where the algorithms have it
 
     FLAGS: ClassVar = (
         "task",

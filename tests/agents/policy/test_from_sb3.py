@@ -37,9 +37,7 @@ def sb3_model(kind, env=None, **options):
 
 
 @SB3
-@pytest.mark.parametrize(
-    ("kind", "sizes"), [("PPO", [16, 8]), ("PPO", []), ("SAC", [16, 8]), ("SAC", [4])]
-)
+@pytest.mark.parametrize(("kind", "sizes"), [("PPO", [16, 8]), ("PPO", []), ("SAC", [4])])
 def test_an_sb3_actor_gives_the_same_actions(kind, sizes):
     model = sb3_model(kind, policy_kwargs={"net_arch": sizes})
     policy = from_sb3(model)

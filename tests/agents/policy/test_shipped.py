@@ -143,17 +143,15 @@ def test_a_policy_of_another_definition_is_refused_everywhere(tmp_path, capsys, 
         load_policy(path)
     for part in said:
         assert part in str(caught.value)
-    for command in ("evaluate", "view"):
-        assert main([command, path]) == WRONG_INPUT
-        assert said[0] in capsys.readouterr().err
+    assert main(["evaluate", path]) == WRONG_INPUT
+    assert said[0] in capsys.readouterr().err
 
 
 def test_names_that_are_none_bring_the_nearest(capsys):
     with pytest.raises(ValueError, match=r"'biped-icce' is neither .* \(did you mean biped-ice"):
         load_policy("biped-icce")
-    for command in (["evaluate"], ["view"], ["policies"]):
-        assert main([*command, "biped-icce"]) == WRONG_INPUT
-        assert "did you mean biped-ice" in capsys.readouterr().err
+    assert main(["policies", "biped-icce"]) == WRONG_INPUT
+    assert "did you mean biped-ice" in capsys.readouterr().err
 
 
 def test_list_words_and_json_tell_of_every_policy(capsys):
