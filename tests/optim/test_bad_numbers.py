@@ -58,9 +58,9 @@ def test_options_of_methods(bad):
     problem = over_bump()
     options = {
         "dp": ("angles",),
-        "lp": ("angles", "most_edges", "solver"),
+        "lp": ("angles",),
         "branch": ("start",),
-        "scp": ("iterations", "radius", "tolerance", "smallest", "solver", "start"),
+        "scp": ("iterations", "radius", "tolerance", "start"),
         "gradient": ("iterations", "tolerance", "start"),
         "cma": ("seed", "evaluations", "sigma", "population", "penalty", "start"),
     }
@@ -68,7 +68,7 @@ def test_options_of_methods(bad):
         for name in names:
             field = "x" if name == "start" and not isinstance(bad, str) else name
             refused(field, lambda m=method, n=name: solve(problem, m, **{n: bad}))
-    for name in ("points", "angles", "method"):
+    for name in ("points", "angles"):
         refused(name, lambda n=name: pareto_front(problem, "grip", "peak_torque", **{n: bad}))
     refused("problem", lambda: solve(bad))
     refused("method", lambda: solve(problem, bad))

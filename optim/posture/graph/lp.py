@@ -10,9 +10,8 @@ import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.checks import require_choice, require_integer, require_memory
+from stickslip.dynamics.checks import require_memory
 from stickslip.optim.cvx import solve_quietly
-from stickslip.optim.options import COUNT
 from stickslip.optim.posture.graph.grid import build_grid, polished, station_costs
 from stickslip.optim.posture.graph.search import (
     OVER_GRID,
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.graph.grid import PostureGrid
     from stickslip.optim.posture.problem import PostureProblem
 
-SOLVERS = ("HIGHS", "SCIPY", "CLARABEL")
-"""Solvers for linear programs, the first that is installed by default."""
 LEAST = 11
 """Angles of each leg at least, where none are given."""
 GAP = 1e-6
@@ -48,8 +45,6 @@ def solve_lp(
     progress: bool = False,
     polish: bool = False,
     angles: Any = None,
-    most_edges: int = 2_000_000,
-    solver: str | None = None,
 ) -> PostureResult:
     """dp's optimum as a flow of 1 through the graph of admissible stations and moves.
 
@@ -66,16 +61,11 @@ def solve_lp(
     K + 1 more where it is more than v. A bound above 0 then proves that every path holds a station
     at least as bad as v (less a rounding, which the bound is lowered by).
 
-    angles: as in dp, but 11 of each leg at least for None. most_edges: ValueError for a graph with
-    more. solver: one of SOLVERS. evaluations: stations. details: grid, rate_used, grid_bound (None:
-    not proved), edges, solver. polish: see `polished`.
+    angles: as in dp, but 11 of each leg at least for None. evaluations: stations. details: grid,
+    rate_used, grid_bound (None: not proved), edges. polish: see `polished`.
     """
     began = time.perf_counter()
     require_one_kind(problem.criterion)
-    most_edges = require_integer("most_edges", most_edges, high=COUNT)
-    installed = [known for known in SOLVERS if known in cp.installed_solvers()]
-    solver = installed[0] if solver is None else solver
-    require_choice("solver", solver, installed)
 
     def search() -> PostureResult:
         grid = build_grid(problem, angles, method="lp", progress=progress, least=LEAST)
@@ -88,9 +78,9 @@ def solve_lp(
         if problem.criterion.kind == "max":
             threshold = float(np.min(paths.values[-1]))
             slack = max(SLACK * (1 + abs(threshold)), threshold - below(problem, threshold))
-        graph = build_graph(grid, threshold, slack, most_edges)
-        flow = solve_flow(graph, solver)
-        details = grid.details | {"edges": len(graph.tail), "solver": solver}
+        graph = build_graph(grid, threshold, slack)
+        flow = solve_flow(graph)
+        details = grid.details | {"edges": len(graph.tail)}
         common["details"] = details
         if flow.edges is None:
             return PostureResult.without_point(status=flow.status, message=flow.message, **common)
@@ -138,13 +128,11 @@ class LayeredGraph:
         return self.head[edges[:-1]] % self.per_waypoint, spread
 
 
-def build_graph(
-    grid: PostureGrid, threshold: float | None, slack: float, most_edges: int
-) -> LayeredGraph:
+def build_graph(grid: PostureGrid, threshold: float | None, slack: float) -> LayeredGraph:
     """All edges with their costs; threshold: a worst station's value to certify (see solve_lp), two
     values being the same when they differ by no more than slack.
 
-    ValueError for more than `most_edges`, or than fit.
+    ValueError for more than fit.
     """
     K, N = len(grid.layers), grid.shape[0] * grid.shape[1]
     first, last = (np.flatnonzero(grid.layers[k].admissible) for k in (0, K - 1))
@@ -158,12 +146,8 @@ def build_graph(
         for tail, head, cost in costed_edges(grid, step):
             steps[-1].append((tail + step * N, head + (step + 1) * N, cost))
             count += len(tail)
-            if count > most_edges:
-                raise ValueError(
-                    f"the graph has {count} edges or more; accepted: most_edges = {most_edges}; "
-                    "take fewer angles or a lower leg_rate, or raise most_edges"
-                )
-    require_memory(f"most_edges = {most_edges}", "edges in lp's graph", count, EDGE)
+            given = f"angles = {grid.shape[0]} x {grid.shape[1]}"
+            require_memory(given, "edges or more in lp's graph", count, EDGE)
     steps.append([(last + (K - 1) * N, np.full(len(last), K * N + 1), np.zeros(len(last)))])
     begins = np.cumsum([0, *(sum(len(part[0]) for part in parts) for parts in steps[:-1])])
     each = zip(*(part for parts in steps for part in parts), strict=True)
@@ -183,7 +167,7 @@ class Flow(NamedTuple):
     message: str
 
 
-def solve_flow(graph: LayeredGraph, solver: str) -> Flow:
+def solve_flow(graph: LayeredGraph) -> Flow:
     """The linear program; statuses are mapped, and solver errors are FAILED."""
     edges, nodes = len(graph.tail), graph.source + 2
     numbers = np.arange(edges)
@@ -195,7 +179,7 @@ def solve_flow(graph: LayeredGraph, solver: str) -> Flow:
     f = cp.Variable(edges, nonneg=True)
     conserved: Any = balance @ f == supply
     program = cp.Problem(cp.Minimize(graph.cost @ f), [conserved])
-    ended = solve_quietly(program, solver)
+    ended = solve_quietly(program, cp.HIGHS)
     if f.value is None or not ended.answered:  # the flow is known to be feasible
         return Flow(None, None, OptimStatus.FAILED, ended.message)
     bound = None

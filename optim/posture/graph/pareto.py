@@ -8,13 +8,12 @@ below each level is exact, and the front's points are found wherever they lie.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.dynamics.checks import require_integer
 from stickslip.optim.options import COUNT
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.posture.graph.grid import PostureGrid, build_grid, station_costs
@@ -30,34 +29,23 @@ SAME = 1e-10
 """Values that differ by less than this, relative to their size, count as the same."""
 END = 1e-6
 """The weight that the ends of a front of sums give the other criterion, in parts of the extents."""
-PROVED_SUMS = (
-    "each minimises a weighted sum over the grid, so is on the front's convex hull, the ends to "
-    f"{END:g} of the extents; points of the front inside the hull are not found"
-)
-PROVED_LEVELS = (
-    "each is the best of one criterion over the grid for what it has of the other, and no path is "
-    "as good in one and better in the other"
-)
-"""Proved property of points from weighted sums, and from levels."""
 
 
 @dataclass(frozen=True)
 class Front:
     """Points none of which is better than another in both criteria.
 
-    criteria: their names, both minimised. values: [P, 2] in their units, by rising first. x:
-    decision vectors [P, 2K]. complete: whether these are all such points of `proved_for` (of those
-    on the convex hull: all its corners). proved: what is known of them. paths: recursions solved.
+    criteria: their names, both minimised. values: [P, 2] in their units, by rising first; none
+    where no path meets the constraints. x: decision vectors [P, 2K]. complete: whether these are
+    all such points of the paths over the grid; for two sums, all corners of their convex hull, to
+    END of the extents at its ends. paths: recursions solved.
     """
 
     criteria: tuple[str, str]
     values: Float[np.ndarray, "P 2"]
     x: Float[np.ndarray, "P n"]
     complete: bool
-    proved: str
-    proved_for: str
     paths: int
-    seconds: float
 
 
 def pareto_front(
@@ -67,36 +55,27 @@ def pareto_front(
     *,
     points: int = 11,
     angles: Any = None,
-    method: str = "dp",
     progress: bool = False,
 ) -> Front:
     """The front of two criteria, in place of the problem's own.
 
     points: how many are looked for, at most, 2 or more. angles: of each leg's grid, as for dp.
-    method: "dp" alone. Over the paths on the grid each point is proved to be on the front; off the
-    grid nothing is. An empty front: no path meets the constraints.
+    Over the paths on the grid each point is proved to be on the front (of two sums on its convex
+    hull: points inside are not found); off the grid nothing is.
     """
-    began = time.perf_counter()
-    require_choice("method", method, ("dp",))
     points = require_integer("points", points, low=2, high=COUNT)
     one, two = _single("first", first), _single("second", second)
     grid = build_grid(replace(problem, criterion=one), angles, method="pareto", progress=progress)
     with Bar("pareto", None, "path", progress) as bar:
         search, sums = _Search(grid, (one, two), bar), one.additive and two.additive
         met, complete = (_supported if sums else _by_levels)(search, points)
-    proved = PROVED_SUMS if sums else PROVED_LEVELS
-    if not met:
-        proved = "no path over the grid meets the constraints"
     front = _unbeaten(met)
     return Front(
         criteria=(one.name, two.name),
         values=np.array([point.values for point in front]).reshape(-1, 2),
         x=np.array([point.x for point in front]).reshape(-1, problem.n),
         complete=complete,
-        proved=proved,
-        proved_for=grid.what,
         paths=search.paths,
-        seconds=time.perf_counter() - began,
     )
 
 

@@ -13,7 +13,6 @@ import time
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import cvxpy as cp
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
 
@@ -116,7 +115,7 @@ class _Run(NamedTuple):
 
 def _last_run(near: Near, x: np.ndarray, iterations: int, tolerance: float, bar: Bar) -> _Run:
     """Run scipy, repeatedly where the convex model does not confirm its solution."""
-    form, model = Epigraph(near, x), ConvexModel(near, x, cp.CLARABEL)
+    form, model = Epigraph(near, x), ConvexModel(near, x)
     low, high = near.problem.bounds
     middle = (low + high) / 2
     inside = within_rates(near.problem, middle)

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import cvxpy as cp
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_integer
+from stickslip.dynamics.checks import require_integer
 from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import COUNT, require_scalar
@@ -64,10 +64,10 @@ class _Block:
 class ConvexModel:
     """The model for a problem; scale: the objective's size at the first point."""
 
-    def __init__(self, near: Near, x: np.ndarray, solver: str):
+    def __init__(self, near: Near, x: np.ndarray):
         problem, at = near.problem, near(x)
         K = len(problem.x)
-        self.scale, self.solver = near.scale(at), solver
+        self.scale = near.scale(at)
         self.bounds = [side.reshape(K, 2) for side in problem.bounds]
         self.step = cp.Variable((K, 2))
         self.low, self.high, self.angles = (cp.Parameter((K, 2)) for _ in range(3))
@@ -126,11 +126,13 @@ class ConvexModel:
             block.set(terms / factor, slopes / factor)
         for name, block in self.margins.items():
             block.set(at.margins[name], at.margin_slopes[name])
-        if not solve_quietly(self.problem, self.solver).answered:
+        if not solve_quietly(self.problem, cp.CLARABEL).answered:
             return None
         return np.asarray(self.step.value).reshape(-1), float(np.asarray(self.problem.value))
 
 
+SMALLEST = 1e-7
+"""Half of the smallest box [rad]."""
 PENALTIES = (10.0, 1e3, 1e5)
 """Penalties of violated margins, in this order: of the objective's scale for a whole weight."""
 MISSED = 1e-7
@@ -160,15 +162,13 @@ def solve_scp(
     iterations: int = 60,
     radius: float = 0.2,
     tolerance: float = 1e-7,
-    smallest: float = 1e-7,
-    solver: str = cp.CLARABEL,
 ) -> PostureResult:
     """A local optimum off the grid, from `start`: see start_point, to which angles goes too.
 
     iterations: of all prices together. radius: the first box [rad]. It stops where the model
     predicts a decrease below `tolerance`, relative to the merit, or where the box is below
-    `smallest` [rad]. Margins are kept by an exact penalty with rising price; bounds and leg rates,
-    which are linear, exactly. solver: a conic one of cvxpy's.
+    SMALLEST [rad]. Margins are kept by an exact penalty with rising price; bounds and leg rates,
+    which are linear, exactly.
 
     Nothing is proved of the value: FEASIBLE, LIMIT after `iterations`, VIOLATED (the message names
     what is missed), INACCURATE where the solver failed to the end, FAILED without a pose to begin.
@@ -176,16 +176,15 @@ def solve_scp(
     decrease that the model promised within the box: zero at a stationary point), solver_failures.
     """
     began = time.perf_counter()
-    for name, value in (("radius", radius), ("tolerance", tolerance), ("smallest", smallest)):
+    for name, value in (("radius", radius), ("tolerance", tolerance)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
     iterations = require_integer("iterations", iterations, low=0, high=COUNT)
-    require_choice("solver", solver, cp.installed_solvers())
     require_waypoint_matrices(problem, "scp", CONVEX)
     begun = begin(problem, "scp", start, angles, progress, began)
     if isinstance(begun, PostureResult):
         return begun
     near, x, note = begun
-    search = _Search(near, ConvexModel(near, x, solver), x, tolerance, smallest)
+    search = _Search(near, ConvexModel(near, x), x, tolerance)
     with Bar("scp", iterations, "step", progress) as bar:
         for penalty in PENALTIES:
             search.price(penalty, radius)
@@ -213,13 +212,11 @@ def solve_scp(
 
 
 class _Search:
-    """A point, a box about it, and the history of both; tolerance, smallest: see solve_scp."""
+    """A point, a box about it, and the history of both; tolerance: see solve_scp."""
 
-    def __init__(
-        self, near: Near, program: ConvexModel, x: np.ndarray, tolerance: float, smallest: float
-    ):
+    def __init__(self, near: Near, program: ConvexModel, x: np.ndarray, tolerance: float):
         self.near, self.program, self.x = near, program, x
-        self.tolerance, self.smallest = tolerance, smallest
+        self.tolerance = tolerance
         self.penalty = self.radius = 0.0
         self.predicted, self.failures, self.failed = np.inf, 0, False
         self.history: list[Step] = []
@@ -232,7 +229,7 @@ class _Search:
     @property
     def settled(self) -> bool:
         """True if nothing more is to be gained at this price."""
-        return self.predicted <= self.tolerance or self.radius < self.smallest
+        return self.predicted <= self.tolerance or self.radius < SMALLEST
 
     def ended(self) -> tuple[OptimStatus, str]:
         """Outcome of the search, with a message."""

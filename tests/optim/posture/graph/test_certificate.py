@@ -41,7 +41,7 @@ def test_a_proved_bound_is_lowered_by_more_than_rounding(name: str):
 def test_every_edge_of_the_linear_program_is_looked_at(name: str):
     for problem in (over_bump(name, leg_rate=0.9), tiny(name, leg_rate=None, **ENDS)):
         grid = grid_of(problem, 3)
-        graph = build_graph(grid, None if name == "wheel_energy" else 0.0, 0.0, 10**6)
+        graph = build_graph(grid, None if name == "wheel_energy" else 0.0, 0.0)
         ends = sum(int(np.sum(grid.layers[k].admissible)) for k in (0, -1))
         assert certify(grid, best_paths(grid).values).edges == len(graph.tail) - ends
 

@@ -96,7 +96,7 @@ def test_where_it_ends_no_linear_model_promises_more(criterion):
 def test_it_is_built_once_and_solved_again_with_new_numbers(monkeypatch):
     problem = over_bump(MIXED)
     near, x = Near(problem), problem.bounds[0] / 2 + problem.bounds[1] / 2
-    model = ConvexModel(near, x, cp.CLARABEL)
+    model = ConvexModel(near, x)
     assert model.problem.is_dcp(dpp=True)
     first = model.solve(x, near(x), 0.1, 10.0)
     # From here on nothing may be built, only numbers filled in.
