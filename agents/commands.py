@@ -23,15 +23,15 @@ from stickslip.agents.tasks.players import (
     require_one_table,
 )
 from stickslip.agents.training.configuration import settings_given
-from stickslip.agents.view_files import (
-    require_folder,
-    require_new,
-    require_writable,
-)
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import say_stage
+from stickslip.records.files import (
+    require_folder,
+    require_new,
+    require_writable,
+)
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Column, Content, Table
 

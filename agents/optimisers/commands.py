@@ -74,8 +74,8 @@ def _run(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.racing import RacePlan, race
     from stickslip.agents.optimisers.report import counted_text, runs_table
     from stickslip.agents.sweeps.cells import StoppedError
-    from stickslip.agents.view_files import require_folder
     from stickslip.optim.instances.catalogue import suite
+    from stickslip.records.files import require_folder
     from stickslip.records.signals import stoppable
     from stickslip.records.table import Content
 
@@ -103,8 +103,7 @@ def _run(given: argparse.Namespace) -> Content:
 def _report(given: argparse.Namespace) -> Content:
     from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table, write_ioh
     from stickslip.agents.optimisers.runs import read_results, write_results
-    from stickslip.agents.view_files import require_folder
-    from stickslip.records.files import write_whole
+    from stickslip.records.files import require_folder, write_whole
     from stickslip.records.table import Content
 
     require_folder(given.out)

@@ -29,13 +29,12 @@ from stickslip.agents.tasks.players import (
     places_of,
     read_named,
 )
-from stickslip.agents.view_files import require_new, require_suffix, require_writable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.page import Page, page_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.optim.progress import say_stage
-from stickslip.records.files import write_whole
+from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,8 +17,8 @@ from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.statistics import summary_table
 from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.agents.tasks.players import every_option
-from stickslip.agents.view_files import require_folder
 from stickslip.dynamics.checks import shown
+from stickslip.records.files import require_folder
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.agents.policy.record import every_record, record_of
-from stickslip.agents.view_files import require_new, require_suffix, require_writable
-from stickslip.records.files import write_whole
+from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:

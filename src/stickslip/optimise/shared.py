@@ -6,13 +6,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.view_files import require_folder as require_no_file
-from stickslip.agents.view_files import require_makeable
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim.columns import columns_of
 from stickslip.optim.posture.track_file import read_track
-from stickslip.records.files import write_whole
+from stickslip.records.files import require_folder as require_no_file
+from stickslip.records.files import require_makeable, write_whole
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import jax
 
-from stickslip.agents.view_files import require_makeable
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import Bar
 from stickslip.paper.figure import Claim, figures_of
-from stickslip.records.files import write_whole
+from stickslip.records.files import require_makeable, write_whole
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:

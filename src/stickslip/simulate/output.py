@@ -5,9 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stickslip.agents.view_files import require_new, require_suffix, require_writable
 from stickslip.envs.rendering.extras import require
-from stickslip.records.files import write_whole, writing
+from stickslip.records.files import (
+    require_new,
+    require_suffix,
+    require_writable,
+    write_whole,
+    writing,
+)
 
 if TYPE_CHECKING:
     from stickslip.records.table import Table
