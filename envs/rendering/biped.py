@@ -13,8 +13,8 @@ from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
 from stickslip.envs.rendering.linkage import BARS, SOLE, Mechanism, plain
-from stickslip.envs.rendering.numbers import brief, written
 from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
+from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

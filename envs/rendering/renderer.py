@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.numbers import digits_of, nice_step, written
 from stickslip.envs.rendering.painter import Painter
 from stickslip.envs.rendering.scene import paint_scene
+from stickslip.envs.rendering.theme import digits_of, nice_step, written
 
 if TYPE_CHECKING:
     from stickslip.envs.rendering.drawing import Drawing

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.numbers import digits_of, nice_step, written
+from stickslip.envs.rendering.theme import digits_of, nice_step, written
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,8 +12,8 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
-from stickslip.envs.rendering.numbers import brief, written
 from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
+from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import UGVParams
