@@ -20,20 +20,10 @@ from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.sweeps.masses import swept
 
 pytestmark = pytest.mark.long
-TRAIN = [
-    "train",
-    "--timesteps=512",
-    "--num-envs=4",
-    "--set",
-    "rollout_steps=32",
-    "batch_size=64",
-    "epochs=1",
-    "hidden=8",
-    "evaluation_episodes=1",
-    "checkpoint_interval=128",
-    "--no-pictures",
-]
-SIZES = (4, 16, 32, 48, 64, 80, 96, 128)
+SMALL = "rollout_steps=32 batch_size=64 epochs=1 hidden=8 evaluation_episodes=1"
+TRAIN = ["train", "--timesteps=512", "--num-envs=4", "--no-pictures"]
+TRAIN += ["--set", *SMALL.split(), "checkpoint_interval=128"]
+SIZES = (4, 32, 64, 96)
 """Of disks too small for a training [kB]; pages of 4 kB are given out whole."""
 OPTIMISE = ["optimise", "ugv", "--track", "bump", "--set", "spacing=0.5", "angles=5"]
 SPACE, READ_ONLY = "No space left on device", "Read-only file system"
@@ -122,12 +112,8 @@ def test_a_training_on_a_full_disk_goes_on_when_there_is_room(disk, whole, capfd
         load_policy(path / "policy.npz")
     disk.change("size=20m")
     begun = (path / "config.json").exists()
-    assert (
-        main(
-            ["train", "--out", str(path), *(["--resume", "--no-pictures"] if begun else TRAIN[1:])]
-        )
-        == OK
-    )
+    how = ["--resume", "--no-pictures"] if begun else TRAIN[1:]
+    assert main(["train", "--out", str(path), *how]) == OK
     assert_same_policy(whole, path)
     assert not list(path.rglob("*.part"))
 
@@ -149,7 +135,7 @@ def test_a_training_on_a_read_only_disk_is_refused_and_goes_on_later(disk, whole
 
 
 @pytest.mark.usefixtures("mass")
-@pytest.mark.parametrize("size", [4, 8, 16, 24, 40])
+@pytest.mark.parametrize("size", [4, 16, 40])
 def test_a_sweep_on_a_full_disk_goes_on_when_there_is_room(disk, tmp_path, size: int):
     swept(tmp_path / "whole", cores=1)
     disk.change(f"size={size}k")
