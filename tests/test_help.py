@@ -9,6 +9,7 @@ import pytest
 from stickslip.agents import shipped_names
 from stickslip.agents.biped.config import DEFAULTS, SB3, TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
+from stickslip.agents.biped.machine import BIPED_BASELINES
 from stickslip.agents.training.configuration import every_field
 from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
 from stickslip.agents.ugv.machine import UGV_BASELINES
@@ -41,6 +42,7 @@ def test_help_names_every_field_of_the_configuration(capsys):
 
 
 def test_help_names_what_may_be_named(capsys):
+    assert tuple(CONTROLLERS) == BIPED_BASELINES
     for command in ("evaluate", "view"):
         shown = help_of(capsys, command)
         for names in (CONTROLLERS, UGV_BASELINES, SCENES, TRACK_NAMES, CRITERIA):

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.machine import BIPED_BASELINES
 from stickslip.agents.biped.prediction import ComputedTorque, OptimalGait, action_of
 from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.biped.contact import sticking
@@ -189,9 +188,14 @@ def _asked(state: BipedEnvState, rate: Float[Array, ""]) -> BipedEnvState:
     return replace(state, drawn=state.drawn._replace(commanded_rate=rate))
 
 
-KINDS = (ConstantTorque, CrankSpeedPI, ComputedTorque, OptimalGait, StopAtMark)
-CONTROLLERS: dict[str, type[BipedController]] = dict(zip(BIPED_BASELINES, KINDS, strict=True))
-"""The baselines by the names that the command line knows."""
+CONTROLLERS: dict[str, type[BipedController]] = {
+    "constant-torque": ConstantTorque,
+    "crank-speed-pi": CrankSpeedPI,
+    "computed-torque": ComputedTorque,
+    "optimal-gait": OptimalGait,
+    "stop-at-mark": StopAtMark,
+}
+"""The baselines by the names that the command line knows, BIPED_BASELINES."""
 
 
 def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
