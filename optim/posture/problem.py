@@ -17,7 +17,7 @@ from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
 from stickslip.optim.posture.evaluate import Posture, Waypoints
 from stickslip.optim.posture.names import METHODS as IN_WORDS
-from stickslip.optim.posture.result import PostureResult, missed_by, tolerated
+from stickslip.optim.posture.result import PostureResult, tolerated, violations
 from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.waypoints import (
     STATION,
@@ -176,7 +176,9 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         rows = self.waypoints.stations(angles)
         value, margins = self._value_and_margins(rows, angles)
         feasible = self.meets(angles.reshape(-1), margins)
-        return Evaluation(value, margins, feasible, missed_by(self, angles, Station.unpacked(rows)))
+        return Evaluation(
+            value, margins, feasible, violations(self, angles, Station.unpacked(rows))
+        )
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         """See Problem."""
@@ -264,7 +266,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers
         are not finite.
         """
-        return missed_by(self, self.angles(x), self.stations(x))
+        return violations(self, self.angles(x), self.stations(x))
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
@@ -336,7 +338,7 @@ def evaluate_finer(
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
     rows = evaluate.rows_at(fine.posture, fine.posture.x, fine.posture.friction, angles)
     whole = evaluate.padded(rows.T, size).T
-    residuals = missed_by(fine, angles, Station.unpacked(rows))
+    residuals = violations(fine, angles, Station.unpacked(rows))
     return {
         "fine_value": float(evaluate.value(fine.posture.criterion, whole, np.int32(count))),
         "fine_spacing": float(np.max(np.diff(fine.x))),

@@ -52,7 +52,7 @@ class PostureResult(Result):
         return off / max(abs(self.value), np.finfo(float).tiny) if off else 0.0
 
 
-def missed_by(
+def violations(
     problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station
 ) -> dict[str, float]:
     """Largest violation of each constraint, 0 where it is met: see

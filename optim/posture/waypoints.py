@@ -212,10 +212,10 @@ def nearer_between(params: UGVParams, turn: float) -> float:
     front = (np.arctan2(up, across) + np.stack([swing, -swing])) % (2 * np.pi)
     pairs = np.stack(np.broadcast_arrays(rear, front)).reshape(2, -1)
     pairs = pairs[:, (pairs[1] >= low) & (pairs[1] <= high)]
-    way = (L * np.sin(pairs) - l * np.sin(np.sum(pairs, axis=0)))[::-1] * [[1.0], [-1.0]]
-    way *= turn / 2 / np.max(np.abs(way), axis=0)
+    direction = (L * np.sin(pairs) - l * np.sin(np.sum(pairs, axis=0)))[::-1] * [[1.0], [-1.0]]
+    direction *= turn / 2 / np.max(np.abs(direction), axis=0)
     grown = np.zeros(pairs.shape[1])
-    for move in (way, -way):
+    for move in (direction, -direction):
         room = np.where(move > 0, high - pairs, pairs - low)
         share = np.min(room / np.maximum(np.abs(move), room + 1e-300), axis=0)
         grown += (wheelbase(params, *(pairs + share * move)) - least) / 2

@@ -135,7 +135,7 @@ class Surveyor:
             self.ground, self.vehicle.wheel_radius, float(self.problem.x[k]), self.longest
         )
         alive = np.ones((len(rear.nodes) - 1, len(front.nodes) - 1), bool)
-        alive = self._apart(rear, front, alive)
+        alive = self._wheels_clear(rear, front, alive)
         inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
         own = bracket.front.slope.arctan() - rolled / self.vehicle.wheel_radius
@@ -151,21 +151,21 @@ class Surveyor:
         alive = cells.alive
         for axis, of in ((0, rear), (1, front)):
             alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
-        alive = self._apart(rear, front, alive)
+        alive = self._wheels_clear(rear, front, alive)
         inside = self._inside(cells.bracket, rear, front, alive)
         after = replace(cells, rear=rear, front=front, alive=alive, inside=inside)
         return self._valued(k, after)
 
-    def _apart(self, rear: Axis, front: Axis, alive: np.ndarray) -> np.ndarray:
-        """The cells in some posture of which the wheels may be far enough apart."""
+    def _wheels_clear(self, rear: Axis, front: Axis, alive: np.ndarray) -> np.ndarray:
+        """The cells in some posture of which the wheels may clear each other."""
         rows, columns = np.nonzero(alive)
-        apart = np.zeros_like(alive)
+        clear = np.zeros_like(alive)
         Q = self._wheelbases(
             Interval(rear.nodes[rows], rear.nodes[rows + 1]),
             Interval(front.nodes[columns], front.nodes[columns + 1]),
         )
-        apart[rows, columns] = Q.value.hi >= self.least**2
-        return apart
+        clear[rows, columns] = Q.value.hi >= self.least**2
+        return clear
 
     def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Boxes:
         rows, columns = np.nonzero(alive)

@@ -108,7 +108,7 @@ def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray,
 
 
 def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
-    """Of each pair of cells, whether some b - a < limit in it; and, apart, whether that holds in
+    """Masks of pairs of cells: where some b - a < limit in more than, and where in
     no more than the half below its diagonal."""
     a0, a1, b0, b1 = a[:-1, None], a[1:, None], b[:-1], b[1:]
     some = b0 - a1 < limit

@@ -187,16 +187,16 @@ def kappas(
         )
         return sum(each, np.zeros(len(cells[0]))) * (1 + SLACK)
     Y, V = (side.fields[term.Y].of(at) for side, at in zip(ends, cells, strict=True))
-    way, mean = V.over - Y.over, (X.over + U.over) * 0.5
-    before = _high(X.second * way * 0.5 - X.first * Y.first - mean * Y.second)
-    after = _high(U.second * way * 0.5 + U.first * V.first + mean * V.second)
+    change, mean = V.over - Y.over, (X.over + U.over) * 0.5
+    before = _high(X.second * change * 0.5 - X.first * Y.first - mean * Y.second)
+    after = _high(U.second * change * 0.5 + U.first * V.first + mean * V.second)
     both = (U.first + X.first) * (V.first - Y.first) + mean * (V.second - Y.second)
-    along = _high((X.second + U.second) * way * 0.5 + both)
+    along = _high((X.second + U.second) * change * 0.5 + both)
     after = np.where(cut, np.maximum(after, along), after)
     total = np.zeros(len(cells[0]))
     pairs = ((X, Y, before), (U, V, after))
     for (A, B, bend), side, at in zip(pairs, ends, cells, strict=True):
-        slope = A.first.size * way.size * 0.5 + mean.size * B.first.size
+        slope = A.first.size * change.size * 0.5 + mean.size * B.first.size
         total += _least(bend, slope, side, at)
     return total * (1 + SLACK)
 
@@ -219,6 +219,8 @@ def roundings(term: Term, ends: tuple[Side, Side]) -> float:
         return 1.01 * off
     Y, V = (side.fields[term.Y] for side in ends)
     mean = float(np.max(X.over.size) + np.max(U.over.size)) / 2
-    way = float(max(np.max(V.over.hi) - np.min(Y.over.lo), np.max(Y.over.hi) - np.min(V.over.lo)))
+    change = float(
+        max(np.max(V.over.hi) - np.min(Y.over.lo), np.max(Y.over.hi) - np.min(V.over.lo))
+    )
     by = Y.radius + V.radius
-    return 1.01 * (off * abs(way) / 2 + mean * by + off * by)
+    return 1.01 * (off * abs(change) / 2 + mean * by + off * by)

@@ -344,11 +344,13 @@ class Sums:
         for step in steps:
             for term in step.terms:
                 X, U = (float(np.max(of.fields[term.X].over.size)) for of in step.ends)
-                way = X + U
+                change = X + U
                 if term.Y is not None:
                     Y, V = (of.fields[term.Y].over for of in step.ends)
-                    way = float(max(np.max(V.hi) - np.min(Y.lo), np.max(Y.hi) - np.min(V.lo)))
-                size += float(term.cost(np.asarray((X + U) * way / 2 if term.Y else way), step.dx))
+                    change = float(max(np.max(V.hi) - np.min(Y.lo), np.max(Y.hi) - np.min(V.lo)))
+                size += float(
+                    term.cost(np.asarray((X + U) * change / 2 if term.Y else change), step.dx)
+                )
         return least + CAP * least + 1e-6 * size if np.isfinite(least) else 1.0 + 2 * size
 
 
