@@ -8,22 +8,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.report import markdown, measured_parts, options, put_between
+from benchmarks.report import markdown, measured_by_command, put_between
 from stickslip.agents import ComputedTorque, OptimalGait, evaluate
 from stickslip.agents.biped.controllers import CrankSpeedPI
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.env import BipedEnv
-from stickslip.envs.rendering import theme
+from stickslip.envs.rendering import sheet, theme
 from stickslip.optim import GaitProblem, solve
-from stickslip.paper import drawing
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -41,8 +39,10 @@ EPISODES = 48
 PAGE = Path("docs/gaits.md")
 
 
-def fastest(robot: BipedParams) -> Iterator[dict[str, Any]]:
+def fastest(quick: bool) -> Iterator[dict[str, Any]]:
     """Fastest mean crank rate without slip by friction, and the fastest constant one [rad/s]."""
+    del quick
+    robot = BipedParams.from_bars()
     for mu in MUS:
         problem = GaitProblem.periodic(robot, "time", mu=mu, torque_limit=TORQUE)
         found = solve(problem)
@@ -68,8 +68,10 @@ def constant(p: Profile, mu: float | None) -> float:
     return low
 
 
-def thrift(robot: BipedParams) -> Iterator[dict[str, Any]]:
+def thrift(quick: bool) -> Iterator[dict[str, Any]]:
     """Least energy (copper loss 0.5 W/(N m)^2) as cost of transport at each speed and floor."""
+    del quick
+    robot = BipedParams.from_bars()
     profile = GaitProblem.periodic(robot).on_grid.profiles.nodes
     limits: dict[str, Any] = {"torque_limit": TORQUE}
     for speed in SPEEDS:
@@ -89,8 +91,10 @@ def constant_cost(p: Profile, rate: float) -> float:
     return float(energy / (p.robot.weight * p.robot.step_length))
 
 
-def accuracy(robot: BipedParams) -> Iterator[dict[str, Any]]:
+def accuracy(quick: bool) -> Iterator[dict[str, Any]]:
     """Gap between the bounds, and time of a solve, by grid: the fastest gait at mu 0.06."""
+    del quick
+    robot = BipedParams.from_bars()
     for cells in GRIDS:
         problem, other = (
             GaitProblem.periodic(robot, mu=mu, torque_limit=TORQUE, steps=cells)
@@ -109,8 +113,10 @@ def accuracy(robot: BipedParams) -> Iterator[dict[str, Any]]:
         }
 
 
-def baselines(robot: BipedParams) -> Iterator[dict[str, Any]]:
+def baselines(quick: bool) -> Iterator[dict[str, Any]]:
     """Returns of 10 s episodes from any phase and up to the commanded rate."""
+    del quick
+    robot = BipedParams.from_bars()
     env = BipedEnv()
     tasks = {
         f"mu {mu:g}/{mu_k:g}, {rate:g} rad/s": from_anywhere(
@@ -134,8 +140,7 @@ PARTS = {"fastest": fastest, "thrift": thrift, "accuracy": accuracy, "baselines"
 
 def draw(content: dict[str, Any]) -> bytes:
     """PNG of speed against friction and of cost against speed."""
-    figure, axes = drawing.sheet(1, 2, height=3.6)
-    left, right = axes[0]
+    figure, (left, right) = sheet.make_sheet(1, 2, (9.5, 3.6), sharex=False)
     rows = content["fastest"]
     mu = [row["mu"] for row in rows]
     left.semilogx(mu, [r["fastest"] for r in rows], "o-", color=theme.MOTOR, label="best gait")
@@ -143,9 +148,9 @@ def draw(content: dict[str, Any]) -> bytes:
     left.semilogx(mu, rates, "s--", color=theme.SLIDES, label="constant crank rate")
     left.set_ylim(bottom=0)
     note = f"motor {TORQUE:g} N m"
-    drawing.name_panel(left, "fastest without slip [rad/s]", note, "static friction [-]")
+    sheet.name_panel(left, "fastest without slip [rad/s]", note, "static friction [-]")
     rows = content["thrift"]
-    for name, look, colour in zip(FLOORS, ("o-", "^-", "v-"), drawing.shades(3), strict=True):
+    for name, look, colour in zip(FLOORS, ("o-", "^-", "v-"), sheet.shades(3), strict=True):
         there = [row for row in rows if row[name] is not None]
         speeds, costs = [r[f"{name}, rate"] for r in there], [r[name] for r in there]
         right.plot(speeds, costs, look, color=colour, label=name)
@@ -155,10 +160,10 @@ def draw(content: dict[str, Any]) -> bytes:
     right.set_ylim(0, 0.5)
     for axis in (left, right):
         axis.legend(frameon=False, fontsize=8.5)
-    drawing.name_panel(
+    sheet.name_panel(
         right, "least cost of transport [-]", "copper included", "mean crank rate [rad/s]"
     )
-    return drawing.png(figure, "The best gaits of all that do not slip")
+    return sheet.png(figure, "The best gaits of all that do not slip")
 
 
 def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -172,26 +177,17 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{name: short(value) for name, value in row.items()} for row in rows]
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Measure, draw, and put the tables into the page."""
-    parser = options("gaits", __doc__)
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
-    parser.add_argument("--update", action="store_true", help="also tables and picture")
-    given = parser.parse_args(arguments)
-    robot = BipedParams.from_bars()
-    asked = {name: partial(_rows, PARTS[name], robot) for name in given.only}
-    content = measured_parts(asked, PARTS, False, given.out)
-    for name in given.only if given.update else ():
+def update(content: dict[str, Any]) -> None:
+    """Write the page's tables and picture."""
+    for name in PARTS:
         marks = (f"<!-- {name} -->", f"<!-- end of {name} -->")
         put_between(PAGE, markdown(shown(content[name])), marks)
-    if given.update and set(PARTS) <= set(content):
-        write_whole(PAGE.with_suffix(".png"), draw(content))
+    write_whole(PAGE.with_suffix(".png"), draw(content))
 
 
-def _rows(part: Any, robot: BipedParams, quick: bool) -> Iterator[dict[str, Any]]:
-    """The rows of a part, which has no quick form."""
-    del quick
-    return part(robot)
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command."""
+    measured_by_command("gaits", __doc__, PARTS, update, arguments)
 
 
 if __name__ == "__main__":

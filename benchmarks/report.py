@@ -104,6 +104,34 @@ def measured_parts(
     return content
 
 
+def measured_by_command(
+    name: str,
+    about: str | None,
+    parts: dict[str, Callable[[bool], Iterator[dict[str, Any]]]],
+    update: Callable[[dict[str, Any]], None],
+    arguments: list[str] | None,
+) -> dict[str, Any]:
+    """Run `python -m benchmarks.NAME`: measure parts and write the JSON.
+
+    parts: see `measured_parts`. update: writes pages and data from the JSON, for --update, and for
+    --redraw, which measures nothing.
+    """
+    parser = options(name, about)
+    add = parser.add_argument
+    add("--only", nargs="+", choices=list(parts), default=list(parts), help="measure these parts")
+    add("--quick", action="store_true", help="a few of each")
+    add("--update", action="store_true", help="also write pages and data")
+    add("--redraw", action="store_true", help="write pages and data from the JSON there is")
+    given = parser.parse_args(arguments)
+    content = read_json(given.out)
+    if not given.redraw:
+        asked = {part: parts[part] for part in given.only}
+        content = measured_parts(asked, parts, given.quick, given.out)
+    if given.update or given.redraw:
+        update(content)
+    return content
+
+
 def _shown(value: Any) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 

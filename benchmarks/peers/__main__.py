@@ -15,7 +15,7 @@ from typing import Any
 import jax
 
 from benchmarks.peers.programs import BOUNDS, CASES, mujoco_rows, stickslip_rows
-from benchmarks.report import markdown, measured_parts, options, put_between, where
+from benchmarks.report import markdown, measured_by_command, put_between, where
 
 RESULTS = Path("benchmarks/results/peers.json")
 DOCUMENT = Path("docs/peers.md")
@@ -58,17 +58,15 @@ def _short(value: float) -> str:
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
+def update(content: dict[str, Any]) -> None:
+    """Write the page's table."""
+    put_between(DOCUMENT, body(content))
+
+
 def main(arguments: list[str] | None = None) -> None:
-    """Measure, print the table, write the JSON."""
-    parser = options("peers", __doc__, RESULTS)
-    parser.add_argument("--quick", action="store_true", help="fewer settings and repeats")
-    parser.add_argument("--update", action="store_true", help="also the table of the page")
-    given = parser.parse_args(arguments)
+    """Run the command, and print the table."""
     jax.config.update("jax_enable_x64", True)
-    content = measured_parts({"rows": rows}, ["rows"], given.quick, given.out)
-    print(body(content))
-    if given.update:
-        put_between(DOCUMENT, body(content))
+    print(body(measured_by_command("peers", __doc__, {"rows": rows}, update, arguments)))
 
 
 if __name__ == "__main__":

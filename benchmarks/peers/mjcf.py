@@ -109,19 +109,12 @@ RADIUS = 0.02
 class Settings:
     """MuJoCo's settings of time and constraints; see its documentation for the words.
 
-    timestep [s]. stiffness, damping: of the constraints, as the time constant [s] (its least
-    accepted is 2 timesteps) and damping ratio of solref, or both negative for direct stiffness
-    [1/s^2] and damping [1/s]. impedance: solimp's d0 = dmax.
+    timestep [s]. solref: time constant [s] and damping ratio of the constraints.
     """
 
     timestep: float = 1e-3
     integrator: str = "RK4"
     solref: tuple[float, float] = (2e-3, 1.0)
-    impedance: float = 0.9999
-    iterations: int = 20
-    tolerance: float = 1e-12
-    impratio: float = 1.0
-    noslip_iterations: int = 0
 
 
 def mjcf(machine: Mechanism, settings: Settings, friction: float | None = None) -> str:
@@ -170,10 +163,8 @@ def _options(
         gravity=f"0 0 {_number(-machine.gravity)}",
         cone="elliptic" if contacts else "pyramidal",
         solver="Newton",
-        iterations=str(settings.iterations),
-        tolerance=_number(settings.tolerance),
-        impratio=_number(settings.impratio),
-        noslip_iterations=str(settings.noslip_iterations),
+        iterations="20",
+        tolerance="1e-12",
     )
     # refsafe would raise the time constants behind our back
     ElementTree.SubElement(option, "flag", refsafe="disable", eulerdamp="disable")
@@ -222,10 +213,9 @@ def _ground(
 
 
 def _softness(settings: Settings) -> dict[str, str]:
-    impedance = _number(settings.impedance)
     return {
         "solref": " ".join(map(_number, settings.solref)),
-        "solimp": f"{impedance} {impedance} 0.001 0.5 2",
+        "solimp": "0.9999 0.9999 0.001 0.5 2",
     }
 
 

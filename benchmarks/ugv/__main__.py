@@ -14,7 +14,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from benchmarks.report import measured_parts, options, put_between, read_json
+from benchmarks.report import measured_by_command, put_between
 from benchmarks.ugv import recommended
 from benchmarks.ugv.costs import costs
 from benchmarks.ugv.promise import promises
@@ -26,22 +26,15 @@ DATA = Path("dynamics/ugv/measured.json")
 PARTS: dict[str, Any] = {"promise": promises, "costs": costs}
 
 
+def update(content: dict[str, Any]) -> None:
+    """Write the data of `recommend` and the page's table."""
+    write_whole(DATA, recommended.source(content))
+    put_between(DOCUMENT, recommended.table(content))
+
+
 def main(arguments: list[str] | None = None) -> None:
-    """Measure, print, write the files."""
-    parser = options("ugv", __doc__, RESULTS)
-    parser.add_argument("--quick", action="store_true", help="a few of each")
-    parser.add_argument("--update", action="store_true", help="also data and table")
-    parser.add_argument("--redraw", action="store_true", help="write all from the JSON there is")
-    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
-    given = parser.parse_args(arguments)
-    content = read_json(given.out)
-    if not given.redraw:
-        asked = {name: PARTS[name] for name in given.only}
-        content = measured_parts(asked, list(PARTS), given.quick, given.out)
-    if given.update or given.redraw:
-        write_whole(DATA, recommended.source(content))
-        put_between(DOCUMENT, recommended.table(content))
-        print(f"Written: {DATA}, {DOCUMENT}")
+    """Run the command."""
+    measured_by_command("ugv", __doc__, PARTS, update, arguments)
 
 
 if __name__ == "__main__":
