@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import MOST_EPISODES, evaluate, evaluate_task, is_random
+from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
+from stickslip.agents.evaluation.rollout import MOST_EPISODES, is_random
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
 from stickslip.agents.tasks.players import (
@@ -39,8 +40,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.machine import Options
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
     from stickslip.envs.tasks.definition import TaskDefinition
 
     Playing: TypeAlias = tuple[str, str, AnyEnv, AnyPlayer, Timed]

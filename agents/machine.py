@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
-from stickslip.agents.protocol import Env, Params
+from stickslip.agents.protocol import Env, Options, Params, Task
 from stickslip.agents.training.configuration import Config, Configuration
 from stickslip.dynamics.plain_checks import require_choice, shown
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.demo import Demonstration
-    from stickslip.agents.evaluation.evaluate import AnyMeasures
+    from stickslip.agents.demonstration import Demonstration
     from stickslip.agents.evaluation.rollout import AnyRollout
+    from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import AnyPlayer, Policy
@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
 
-Options: TypeAlias = Mapping[str, Any]
-"""Parsed flags by name, each of its Option's kind; None for one that is not given."""
+
+Parts: TypeAlias = dict[str, Any]
+"""Parts of a task by name, of a machine's own kinds."""
 
 
 @dataclass(frozen=True)
@@ -61,13 +62,6 @@ class Option:
             choices=self.choices,
             help=self.about,
         )
-
-
-class Task(NamedTuple, Generic[Env, Params]):
-    """An environment and its parameters."""
-
-    env: Env
-    params: Params
 
 
 class TrainingTask(NamedTuple, Generic[Env, Params]):
@@ -197,7 +191,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
         return numbers_in_words(vars(task.params))
 
-    def parts(self, env: Env, params: Params) -> dict[str, Any]:
+    def parts(self, env: Env, params: Params) -> Parts:
         """The parts of a task that a policy's file holds, the environment among them."""
         return {"env": env, "values": params}
 
@@ -211,13 +205,13 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """An environment and its parameters as JSON values, for a policy's file."""
         from stickslip.agents.tasks.file import described
 
-        return described(env, params, self.parts(env, params))
+        return described(env, params, self.parts(env, params), self.modules)
 
     def read_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params] | None:
         """The task that a policy's file holds; None if it holds none. ValueError if damaged."""
         from stickslip.agents.tasks.file import read_task
 
-        return read_task(metadata, self)
+        return read_task(metadata, self.build, self.environment, self.modules)
 
     def sightless(self, env: Env) -> Env:
         """The environment without what only changes what is observed."""
@@ -293,7 +287,10 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """A row of evaluations.csv: `evaluated`."""
         from stickslip.agents.evaluation.standard import evaluate_policy
 
-        return evaluate_policy(task.env, task.tested, policy, config, self)
+        measures, names = self.measures(task.env), self.evaluated
+        return evaluate_policy(
+            task.env, task.tested, policy, config.evaluation_episodes, measures, names
+        )
 
     def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
         """`episode` of training episodes. ended: what the last infos held, each [episodes >= 1];

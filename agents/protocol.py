@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import (
     TYPE_CHECKING,
     Any,
+    Generic,
+    NamedTuple,
     Protocol,
     Self,
     TypeAlias,
@@ -81,6 +84,17 @@ AnyPlayer: TypeAlias = Player[Any, Any]
 """Of some machine's environment."""
 Policy: TypeAlias = "Controller[None, object, Timed]"
 """A controller that reads the observation alone and remembers nothing."""
+
+
+Options: TypeAlias = Mapping[str, Any]
+"""Parsed flags by name, each of its Option's kind; None for one that is not given."""
+
+
+class Task(NamedTuple, Generic[Env, Params]):
+    """An environment and its parameters."""
+
+    env: Env
+    params: Params
 
 
 class Memoryless:

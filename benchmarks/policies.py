@@ -29,7 +29,7 @@ import numpy as np
 from benchmarks.report import markdown, options, provenance, put_between
 from benchmarks.tasks.__main__ import put
 from benchmarks.tasks.measure import EPISODES, beside_package, entry, played_on
-from stickslip.agents.evaluation.evaluate import is_random
+from stickslip.agents.evaluation.rollout import is_random
 from stickslip.agents.policy.file import load_policy, named_task_entry, save_policy
 from stickslip.agents.policy.record import EARNED, TRAINED, every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path

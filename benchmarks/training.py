@@ -32,8 +32,7 @@ from benchmarks.tasks.__main__ import MARKS as TASK_MARKS
 from benchmarks.tasks.__main__ import long_table, put
 from benchmarks.tasks.measure import EPISODES, rounded
 from stickslip.agents.biped.task import ANY_PHASE
-from stickslip.agents.evaluation.evaluate import is_random, play
-from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.registry import machine_by_name

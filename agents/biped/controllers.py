@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
+    from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
 
@@ -188,7 +189,7 @@ def _asked(state: BipedEnvState, rate: Float[Array, ""]) -> BipedEnvState:
     return replace(state, drawn=state.drawn._replace(commanded_rate=rate))
 
 
-CONTROLLERS: dict[str, type[BipedController]] = {
+CONTROLLERS = {
     "constant-torque": ConstantTorque,
     "crank-speed-pi": CrankSpeedPI,
     "computed-torque": ComputedTorque,
@@ -201,6 +202,11 @@ CONTROLLERS: dict[str, type[BipedController]] = {
 def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
     """A baseline with some settings changed. ValueError for an unknown name or setting."""
     require_choice("controller", name, CONTROLLERS)
-    kind: Any = CONTROLLERS[name]
+    kind = CONTROLLERS[name]
     require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
-    return kind(**settings).validate()
+    return kind(**settings).validate()  # pyright: ignore[reportArgumentType], known by now
+
+
+def baseline(name: str, env: BipedEnv) -> BipedController:
+    """See Machine; a baseline suits every environment."""
+    return controller_by_name(name)

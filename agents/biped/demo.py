@@ -12,7 +12,7 @@ from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.machine import FILM, STOPPING
 from stickslip.agents.biped.pictures import COMPARED, as_episode
 from stickslip.agents.biped.task import training_task
-from stickslip.agents.demo import Demonstration
+from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.pictures.plots import plot_comparison
@@ -91,3 +91,8 @@ def _line(name: str, played: Rollout[BipedEnvState], period: float) -> str:
         f"walked {last.walked:6.3f} m, distance slid {last.slid:6.4f} m, took {last.energy:5.1f} J "
         f"in {seconds:.1f} s"
     )
+
+
+def demonstration() -> BipedDemonstration:
+    """See Machine."""
+    return BipedDemonstration()

@@ -9,9 +9,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import Measures, play
+from stickslip.agents.evaluation.rollout import play
 from stickslip.agents.evaluation.table import (
     Column,
+    Measures,
     fraction_interval,
     mean_interval,
     ratio_interval,

@@ -11,11 +11,9 @@ from stickslip.dynamics.names import SCENES
 if TYPE_CHECKING:
     from stickslip.agents.biped.evaluate import Episodes
     from stickslip.agents.biped.swept import BipedSwept
-    from stickslip.agents.demo import Demonstration
-    from stickslip.agents.evaluation.evaluate import Measures
-    from stickslip.agents.machine import Options
+    from stickslip.agents.evaluation.table import Measures
     from stickslip.agents.optimum.policy import StateMap
-    from stickslip.agents.protocol import AnyPlayer
+    from stickslip.agents.protocol import Options
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
@@ -128,22 +126,18 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     parts = defined_in(TASK)
     build = defined_in(TASK)
     training_task = defined_in(TASK)
+    baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
     amplifications = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
     learning_panels = defined_in(PICTURES)
+    demonstration = defined_in("stickslip.agents.biped.demo")
 
     def sightless(self, env: BipedEnv) -> BipedEnv:
         """See Machine."""
         from dataclasses import replace
 
         return replace(env, see_friction=False, see_patch=False)
-
-    def baseline(self, name: str, env: BipedEnv) -> AnyPlayer:
-        """See Machine; a baseline suits every environment."""
-        from stickslip.agents.biped.controllers import controller_by_name
-
-        return controller_by_name(name)
 
     def state_map(self, env: BipedEnv, params: BipedEnvParams) -> StateMap:
         """See Machine."""
@@ -169,9 +163,3 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""
         return params.replace(time_limit=seconds)
-
-    def demonstration(self) -> Demonstration:
-        """See Machine."""
-        from stickslip.agents.biped.demo import BipedDemonstration
-
-        return BipedDemonstration()

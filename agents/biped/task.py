@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.machine import Task, TrainingTask
+from stickslip.agents.machine import TrainingTask
+from stickslip.agents.protocol import Task
 from stickslip.agents.tasks.file import numbers_in_words, require_numbers, same_numbers
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.names import SCENES
@@ -25,11 +26,11 @@ from stickslip.envs.biped.params import (
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from typing import TypeAlias
 
     from stickslip.agents.biped.config import TrainConfig
-    from stickslip.agents.machine import Options
+    from stickslip.agents.machine import Parts
+    from stickslip.agents.protocol import Options
 
     BipedTask: TypeAlias = Task[BipedEnv, BipedEnvParams]
 
@@ -92,7 +93,7 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
     """
     params = task.params
     floor, load, drawn = params.scene.floor, params.scene.payload, params.randomisation
-    changed: dict[str, Any] = {}
+    changed: Parts = {}
     if scene is not None:
         floor, drawn = Scene.named(scene).floor, replace(drawn, friction=None)
     if options["mu_static"] is not None:
@@ -157,7 +158,7 @@ def floor_words(scene: Scene) -> str:
     return f"{count} patches"
 
 
-def parts(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
+def parts(env: BipedEnv, params: BipedEnvParams) -> Parts:
     """See Machine; the arguments of `build`."""
     robot = params.robot.bare
     return {
@@ -170,8 +171,21 @@ def parts(env: BipedEnv, params: BipedEnvParams) -> dict[str, Any]:
     }
 
 
-def build(env: BipedEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> BipedTask:
+def build(
+    env: BipedEnv,
+    robot: BipedParams,
+    scene: Scene,
+    randomisation: Randomisation,
+    dtype: str,
+    numbers: Parts,
+) -> BipedTask:
     """The task of its parts. ValueError for parts that will not do."""
     require_numbers(numbers, NUMBERS, MARK)
-    dtype = jax.dtypes.canonicalize_dtype(dtype)
-    return Task(env, env.make_params(**parts, dtype=dtype, **numbers))
+    params = env.make_params(
+        robot=robot,
+        scene=scene,
+        randomisation=randomisation,
+        dtype=jax.dtypes.canonicalize_dtype(dtype),
+        **numbers,
+    )
+    return Task(env, params)

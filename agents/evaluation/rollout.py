@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
@@ -22,18 +22,27 @@ from stickslip.agents.protocol import (
     State,
     State_co,
 )
-from stickslip.dynamics.checks import require_integer, require_kind, shown
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv, pure_step
 from stickslip.envs.params import MOST_STEPS, horizon
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-    from stickslip.agents.protocol import AnyEnv
+    from stickslip.agents.protocol import AnyEnv, Timed
 
 
+STEP_BYTES = 300
+"""Memory of a step of an episode while episodes are played side by side."""
+MOST_EPISODES = 65536
+"""Of each controller in each scene."""
+TEST_SEEDS = 2**31
+"""Evaluations during training use the seeds from here on, so that none is seen in training."""
 T = TypeVar("T")
+Kept = TypeVar("Kept")
 
 
 class Rollout(NamedTuple, Generic[State_co]):
@@ -222,3 +231,59 @@ def _rollout(
     nothing = jnp.zeros((), jnp.int32)
     end, rows = jax.lax.scan(body, _Carry(first, memory, nothing), None, length=count)
     return Rollout(start, start_obs, *rows, length=end.length)
+
+
+def seeds_of(episodes: int, seeds: Sequence[int] | None) -> tuple[int, ...]:
+    """The seeds of an evaluation, by default 0, 1, ..., episodes - 1. ValueError for none."""
+    if seeds is None:
+        return tuple(range(require_integer("episodes", episodes, high=MOST_EPISODES)))
+    require_kind("seeds", seeds, Iterable, "whole numbers >= 0 in a list")
+    found = tuple(require_integer("seeds", seed, low=0, high=2**32 - 1) for seed in seeds)
+    if not found:
+        raise ValueError("seeds is empty; accepted: at least one")
+    return found
+
+
+def play(
+    env: FunctionalEnv[State, Params],
+    controller: Player[State, Params],
+    params: Params,
+    seeds: Sequence[int],
+    keep: Callable[[Rollout[State], Params], Kept],
+) -> Kept:
+    """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
+    count = horizon(params)
+    require_room(len(seeds), count)
+    keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
+    axis = None
+    if isinstance(controller, Planner):
+        paths = [planned(env, controller, params, seed) for seed in seeds]
+        controller, axis = jax.tree.map(lambda *leaves: jnp.stack(leaves), *paths), 0
+    return jax.tree.map(np.asarray, _play(env, count, keep, axis, controller, params, keys))
+
+
+def require_room(episodes: int, steps: int) -> None:
+    """Raise ValueError where so many episodes at once would not fit into memory."""
+    what = f"episodes of {steps} steps"
+    require_memory(f"episodes = {episodes}", what, episodes, steps * STEP_BYTES)
+
+
+def is_random(params: Timed) -> bool:
+    """True if a reset draws anything; where nothing tells, it does."""
+    return bool(jax.tree.leaves(getattr(params, "randomisation", True)))
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2, 3))
+def _play(
+    env: FunctionalEnv[State, Params],
+    count: int,
+    keep: Callable[[Rollout[State], Params], Kept],
+    axis: int | None,
+    controller: Controller[Any, State, Params],
+    params: Params,
+    keys: PRNGKeyArray,
+) -> Kept:
+    def one(controller: Controller[Any, State, Params], key: PRNGKeyArray) -> Kept:
+        return keep(rollout(env, controller, params, key, count), params)
+
+    return jax.vmap(one, (axis, 0))(controller, keys)

@@ -7,23 +7,24 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import TEST_SEEDS, Measures, is_random, play
-from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.rollout import TEST_SEEDS, is_random, play, without_resets
 from stickslip.agents.evaluation.table import (
     Column,
     Columns,
+    Measures,
     fraction_interval,
     mean_interval,
     row_of_test,
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
-    from stickslip.agents.training.configuration import Configuration
 
 
 class StandardEpisodes(NamedTuple):
@@ -64,11 +65,15 @@ MEASURES = Measures(keep_of, COLUMNS)
 
 
 def evaluate_policy(
-    env: AnyEnv, params: Timed, policy: AnyPlayer, config: Configuration, machine: AnyMachine
+    env: AnyEnv,
+    params: Timed,
+    policy: AnyPlayer,
+    episodes: int,
+    measures: AnyMeasures,
+    names: Sequence[str],
 ) -> dict[str, float]:
-    """The machine's metrics of a policy by name, over whole episodes that training never sees; one
-    where a reset draws nothing."""
-    measures = machine.measures(env)
-    seeds = range(TEST_SEEDS, TEST_SEEDS + (config.evaluation_episodes if is_random(params) else 1))
+    """Metrics by name of a policy over whole episodes that training never sees; one where a reset
+    draws nothing."""
+    seeds = range(TEST_SEEDS, TEST_SEEDS + (episodes if is_random(params) else 1))
     played = play(without_resets(env), policy, params, seeds, measures.keep)
-    return row_of_test(measures.columns, machine.evaluated, played)
+    return row_of_test(measures.columns, names, played)

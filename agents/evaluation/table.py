@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 
+from stickslip.agents.protocol import Params_contra, State_contra
 from stickslip.envs.tasks.known import CONFIDENCE, UNKNOWN, Interval
 from stickslip.records import table
 from stickslip.records.files import write_whole
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import ArrayLike
+
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.protocol import Params, State
 
 INTERVALS = ("return", "task_score")
 """Metrics of a test during training whose interval is written, too."""
@@ -45,6 +49,31 @@ class Column(table.Column):
 Kept = TypeVar("Kept")
 Columns: TypeAlias = Mapping[str, tuple[Column, Callable[[Kept], Interval]]]
 """Metrics by name: how each is shown, and how it comes from a machine's episodes."""
+
+
+Say: TypeAlias = Callable[[str], None]
+Keep: TypeAlias = "Callable[[Rollout[State], Params], Kept]"
+
+
+@dataclass(frozen=True)
+class Measures(Generic[State_contra, Params_contra, Kept]):
+    """Kept data of an episode, and the metrics of it.
+
+    keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
+    [episodes]. It has `reward` and says which episodes ended outside the model, `fell`.
+    complete: called with each scene, its parameters, the seeds and something to say a line with;
+    what it returns is applied to all that is played there. None for nothing to add.
+    """
+
+    keep: Keep[State_contra, Params_contra, Kept]
+    columns: Columns[Kept]
+    complete: Callable[[str, Params_contra, Sequence[int], Say], Callable[[Kept], Kept]] | None = (
+        None
+    )
+
+
+AnyMeasures: TypeAlias = Measures[Any, Any, Any]
+"""Of whichever machine."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +151,7 @@ class Evaluation:
         ]
         return Table(heads, cells)
 
-    def write_json(self, path: str | Path, about: Mapping[str, Any] | None = None) -> Path:
+    def write_json(self, path: str | Path, about: Mapping[str, object] | None = None) -> Path:
         """Everything, each episode included; null where undefined. about: further entries."""
         rows = [
             {

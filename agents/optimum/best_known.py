@@ -10,8 +10,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import require_room, seeds_of
-from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
+from stickslip.agents.evaluation.rollout import (
+    episode_key,
+    horizon,
+    require_room,
+    rollout,
+    seeds_of,
+)
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.table import fraction_interval, mean_interval
 from stickslip.agents.protocol import Params, Planner, State

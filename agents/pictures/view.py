@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.machine import AnyMachine, Options
-    from stickslip.agents.protocol import AnyEnv, Params, Player, State, Timed
+    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State, Timed
     from stickslip.agents.tasks.players import Named, Place
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.rendering.page import Episode

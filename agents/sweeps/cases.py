@@ -13,8 +13,8 @@ from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from stickslip.agents.machine import AnyMachine, Options
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
 
     Pair: TypeAlias = tuple[AnyEnv, Timed]
     Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]

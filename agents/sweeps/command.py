@@ -25,7 +25,7 @@ from stickslip.records.table import Content
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.machine import Options
+    from stickslip.agents.protocol import Options
 
 
 def sweep_command(given: Options) -> Content:

@@ -16,8 +16,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.agents.evaluation.evaluate import STEP_BYTES, is_random
-from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout, without_resets
+from stickslip.agents.evaluation.rollout import (
+    STEP_BYTES,
+    episode_key,
+    horizon,
+    is_random,
+    rollout,
+    without_resets,
+)
 from stickslip.agents.optimum.solution import digest_of
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Controller, Planner

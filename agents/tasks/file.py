@@ -21,16 +21,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.registry import machines
 from stickslip.agents.untrusted import LARGEST_TEXT, RefusedError, refusing
 from stickslip.dynamics.checks import require_known, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Callable, Collection, Mapping
+    from typing import TypeAlias
 
-    from stickslip.agents.machine import AnyMachine, AnyTask, Options
-    from stickslip.agents.protocol import AnyEnv, Timed
+    from stickslip.agents.protocol import AnyEnv, Options, Params, Task, Timed
     from stickslip.agents.untrusted import Json
+
+    Modules: TypeAlias = tuple[str, ...]
+    Kinds: TypeAlias = dict[str, Any]
 
 TASK = "task"
 LONGEST = LARGEST_TEXT - 2**16
@@ -62,10 +64,10 @@ def in_words(value: Json) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def task_entry(**parts: object) -> dict[str, Json]:
+def task_entry(parts: Mapping[str, object], modules: Modules) -> dict[str, Json]:
     """The entry of a description that holds a task's parts, or says why it does not."""
     try:
-        content: Json = {name: to_json(part) for name, part in parts.items()}
+        content: Json = {name: to_json(part, kinds(modules)) for name, part in parts.items()}
     except ValueError as error:
         return {TASK: None, "task_missing": str(error)}
     if (length := len(json.dumps(content))) > LONGEST:
@@ -73,29 +75,36 @@ def task_entry(**parts: object) -> dict[str, Json]:
     return {TASK: content}
 
 
-def described(env: AnyEnv, params: Timed, parts: Mapping[str, object]) -> dict[str, Json]:
+def described(
+    env: AnyEnv, params: Timed, parts: Mapping[str, object], modules: Modules
+) -> dict[str, Json]:
     """Description of a task for a policy's metadata: class and choices of the environment, size of
     the observation, and the parts."""
     return {
         "environment": type(env).__name__,
         "choices": plain(asdict(env)),
         "observation_size": len(env.observation_bounds(params)[0]),
-        **task_entry(**parts),
+        **task_entry(parts, modules),
     }
 
 
-def read_task(metadata: Mapping[str, Json], machine: AnyMachine) -> AnyTask | None:
-    """The task in a policy's metadata; None where it has none. RefusedError for a damaged one."""
+def read_task(
+    metadata: Mapping[str, Json], build: Callable[..., Task], environment: str, modules: Modules
+) -> Task | None:
+    """The task in a policy's metadata; None where it has none. RefusedError for a damaged one.
+
+    build: makes it of its parts. environment: name of its environment's class.
+    """
     content = metadata.get(TASK)
     if content is None:
         return None
     with refusing("its task"):
         if not isinstance(content, dict):
             raise RefusedError("its task is not made of parts")
-        parts = {name: from_json(part) for name, part in content.items()}
-        if type(parts.get("env")).__name__ != machine.environment:
-            raise RefusedError(f"its task's environment is no {machine.environment}")
-        task = machine.build(**parts)
+        parts = {name: from_json(part, kinds(modules)) for name, part in content.items()}
+        if type(parts.get("env")).__name__ != environment:
+            raise RefusedError(f"its task's environment is no {environment}")
+        task = build(**parts)
         bounds = task.env.observation_bounds(task.params)
         if not all(np.all(np.isfinite(one)) for one in bounds):
             raise RefusedError("its task's observations have no bounds")
@@ -108,11 +117,11 @@ def require_numbers(given: object, names: Collection[str], optional: Collection[
         raise RefusedError(f"its task's numbers are not {', '.join(names)}")
 
 
-def with_fields(values: Any, options: Options) -> Any:
+def with_fields(values: Params, options: Options) -> Params:
     """A dataclass with those of its fields that options give."""
-    names = {one.name for one in fields(values)} & options.keys()
+    names = {one.name for one in fields(values)} & options.keys()  # pyright: ignore[reportArgumentType], a dataclass
     changed = {name: options[name] for name in names if options[name] is not None}
-    return replace(values, **changed) if changed else values
+    return replace(values, **changed) if changed else values  # pyright: ignore[reportArgumentType]
 
 
 def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
@@ -138,54 +147,52 @@ def same_numbers(one: object, other: object) -> bool:
     return all(np.array_equal(np.float32(a), np.float32(b)) for a, b in pairs)
 
 
-def to_json(value: object) -> Json:
+def to_json(value: object, known: Kinds) -> Json:
     """JSON values. ValueError for what cannot be kept: a user's own class or function."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, tuple | list):
-        return [to_json(one) for one in value]
+        return [to_json(one, known) for one in value]
     if isinstance(value, dict):
-        return {"named": {str(name): to_json(one) for name, one in value.items()}}
+        return {"named": {str(name): to_json(one, known) for name, one in value.items()}}
     if isinstance(value, jax.Array | np.ndarray | np.generic):
         return _array_to_json(value)
     name = type(value).__name__
-    if not is_dataclass(value) or name == CALLED or kinds().get(name) is not type(value):
+    if not is_dataclass(value) or name == CALLED or known.get(name) is not type(value):
         raise ValueError(f"{shown(value)} cannot be kept; accepted: what the package defines")
-    entries = {one.name: to_json(getattr(value, one.name)) for one in fields(value) if one.init}
+    entries = {
+        one.name: to_json(getattr(value, one.name), known) for one in fields(value) if one.init
+    }
     return {"kind": name, **entries}
 
 
-def from_json(content: Any) -> Any:
+def from_json(content: Any, known: Kinds) -> Any:
     """Inverse of `to_json`; lists come back as tuples. ValueError for anything else."""
     if isinstance(content, list):
-        return tuple(from_json(one) for one in content)
+        return tuple(from_json(one, known) for one in content)
     if isinstance(content, int) and abs(content) > MOST:
         raise ValueError(f"{shown(content)} is no whole number up to {MOST}")
     if not isinstance(content, dict):
         return content
     if isinstance(named := content.get("named"), dict):
-        return {name: from_json(one) for name, one in named.items()}
+        return {name: from_json(one, known) for name, one in named.items()}
     if "array" in content:
         return _array_from_json(**content)
     entries = dict(content)
     name = entries.pop("kind", None)
-    if not isinstance(name, str) or name == CALLED or name not in kinds():
+    if not isinstance(name, str) or name == CALLED or name not in known:
         raise ValueError(f"{shown(name)} is no part of a task")
-    kind = kinds()[name]
+    kind = known[name]
     require_known(entries, [one.name for one in fields(kind) if one.init], f"field of {name}")
-    return kind(**{one: from_json(entry) for one, entry in entries.items()})
-
-
-def kinds() -> dict[str, Any]:
-    """The dataclasses that may be written and read, by name: those of the machines' modules."""
-    return _kinds(tuple(name for machine in machines() for name in machine.modules))
+    return kind(**{one: from_json(entry, known) for one, entry in entries.items()})
 
 
 @cache
-def _kinds(names: tuple[str, ...]) -> dict[str, Any]:
+def kinds(modules: Modules) -> Kinds:
+    """The dataclasses of these modules by name, which may be written and read."""
     return {
         one.__name__: one
-        for module in map(import_module, names)
+        for module in map(import_module, modules)
         for one in vars(module).values()
         if is_dataclass(one) and isinstance(one, type) and one.__module__ == module.__name__
     }

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
-    from stickslip.agents.machine import AnyMachine, AnyTask, Option, Options
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.machine import AnyMachine, AnyTask, Option
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
     from stickslip.agents.untrusted import Json
 
 

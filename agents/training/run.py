@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import SCORES, TEST_SEEDS, is_random, play, scored
-from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.evaluation.evaluate import SCORES, scored
+from stickslip.agents.evaluation.rollout import TEST_SEEDS, is_random, play, without_resets
 from stickslip.agents.evaluation.table import INTERVALS, row_of_test
 from stickslip.agents.policy.file import named_task_entry, save_policy
 from stickslip.agents.registry import machine_of_config
@@ -50,7 +50,7 @@ from stickslip.records.files import write_whole
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from stickslip.agents.evaluation.evaluate import AnyMeasures
+    from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.machine import AnyMachine, TrainingTask
     from stickslip.agents.protocol import AnyEnv, Policy, Timed
     from stickslip.agents.training.configuration import Config

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents import load_policy
-from stickslip.agents.demo import Demonstration
+from stickslip.agents.demonstration import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
-from stickslip.agents.machine import Task
 from stickslip.agents.pictures.plots import plot_comparison
 from stickslip.agents.pictures.training import write_products
+from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.controllers import baseline
 from stickslip.agents.ugv.evaluate import keep_of
@@ -36,7 +36,7 @@ on each ground; the optimum knows all of it and is the least over a grid of angl
 counts the legs' work, too. Over the paper's bump of 10 cm:"""
 
 
-class UGVDemonstration(Demonstration):
+class UGVDemonstration(Demonstration[UGVTrainConfig]):
     """Bumps of 2 to 20 cm drawn at random, least work of the wheels' motors: the defaults.
 
     About half of their steps, and a smaller discount, with which less is needed.
@@ -56,7 +56,7 @@ class UGVDemonstration(Demonstration):
         """See Demonstration."""
         return UGVTrainConfig.of(timesteps=327_680, discount=0.95)
 
-    def task_in_words(self, config: Any) -> str:
+    def task_in_words(self, config: UGVTrainConfig) -> str:
         """See Demonstration."""
         return (
             f"leg angles for the least {config.criterion.replace('_', ' ')} on {config.tracks},\n"
@@ -112,3 +112,8 @@ def _lines(played: Mapping[str, Rollout], env: UGVEnv, params: UGVEnvParams) -> 
             f"with legs {one.total_energy:6.1f} J  friction {one.demand:5.3f}{end}"
         )
     return lines
+
+
+def demonstration() -> UGVDemonstration:
+    """See Machine."""
+    return UGVDemonstration()

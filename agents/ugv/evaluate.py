@@ -10,11 +10,17 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import TEST_SEEDS, Measures, is_random, play
-from stickslip.agents.evaluation.rollout import first_state, without_resets
+from stickslip.agents.evaluation.rollout import (
+    TEST_SEEDS,
+    first_state,
+    is_random,
+    play,
+    without_resets,
+)
 from stickslip.agents.evaluation.table import (
     Column,
     Interval,
+    Measures,
     fraction_interval,
     mean_interval,
     row_of_test,
@@ -30,9 +36,8 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array
 
-    from stickslip.agents.evaluation.evaluate import Say
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Columns
+    from stickslip.agents.evaluation.table import Columns, Say
     from stickslip.agents.machine import TrainingTask
     from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.agents.ugv.controllers import UGVPlayer

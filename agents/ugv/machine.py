@@ -11,7 +11,6 @@ from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.demo import Demonstration
     from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.envs.ugv.env import UGVEnv
 
@@ -98,6 +97,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
     learning_panels = defined_in(PICTURES)
+    demonstration = defined_in("stickslip.agents.ugv.demo")
 
     def sightless(self, env: UGVEnv) -> UGVEnv:
         """See Machine."""
@@ -114,9 +114,3 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         from stickslip.agents.ugv.swept import UGVSwept
 
         return UGVSwept()
-
-    def demonstration(self) -> Demonstration:
-        """See Machine."""
-        from stickslip.agents.ugv.demo import UGVDemonstration
-
-        return UGVDemonstration()

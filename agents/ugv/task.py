@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.machine import Task, TrainingTask
+from stickslip.agents.machine import TrainingTask
+from stickslip.agents.protocol import Task
 from stickslip.agents.tasks.file import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
@@ -20,10 +21,10 @@ from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from typing import TypeAlias
 
-    from stickslip.agents.machine import Options
+    from stickslip.agents.machine import Parts
+    from stickslip.agents.protocol import Options
     from stickslip.envs.ugv.params import UGVEnvParams
 
     UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
@@ -97,7 +98,7 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
     env = UGVEnv(config.criterion, config.preview, SOLVER)
     ground = ground_by_name(config.tracks)
     start = np.radians(config.start_angle)
-    common: dict[str, Any] = {
+    common: Parts = {
         "track": ground.track,
         "friction": config.friction,
         "leg_rate": config.leg_rate,
@@ -173,7 +174,7 @@ def details(task: UGVTask) -> str:
     return f"{criterion}, preview of {task.env.preview} points, {words}"
 
 
-def parts(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
+def parts(env: UGVEnv, params: UGVEnvParams) -> Parts:
     """See Machine; the arguments of `build`."""
     numbers = {name: getattr(params, name) for name in NUMBERS}
     limits = {name: getattr(params, name) for name in LIMITS}
@@ -187,7 +188,14 @@ def parts(env: UGVEnv, params: UGVEnvParams) -> dict[str, Any]:
     }
 
 
-def build(env: UGVEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> UGVTask:
+def build(
+    env: UGVEnv,
+    vehicle: UGVParams,
+    track: Track,
+    randomisation: UGVRandomisation,
+    dtype: str,
+    numbers: Parts,
+) -> UGVTask:
     """The task of its parts. ValueError for parts that will not do.
 
     numbers: None for the default of start, end and failure_penalty.
@@ -195,7 +203,13 @@ def build(env: UGVEnv, dtype: str, numbers: Mapping[str, Any], **parts: Any) -> 
     require_numbers(numbers, NUMBERS, LIMITS)
     # Evenly spaced already: rounding must not add a step.
     spaced = {**numbers, "spacing": numbers["spacing"] * (1 + 1e-6)}
-    params = env.make_params(**parts, dtype=jax.dtypes.canonicalize_dtype(dtype), **spaced)
+    params = env.make_params(
+        vehicle=vehicle,
+        track=track,
+        randomisation=randomisation,
+        dtype=jax.dtypes.canonicalize_dtype(dtype),
+        **spaced,
+    )
     if numbers["start"] is not None:
         kept = ("spacing", "start", "end", "start_angles")
         params = params.replace(**{name: numbers[name] for name in kept})

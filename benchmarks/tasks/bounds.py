@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from benchmarks.tasks.measure import EPISODES, rounded
-from stickslip.agents.evaluation.evaluate import is_random
-from stickslip.agents.evaluation.rollout import first_state, without_resets
+from stickslip.agents.evaluation.rollout import first_state, is_random, without_resets
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.optim import bound_every_drive

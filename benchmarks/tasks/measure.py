@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.agents.biped.machine import STOPPING
-from stickslip.agents.evaluation.evaluate import is_random, play
-from stickslip.agents.evaluation.rollout import Idle, without_resets
+from stickslip.agents.evaluation.rollout import Idle, is_random, play, without_resets
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.policy.record import record_of

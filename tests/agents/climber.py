@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents import MLPPolicy
-from stickslip.agents.evaluation.evaluate import play
+from stickslip.agents.evaluation.rollout import play
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.training.trainer import Trainer, Update
 

@@ -8,8 +8,7 @@ import jax
 import numpy as np
 import pytest
 
-from stickslip.agents.evaluation.evaluate import play
-from stickslip.agents.evaluation.rollout import Idle, episode_key, horizon, without_resets
+from stickslip.agents.evaluation.rollout import Idle, episode_key, horizon, play, without_resets
 from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.optimum import Improved
 from tests.agents.optimum.processes import ENV as RESETTING

@@ -12,7 +12,7 @@ import pytest
 from stickslip.agents import evaluate_task, load_policy
 from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.evaluation.evaluate import TEST_SEEDS
+from stickslip.agents.evaluation.rollout import TEST_SEEDS
 from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import every_field
 from stickslip.agents.training.log import read_columns
