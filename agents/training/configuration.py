@@ -223,7 +223,9 @@ class Configuration(Settings):
             entries.setdefault("trainer", UNNAMED_TRAINER)
         for kind in sorted(entries.keys() & {"algorithm", "trainer"}):
             require_choice(kind, entries[kind], rules[kind].choices)
-        usual = cls._defaults(str(entries.get("algorithm", "ppo")), entries.get("trainer"))
+        trainer = entries.get("trainer")
+        trainer = trainer if isinstance(trainer, str) else None
+        usual = cls._defaults(str(entries.get("algorithm", "ppo")), trainer)
         return cls._grouped(usual | entries)
 
     @property

@@ -209,10 +209,10 @@ class Learnt(NamedTuple, Generic[Learner, State]):
 class JAXTrainer(Trainer[LearningConfiguration, State, Params], Generic[Learner, State, Params]):
     """Learns in JAX on whichever platform it finds, by the functions of a subclass."""
 
-    settings: ClassVar[Callable[[LearningConfiguration], tuple[Sizes, Rates]]]
-    first_learner: ClassVar[Callable[[int, int, Sizes, Array], Any]]
+    settings: ClassVar[staticmethod[[LearningConfiguration], tuple[Sizes, Rates]]]
+    first_learner: ClassVar[staticmethod[[int, int, Sizes, Array], Any]]
     """Of `inputs` observed numbers, `outputs` actions, sizes and a key."""
-    network_of: ClassVar[Callable[[Any], MLPPolicy]]
+    network_of: ClassVar[staticmethod[[Any], MLPPolicy]]
     """Policy of a learner."""
 
     def __init__(
