@@ -315,9 +315,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def renderer(self, params: BipedEnvParams) -> BipedRenderer:
         """A renderer for these parameters (extra `viz`)."""
-        return BipedRenderer(
-            params.robot.params, params.scene, torque_limit=float(params.torque_limit)
-        )
+        return BipedRenderer(params.robot.params, params.scene)
 
     def observation_bounds(self, params):
         """See FunctionalEnv; entries as in the class docstring."""

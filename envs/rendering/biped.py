@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, fields, replace
-from math import isfinite, pi
+from math import pi
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
 from stickslip.envs.rendering.linkage import BARS, SOLE, Mechanism, plain
-from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
+from stickslip.envs.rendering.renderer import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
@@ -227,7 +227,7 @@ class BipedRenderer(Renderer[BipedFrame]):
     """Draws frames of one robot in one scene; the camera keeps the hip in place.
 
     params, scene: one robot and one scene, not batches; a frame may bring its episode's own floor
-    and weight. torque_limit: the torque strip always shows plus and minus this [N m].
+    and weight.
     """
 
     def __init__(
@@ -237,16 +237,13 @@ class BipedRenderer(Renderer[BipedFrame]):
         *,
         width: int = 960,
         height: int = 540,
-        torque_limit: float = 4.0,
     ):
         super().__init__(width, height)
-        if not torque_limit > 0:
-            raise ValueError(f"torque_limit = {torque_limit}; accepted: > 0 N m")
-        self._sketch, self._limit = BipedSketch(params, scene), torque_limit
+        self._sketch = BipedSketch(params, scene)
         self._marks, self._last = SlipMarks(), None
 
     def reset(self) -> None:
-        """Forget the history: empty strips and a floor without marks."""
+        """Forget the history: a floor without marks."""
         super().reset()
         self._marks, self._last = SlipMarks(), None
 
@@ -261,7 +258,7 @@ class BipedRenderer(Renderer[BipedFrame]):
         return self._sketch.drawing(frame, self._marks.rows())
 
     def readout(self, frame: BipedFrame) -> Readout:
-        """Time, way, rate and friction; strips of torque, crank rate and slide."""
+        """Time, way, rate, torque, slide and friction."""
         walked, normal, mu = (
             float(of[0]) for of in (frame.walked, frame.normal_force, frame.mu_static)
         )
@@ -269,6 +266,8 @@ class BipedRenderer(Renderer[BipedFrame]):
             (hip,) = self._sketch.mechanism.poses(frame.phase % (2 * pi)).pins["A"]
             walked = float(frame.floor_position[0] + hip[0, 0]) - self._sketch.mechanism.start
         use = written(abs(frame.friction_force[0]) / normal, 2) if normal > 0 else "–"
+        wanted = float(frame.commanded_rate[0])
+        asked = "" if np.isnan(wanted) else f" of {brief(wanted)}"
         ended = frame.status.lower() not in ("ok", "slip_onset")
         sticks = bool(frame.sticking[0])
         state = ("STICK", theme.HOLDS) if sticks else ("SLIP", theme.SLIDES)
@@ -277,27 +276,14 @@ class BipedRenderer(Renderer[BipedFrame]):
                 ("time  [s]", written(frame.time[0], 2)),
                 ("walked  [m]", written(walked, 2)),
                 ("steps", f"{frame.steps[0]}"),
-                ("mean rate  [rad/s]", brief(frame.mean_crank_rate[0])),
+                ("mean rate  [rad/s]", brief(frame.mean_crank_rate[0]) + asked),
+                ("torque  [N m]", brief(frame.torque[0])),
+                ("slide  [mm]", written(1000 * frame.slide[0], 1)),
                 ("friction / normal", use if np.isnan(mu) else f"{use} of {mu:.2f}"),
             ),
             badge=frame.status.replace("_", " ").upper() if ended else state[0],
             colour=theme.INK if ended else state[1],
             at=float(frame.time[0]),
-            quantities=self._quantities(frame, float(frame.commanded_rate[0])),
-            shaded=not sticks,
-        )
-
-    def _quantities(self, frame: BipedFrame, asked: float) -> tuple[Quantity, ...]:
-        limits, aside = (-self._limit, self._limit), f"asked {brief(asked)}" * isfinite(asked)
-        rows = frame.torque, frame.crank_rate, frame.slide
-        torque, rate, slide = (float(of[0]) for of in rows)
-        slide *= 1000
-        return (
-            Quantity("motor torque", "N m", theme.MOTOR, torque, brief(torque), limits),
-            Quantity(
-                "crank rate", "rad/s", theme.MOTOR, rate, brief(rate), (0.0, 1.0), asked, aside
-            ),
-            Quantity("slide, forwards +", "mm", theme.SLIDES, slide, written(slide, 1), (0.0, 1.0)),
         )
 
 

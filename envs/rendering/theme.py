@@ -83,15 +83,13 @@ NIGHT: dict[str, str] = DAY | {
 """DAY and NIGHT: colours by role, of pictures and pages by day, of pages by night."""
 
 MARGIN = 16.0
-COLUMN = 304.0
-"""Width of the strips' column with its tick labels."""
 HEADER = 40.0
 FOOTER = 24.0
 GAP = 14.0
 
 SMALL = 10.5
 LABEL = 11.5
-VALUE = 17.0
+VALUE = 15.0
 
 SLIPPERY = 0.15
 """A floor below this static friction is drawn as ice [-]."""

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
-from stickslip.envs.rendering.renderer import Quantity, Readout, Renderer
+from stickslip.envs.rendering.renderer import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
@@ -146,8 +146,6 @@ class UGVRenderer(Renderer[UGVFrame]):
     vehicle: one, not a batch. criterion, unit: of the cost in the header.
     """
 
-    unit = "m"
-
     def __init__(
         self,
         vehicle: UGVParams,
@@ -168,31 +166,25 @@ class UGVRenderer(Renderer[UGVFrame]):
         return ugv_drawing(frame, self._vehicle)
 
     def readout(self, frame: UGVFrame) -> Readout:
-        """Way, torque, pitch, cost and friction; strips of torque, legs and grip."""
+        """Way, torque, pitch, legs, cost and friction."""
         x, torque, cost, mu = (float(of[0]) for of in (frame.x, frame.torque, frame.cost, frame.mu))
         demand, slips, status = frame.demand[0], bool(frame.slips[0]), Status(int(frame.status[0]))
         rear, front = np.degrees(frame.wheels.leg_angle[0]).tolist()
-        pitch, grip = degrees(frame.pitch[0]), float(frame.grip[0]) / 1000
         ended = status != Status.OK
         badge = status.name.replace("_", " ") if ended else "SLIP" if slips else "GRIP"
-        blue, least, aside = theme.MOTOR, (60.0, 120.0), "rear, front dashed"
         used = written(demand, 2) if np.isfinite(demand) else "–"
         return Readout(
             numbers=(
                 ("driven  [m]", written(x - frame.start, 2)),
                 ("torque  [N m]", brief(torque)),
-                ("pitch  [°]", written(pitch, 1)),
+                ("pitch  [°]", written(degrees(frame.pitch[0]), 1)),
+                ("legs  [°]", f"{written(rear, 0)}, {written(front, 0)}"),
                 (self._cost, brief(cost)),
                 ("friction / normal", f"{used} of {mu:.2f}"),
             ),
             badge=badge,
             colour=theme.SLIDES if slips else theme.INK if ended else theme.HOLDS,
             at=x,
-            quantities=(
-                Quantity("torque on each wheel", "N m", blue, torque, brief(torque), (-50.0, 50.0)),
-                Quantity("legs", "°", theme.HOLDS, rear, written(rear, 0), least, front, aside),
-                Quantity("margin of grip", "kN", theme.SLIDES, grip, written(grip, 2), (0.0, 1.0)),
-            ),
         )
 
 

@@ -105,7 +105,7 @@ def ugv() -> gymnasium.Env:
     ],
 )
 def test_a_rendered_environment_is_copied_without_its_renderer(build, copied):
-    """Also after the reset that follows. The copy's strips begin anew."""
+    """Also after the reset that follows. The copy's marks begin anew."""
     env = build()
     for _ in range(2):
         env.reset()
