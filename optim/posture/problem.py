@@ -182,8 +182,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         """See Problem."""
-        angles = self.angles(x)
-        return self._value_and_margins(self.waypoints.stations(angles), angles)
+        waypoints, angles = self.waypoints, self.angles(x)  # a fork is refused before the point
+        return self._value_and_margins(waypoints.stations(angles), angles)
 
     def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
         criterion = self.posture.criterion
