@@ -152,23 +152,20 @@ class Interval:
         """Arctangent, in (-pi/2, pi/2)."""
         return Interval(_off(np.arctan(self.lo)).lo, _off(np.arctan(self.hi)).hi)
 
-    @_unbounded
     def cos(self) -> Interval:
-        """The turning points are looked for in whole turns, with room for their rounding."""
-        low, high = (_off(np.cos(v)) for v in (self.lo, self.hi))
-        top = _passes(self, 0.0)
-        bottom = _passes(self, 0.5)
-        return Interval(
-            np.where(bottom, -1.0, np.maximum(np.minimum(low.lo, high.lo), -1.0)),
-            np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
-        )
+        """The cosine."""
+        return self._wave(np.cos, 0.0)
+
+    def sin(self) -> Interval:
+        """The sine."""
+        return self._wave(np.sin, 0.25)
 
     @_unbounded
-    def sin(self) -> Interval:
-        """See cos."""
-        low, high = (_off(np.sin(v)) for v in (self.lo, self.hi))
-        top = _passes(self, 0.25)
-        bottom = _passes(self, 0.75)
+    def _wave(self, function: np.ufunc, turn: float) -> Interval:
+        """Sine or cosine, whose tops are at 2 pi (n + turn): turning points are looked for in
+        whole turns, with room for their rounding."""
+        low, high = (_off(function(v)) for v in (self.lo, self.hi))
+        top, bottom = _passes(self, turn), _passes(self, turn + 0.5)
         return Interval(
             np.where(bottom, -1.0, np.maximum(np.minimum(low.lo, high.lo), -1.0)),
             np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
