@@ -78,7 +78,7 @@ def configurations(task: TaskDefinition) -> list[Any]:
     """The configuration of the package's policy with each seed that was tried, else USUAL."""
     name = policy_name(task.name)
     if shipped_path(name) is not None and not record_of(name).carried_over:
-        trained = record_of(name).trained
+        trained: Any = record_of(name).trained
         config: Any = read_configuration(json.dumps(trained["config"]))
         return [replace(config, seed=seed) for seed in trained["seeds_tried"]]
     kind: Any = machine_by_name(task.machine).configuration
@@ -182,7 +182,7 @@ def table() -> str:
                 "score": "" if one.score is None else one.score.shown(2),
                 "return": f"{one.earned_return:.4g} {one.task.unit.removeprefix('-')}".rstrip(),
                 "failures": f"{one.earned['failures']:.0%}",
-                "kB": f"{one.size / 1000:.1f}",
+                "kB": f"{one.path.stat().st_size / 1000:.1f}",
             }
             for one in every_record()
         ]

@@ -29,8 +29,9 @@ MARKS = ("<!-- suite -->", "<!-- end of suite -->")
 def bound(instance: Instance, seconds: float | None) -> None:
     """Prove a lower bound for a UGV instance and record it where it is higher."""
     known, problem = instance.known, instance.problem
-    single = len(instance.goals) == 1 and isinstance(problem, PostureProblem)
-    if not single or known is None or known.x is None:
+    if len(instance.goals) > 1 or not isinstance(problem, PostureProblem):
+        return
+    if known is None or known.x is None:
         return
     best = problem.free.expand(known.x)
     found = bound_every_drive(problem, best, seconds=seconds)

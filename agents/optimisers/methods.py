@@ -148,7 +148,7 @@ def differential_evolution(objective: Objective, seed: int) -> None:
     rng = np.random.default_rng(seed)
     optimize.differential_evolution(
         **as_scipy_global(objective),
-        init=objective.from_unit(rng.random((POPULATION, objective.n))),
+        init=objective.from_unit(rng.random((POPULATION, objective.n))),  # pyright: ignore[reportArgumentType]
         rng=rng,
         maxiter=MANY,
         tol=0,

@@ -60,7 +60,9 @@ def write_pictures(
     """Write sweep.png and, where episodes failed, endings.png, numbered where there are several
     tasks. Nothing is drawn where nothing varies."""
     view, written = view_of(found), []
-    for t, task in enumerate(found.coordinates["task"]) if view else ():
+    if view is None:
+        return []
+    for t, task in enumerate(found.coordinates["task"]):
         number = f"-{t + 1}" if len(found.coordinates["task"]) > 1 else ""
         panels = {"sweep": _measures(found, t, view, slip), "endings": _endings(found, t, view)}
         for name, shown in panels.items():
@@ -150,19 +152,20 @@ def _maps(
     x, y = (found.coordinates[name] for name in view.names)
     known = panel.values[np.isfinite(panel.values)]
     low, high = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)
-    how, drawn = {"cmap": "viridis", "vmin": low, "vmax": high}, None
+    how, drawn = {"cmap": "viridis", "vmin": low, "vmax": high}, []
     for axis, values in zip(axes, panel.values, strict=False):
         _scale(axis, "x", x)
         _scale(axis, "y", y)
         if view.samples:
-            drawn = axis.scatter(x, y, c=values, s=22, edgecolors=theme.MUTED, lw=0.6, **how)
+            dots = axis.scatter(x, y, c=values, s=22, edgecolors=theme.MUTED, lw=0.6, **how)
+            drawn.append(dots)
         else:
             rows, columns = np.argsort(x), np.argsort(y)
             cells = values[np.ix_(rows, columns)].T
-            drawn = axis.pcolormesh(x[rows], y[columns], cells, shading="nearest", **how)
+            drawn.append(axis.pcolormesh(x[rows], y[columns], cells, shading="nearest", **how))
     beyond = known.size and (known.min() < low or known.max() > high)
     extend = "both" if beyond else "neither"
-    bar = figure.colorbar(drawn, ax=axes, fraction=0.05, pad=0.02, extend=extend)
+    bar = figure.colorbar(drawn[0], ax=axes, fraction=0.05, pad=0.02, extend=extend)
     bar.set_label(panel.title, fontsize=9, color=theme.MUTED)
 
 

