@@ -23,11 +23,6 @@ TRAJECTORIES = range(6)
 STEPS = 3200
 """Enough for 1e-8: from here on, finer steps move nothing by more than 4e-9."""
 
-CLOCK = 1e-11
-"""Accuracy of the reference's event times [s]: its first trajectory's are 8e-12 s later than those
-that 6400 to 25600 steps agree on to 5e-13 s here. It shows where a foot's velocity is reported just
-after an event that set it moving: 0.7 ms after the exchange, 1.2e-8 of the velocity."""
-
 
 def test_inertia_functions_are_the_reference(float64, reference):
     rows = reference["scalars"]
@@ -79,14 +74,6 @@ def test_inverse_dynamics_asks_for_the_reference_torque_and_ground_force(float64
         close(result.friction_force, want["friction"])
         close(result.normal_force, want["normal"])
         close(ankle_moment(result), want["ankle_moment"])
-
-
-def walk_acceleration(case, final) -> float:
-    """How fast the foot's velocity changes at the end of a walk; 0 while it sticks."""
-    state = (final.phase, final.crank_rate, final.foot_velocity)
-    law = (case["torque"], case["mu_static"], case["mu_kinetic"])
-    now = forward(default_params(), *map(float, state), *law)
-    return float(now.foot_acceleration) if case["slide_velocity"] else 0.0
 
 
 @pytest.fixture(scope="module")

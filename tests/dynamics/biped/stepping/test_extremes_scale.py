@@ -97,26 +97,6 @@ def test_size_mass_and_gravity_scale_out_bit_for_bit(dtype):
         np.testing.assert_array_equal(by_robot, by_robot[:1].repeat(len(BINARY), 0), name)
 
 
-def test_a_payload_of_a_hundred_kilograms_is_carried(dtype):
-    """Thirteen times the robot's own mass on the hip: a weight, not a wall."""
-    params = replace(default_params(dtype.name), payload=jnp.asarray(100.0, dtype))
-    loaded = model_of(replace(params, heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)))
-    rows = [
-        Start(0.06, 0.05, 2.0, 3.0, torque=torque, dt=2e-3, count=200, model=loaded)
-        for torque in (0.0, 0.5, 5.0, -5.0)
-    ]
-    end = march([*rows, replace(rows[0], count=1)], long_footed(dtype.name), dtype)
-    assert np.all(end.sound)
-    assert set(end.status) <= {Status.OK, Status.SLIP_ONSET, Status.LIFT_OFF}
-    weight = float((default_params(dtype.name).total_mass + 100) * 9.81)
-    assert end.contact.normal_force[-1] / weight == pytest.approx(1.0, abs=0.1)
-    held = end.state.foot_velocity[:-1] != 0
-    pressed = 0.05 * np.abs(end.contact.normal_force[:-1])
-    np.testing.assert_allclose(
-        np.abs(end.contact.friction_force[:-1])[held], pressed[held], rtol=1e-4
-    )
-
-
 @jax.jit
 def _closure(params, angles):
     return jax.vmap(lambda angle: kinematics(params, angle).closure)(angles)

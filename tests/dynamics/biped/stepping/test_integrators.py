@@ -13,10 +13,8 @@ from stickslip.dynamics.biped import (
     INTEGRATORS,
     RK4,
     BipedState,
-    Euler,
     EventExact,
     RK4Split,
-    SemiImplicitEuler,
     simulate,
     step,
 )
@@ -25,7 +23,6 @@ from tests.dynamics.biped.helpers import default_model, floor_of, outcome, start
 pytestmark = pytest.mark.long
 
 EXACT = EventExact(rtol=1e-12, atol=1e-14, record_events=True)
-FIXED = {"euler": Euler(), "semi_implicit": SemiImplicitEuler(), "rk4": RK4()}
 SLIPPERY = (0.06, 0.05)
 
 
@@ -62,19 +59,6 @@ def orders(integrator, mu: float, rate: float, torque: float, duration: float, c
         for count in counts
     ]
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:])), errors
-
-
-@pytest.mark.parametrize(
-    ("name", "order", "counts"),
-    [
-        ("euler", 1, (400, 800, 1600)),
-        ("semi_implicit", 1, (400, 800, 1600)),
-        ("rk4", 4, (32, 64, 128)),
-    ],
-)
-def test_order_without_switching_is_the_method_s(float64, name, order, counts):
-    found, _ = orders(FIXED[name], 5.0, 1.0, 0.9, 0.4, counts)
-    assert found == pytest.approx([order] * 2, abs=0.35)
 
 
 def test_unsplit_runge_kutta_falls_to_first_order_where_the_foot_slips_and_the_split_one_does_not(
@@ -253,16 +237,3 @@ def test_an_adaptive_call_that_runs_out_of_steps_says_so_and_how_far_it_came(flo
     assert np.isfinite(np.asarray(outcome(after))).all()
     enough = step(model, scene, state, 0.5, 0.1, integrator=EventExact(rtol=1e-10, max_steps=400))
     assert int(enough[1].status) == Status.OK
-
-
-def test_euler_stops_a_slide_where_equation_36_says(float64):
-    """v / |a| into the step; the rest of the step is taken at rest."""
-    model, scene = default_model(), Scene.uniform(0.5, 0.4)
-    state = state_of(phase=2.5, crank_rate=1.0, foot_velocity=1e-3)
-    first = step(model, scene, state, 0.0, 1e-7, integrator=Euler())[0]
-    slowing = (float(first.foot_velocity) - 1e-3) / 1e-7
-    until = -1e-3 / slowing
-    after, contact = step(model, scene, state, 0.0, 2 * until, integrator=Euler(record_events=True))
-    assert float(after.foot_velocity) == 0
-    assert float(after.foot_position) == pytest.approx(1e-3 * until / 2, rel=1e-4)
-    assert float(contact.events.times[0]) == pytest.approx(until, rel=1e-4)
