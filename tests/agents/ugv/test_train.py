@@ -111,7 +111,7 @@ def test_start_angles_are_those_that_the_vehicle_takes():
 
 def test_a_configuration_says_whose_it_is():
     assert json.loads(TINY.to_json())["machine"] == "ugv"
-    assert "machine" not in json.loads(TrainConfig.of().to_json())
+    assert json.loads(TrainConfig.of().to_json())["machine"] == "biped"
     assert read_configuration(TrainConfig.of().to_json()) == TrainConfig.of()
     with pytest.raises(ValueError, match="it is of the 'ugv', not of the biped"):
         TrainConfig.from_json(TINY.to_json())
