@@ -84,7 +84,7 @@ def _in_words(one: Record) -> str:
         f"  trained        {trained['timesteps']:,} steps, kept after {trained['best_after']:,}",
         f"  with           {_packages(trained['versions'])}",
         f"  on             {_packages(trained['machine'])}",
-        f"{'Carried over, trained as by' if one.carried_over else 'Again'}: {one.command}",
+        f"{'Carried over, trained as by' if one.carried_over else 'Trained by'}: {one.command}",
     ]
     return "\n".join(lines)
 
