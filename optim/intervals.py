@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     Array = Float[np.ndarray, "..."]
     Index: TypeAlias = "int | slice | np.ndarray | tuple"
     Other: TypeAlias = "Interval | Array | float"
-    Other: TypeAlias = "Jet | Interval | float"
+    Operand: TypeAlias = "Jet | Interval | float"
 
 
 ULPS = 8
@@ -238,7 +238,7 @@ class Jet:
     def __neg__(self) -> Jet:
         return Jet(-self.value, -self.first, -self.second)
 
-    def __add__(self, other: Other) -> Jet:
+    def __add__(self, other: Operand) -> Jet:
         if isinstance(other, Jet):
             sums = (self.value + other.value, self.first + other.first, self.second + other.second)
             return Jet(*sums)
@@ -246,13 +246,13 @@ class Jet:
 
     __radd__ = __add__
 
-    def __sub__(self, other: Other) -> Jet:
+    def __sub__(self, other: Operand) -> Jet:
         return self + (-other if isinstance(other, Jet) else -interval(other))
 
-    def __rsub__(self, other: Other) -> Jet:
+    def __rsub__(self, other: Operand) -> Jet:
         return -self + other
 
-    def __mul__(self, other: Other) -> Jet:
+    def __mul__(self, other: Operand) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value * other, self.first * other, self.second * other)
         return Jet(
@@ -263,12 +263,12 @@ class Jet:
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Other) -> Jet:
+    def __truediv__(self, other: Operand) -> Jet:
         if isinstance(other, Jet):
             return self * other.reciprocal()
         return self * interval(other).reciprocal()
 
-    def __rtruediv__(self, other: Other) -> Jet:
+    def __rtruediv__(self, other: Operand) -> Jet:
         return self.reciprocal() * other
 
     def through(self, value: Interval, slope: Interval, bend: Interval) -> Jet:
