@@ -198,7 +198,8 @@ def _designs() -> Iterator[Instance]:
 def _goals() -> Iterator[Instance]:
     yield made(
         "goals-gait-time-energy-d32",
-        partial(gait_goals, ("time", "energy"), 32, 16, mu=0.2),
+        partial(gait_problem, "time", 32, 16, mu=0.2),
+        partial(gait_problem, "energy", 32, 16, mu=0.2),
         version=2,
         family="goals",
         what="the biped's periodic step without slip: its time against its energy, mu 0.2",
@@ -225,13 +226,6 @@ def gait_problem(
     return whole if points == 1 else Interpolated(whole, cells)
 
 
-def gait_goals(
-    objectives: tuple[str, ...], numbers: int, points: int, **limits: float
-) -> tuple[GaitProblem | Interpolated, ...]:
-    """The same step by several objectives."""
-    return tuple(gait_problem(one, numbers, points, **limits) for one in objectives)
-
-
 @dataclass(frozen=True)
 class Shooting:
     """The cost of a row of torques [n], each held for HELD steps of DT.
@@ -249,16 +243,14 @@ class Shooting:
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1] and margins [0] or [1]."""
-        cost, slid = walk_cost(self.walk(data, x), jnp.repeat(x, HELD), self.crank_rate)
+        model, scene, state = data
+        torques, integrator = jnp.repeat(x, HELD), self.integrator or RK4Split()
+        time = len(torques) * DT
+        walk = simulate(model, scene, state, torques, time, DT, integrator=integrator)
+        cost, slid = walk_cost(walk, torques, self.crank_rate)
         if self.slide_limit is None:
             return (cost + SLIDE_WEIGHT * slid)[None], jnp.zeros(0)
         return cost[None], (1 - slid / self.slide_limit)[None]
-
-    def walk(self, data: PyTree, x: Float[Array, "n"]) -> Trajectory:
-        """The walk under the torques."""
-        model, scene, state = data
-        torques, integrator = jnp.repeat(x, HELD), self.integrator or RK4Split()
-        return simulate(model, scene, state, torques, len(torques) * DT, DT, integrator=integrator)
 
 
 def walk_cost(
@@ -303,21 +295,11 @@ class Gains:
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1]; no margins."""
-        costs = jax.vmap(partial(self.one, data, x))(self.keys(draw))
-        return jnp.mean(costs)[None], jnp.zeros(0)
-
-    def keys(self, draw: Array | int) -> Array:
-        """Random keys of a draw's walks."""
-        return jax.random.split(jax.random.key(draw), self.walks)
+        keys = jax.random.split(jax.random.key(draw), self.walks)
+        return jnp.mean(jax.vmap(partial(self.one, data, x))(keys))[None], jnp.zeros(0)
 
     def one(self, model: PyTree, x: Float[Array, "n"], key: Array) -> Array:
         """The cost of one walk."""
-        walk, _ = self.walk(model, x, key)
-        cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
-        return cost + SLIDE_WEIGHT * slid
-
-    def walk(self, model: PyTree, x: Float[Array, "n"], key: Array) -> tuple[Trajectory, Scene]:
-        """One walk, and what it is on."""
         low, high = np.log(FRICTION)
         of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
         mu = jnp.exp(low + (high - low) * of_floor)
@@ -326,7 +308,9 @@ class Gains:
         ).astype(x.dtype)
         scene = Scene.uniform(mu, KINETIC * mu)
         law, integrator = partial(self.torque, x), self.integrator or RK4Split()
-        return simulate(model, scene, state, law, SECONDS, DT, integrator=integrator), scene
+        walk = simulate(model, scene, state, law, SECONDS, DT, integrator=integrator)
+        cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
+        return cost + SLIDE_WEIGHT * slid
 
     def torque(self, x: Float[Array, "n"], state: BipedState) -> Array:
         """The feedback law [N m]."""

@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     from stickslip.optim.problem import AnyProblem
 
-    Built = AnyProblem | tuple[AnyProblem, ...]
-
 HERE = Path(__file__).parent
 VALUES, POINTS = "known.json", "best.npz"
 DRAWS_FROM = 2**32 - 1
@@ -147,15 +145,14 @@ class Instance:
         return found.hexdigest()
 
 
-def made(name: str, build: Callable[[], Built], version: int = 1, **rest: Any) -> Instance:
-    """An instance under a name without its version. build: makes a problem, or one a goal; rest:
-    the other fields."""
-    return Instance(id=f"{name}-v{version}", build=partial(_tuple_of, build), **rest)
+def made(name: str, *builds: Callable[[], AnyProblem], version: int = 1, **rest: Any) -> Instance:
+    """An instance under a name without its version. builds: each makes a goal's problem; rest: the
+    other fields."""
+    return Instance(id=f"{name}-v{version}", build=partial(_built, builds), **rest)
 
 
-def _tuple_of(build: Callable[[], Built]) -> tuple[AnyProblem, ...]:
-    found = build()
-    return found if isinstance(found, tuple) else (found,)
+def _built(builds: tuple[Callable[[], AnyProblem], ...]) -> tuple[AnyProblem, ...]:
+    return tuple(build() for build in builds)
 
 
 def verified(instance: Instance) -> str:

@@ -138,7 +138,7 @@ def _goals() -> Iterator[Instance]:
     for (track, criteria), n in GOALS.items():
         yield made(
             f"goals-ugv-{track}-{'-'.join(one.split('_')[-1] for one in criteria)}-d{n}",
-            partial(posture_goals, track, criteria, n),
+            *(partial(posture_problem, track, one, n) for one in criteria),
             family="goals",
             what=f"leg angles over {track}: {' against '.join(criteria)}",
             goals=tuple(f"{one} [{CRITERIA[one].unit}]" for one in criteria),
@@ -175,11 +175,6 @@ def posture_problem(
         start_angles=STRAIGHT if given else None,
         end_angles=STRAIGHT if ends == "both" else None,
     )
-
-
-def posture_goals(track: str, criteria: tuple[str, ...], free: int) -> tuple[PostureProblem, ...]:
-    """The same drive by several criteria."""
-    return tuple(posture_problem(track, one, free) for one in criteria)
 
 
 class Drive(NamedTuple):
