@@ -55,11 +55,12 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.stepping.integrators import Integrator
-    from stickslip.dynamics.numeric import Number
-
 
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
+TIME_STEP = "a finite time step > 0 [s]"
+
+_mismatch = run_once(exchange_mismatch)
 
 
 def step(
@@ -299,11 +300,6 @@ def _events(walk: Walk, end) -> Events | None:
     if walk.log is None:
         return None
     return Events(end - walk.log.left, walk.log.kinds, walk.log.angles)
-
-
-_mismatch = run_once(exchange_mismatch)
-
-TIME_STEP = "a finite time step > 0 [s]"
 
 
 def require_kinds(params: object, scene: object, state: object) -> Scene:

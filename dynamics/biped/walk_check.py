@@ -208,14 +208,16 @@ def _model(fidelity: Fidelity, params: BipedParams, payload: Any) -> BipedModel:
 
 def _timed(options: Options, dtype: str, walk: tuple[Any, ...], repeats: int):
     """The walk; median seconds of a warm run; how much longer the first took."""
-    taken = []
+
+    def run():
+        begun = time.perf_counter()
+        found = jax.block_until_ready(_run(options, *walk))
+        return found, time.perf_counter() - begun
+
     with precision(dtype):
-        for _ in range(repeats + 1):
-            begun = time.perf_counter()
-            found = jax.block_until_ready(_run(options, *walk))
-            taken.append(time.perf_counter() - begun)
-    warm = float(np.median(taken[1:]))
-    return found, warm, max(0.0, taken[0] - warm)
+        found, first = run()
+        warm = float(np.median([run()[1] for _ in range(repeats)]))
+    return found, warm, max(0.0, first - warm)
 
 
 def _walk(
@@ -287,7 +289,7 @@ def _compared(
         slide_error=slide,
         status=own.status[..., -1],
         reference_status=truth.status[..., -1],
-        first_difference=np.float64(_parting(_listed(own), _listed(truth))),
+        first_difference=np.asarray(_parting(_listed(own), _listed(truth))),
         sensitivity=np.where(check.status[..., -1] == Status.NOT_CONVERGED, np.nan, most),
         reference_angle_error=reference_angle,
         reference_slide_error=reference_slide,
