@@ -54,7 +54,6 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.biped.stepping.integrators import Integrator
 
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
