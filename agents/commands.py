@@ -11,10 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
-from stickslip.agents.evaluation.rollout import MOST_EPISODES, is_random
-from stickslip.agents.evaluation.table import joined
-from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
-from stickslip.agents.tasks.players import (
+from stickslip.agents.evaluation.players import (
     common_task,
     controller_of,
     machine_of,
@@ -23,6 +20,9 @@ from stickslip.agents.tasks.players import (
     read_named,
     require_one_table,
 )
+from stickslip.agents.evaluation.rollout import MOST_EPISODES, is_random
+from stickslip.agents.evaluation.table import joined
+from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
 from stickslip.agents.training.configuration import settings_given
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name

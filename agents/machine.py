@@ -172,7 +172,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
         options: by name, None where one is not given. ValueError where they will not do.
         """
-        from stickslip.agents.tasks.file import with_fields
+        from stickslip.agents.policy.task import with_fields
 
         if scene is not None:
             if not self.scenes:
@@ -187,7 +187,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     def details(self, task: Task[Env, Params]) -> str:
         """The numbers of a task in a line."""
-        from stickslip.agents.tasks.file import numbers_in_words
+        from stickslip.agents.policy.task import numbers_in_words
 
         return numbers_in_words(vars(task.params))
 
@@ -203,13 +203,13 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     def describe(self, env: Env, params: Params) -> dict[str, Json]:
         """An environment and its parameters as JSON values, for a policy's file."""
-        from stickslip.agents.tasks.file import described
+        from stickslip.agents.policy.task import described
 
         return described(env, params, self.parts(env, params), self.modules)
 
     def read_task(self, metadata: Mapping[str, Json]) -> Task[Env, Params] | None:
         """The task that a policy's file holds; None if it holds none. ValueError if damaged."""
-        from stickslip.agents.tasks.file import read_task
+        from stickslip.agents.policy.task import read_task
 
         return read_task(metadata, self.build, self.environment, self.modules)
 

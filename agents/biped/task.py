@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import TrainingTask
+from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
-from stickslip.agents.tasks.file import numbers_in_words, require_numbers, same_numbers
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.scene import Patches, Scene, Smoothed, Uniform

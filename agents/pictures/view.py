@@ -9,6 +9,13 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from stickslip.agents.evaluation.players import (
+    common_task,
+    controller_of,
+    machine_of,
+    places_of,
+    read_named,
+)
 from stickslip.agents.evaluation.rollout import (
     planned,
     require_places,
@@ -22,13 +29,6 @@ from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.registry import machine_of_env
-from stickslip.agents.tasks.players import (
-    common_task,
-    controller_of,
-    machine_of,
-    places_of,
-    read_named,
-)
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.page import Page, page_text
@@ -39,10 +39,10 @@ from stickslip.records.files import require_new, require_suffix, require_writabl
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from stickslip.agents.evaluation.players import Named, Place
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State, Timed
-    from stickslip.agents.tasks.players import Named, Place
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.rendering.page import Episode
 

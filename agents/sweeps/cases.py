@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+from stickslip.agents.evaluation.players import controller_of, given_flags, places_of, read_named
 from stickslip.agents.evaluation.rollout import validated
 from stickslip.agents.registry import machine_by_name, machine_of_env
-from stickslip.agents.tasks.players import controller_of, given_flags, places_of, read_named
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stickslip.agents.evaluation.players import every_option
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.sweeps.axes import FORMS, Design
 from stickslip.agents.sweeps.cases import cases_named
@@ -16,7 +17,6 @@ from stickslip.agents.sweeps.pictures import write_pictures
 from stickslip.agents.sweeps.plan import Plan
 from stickslip.agents.sweeps.statistics import summary_table
 from stickslip.agents.sweeps.sweep import run_plan
-from stickslip.agents.tasks.players import every_option
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import require_folder
 from stickslip.records.signals import stoppable

@@ -11,8 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import TrainingTask
+from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
-from stickslip.agents.tasks.file import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.names import RANDOM_TRACKS

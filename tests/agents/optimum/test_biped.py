@@ -11,6 +11,7 @@ import pytest
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedStates
 from stickslip.agents.biped.task import from_anywhere
+from stickslip.agents.evaluation.players import fitted
 from stickslip.agents.optimum import (
     Ahead,
     Grid,
@@ -22,7 +23,6 @@ from stickslip.agents.optimum import (
     solve,
 )
 from stickslip.agents.registry import machine_by_name
-from stickslip.agents.tasks.players import fitted
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv
