@@ -121,7 +121,9 @@ def _shade(axis: Axes, x: np.ndarray, slips: np.ndarray) -> None:
     """Shade from the sample before each slip to its last one."""
     edges = np.flatnonzero(np.diff(slips.astype(int), prepend=0, append=0)).reshape(-1, 2)
     for begin, end in edges:
-        axis.axvspan(x[max(begin - 1, 0)], x[end - 1], color=theme.SLIDES, alpha=0.18, lw=0)
+        axis.axvspan(
+            float(x[max(begin - 1, 0)]), float(x[end - 1]), color=theme.SLIDES, alpha=0.18, lw=0
+        )
 
 
 def _save(

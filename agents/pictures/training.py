@@ -53,16 +53,16 @@ def write_products(
     config, directory = trained.config, trained.directory
     machine = machine_of_config(config)
     task = machine.training_task(config)
-    params = task.described if params is None else params
+    shown = task.described if params is None else params
     if played is None:
-        played = rollout(task.env, load_policy(trained.policy), params, 0)
+        played = rollout(task.env, load_policy(trained.policy), shown, 0)
     title = f"The {trained.name}" + ("" if config.task is None else f" on {config.task}")
-    episode = machine.as_episode(played, task.env, params, trained.name)
+    episode = machine.as_episode(played, task.env, shown, trained.name)
     film = directory / machine.film
     return [
         plot_learning(directory, config),
         plot_episode(episode, directory / "episode.png", title),
-        write_film(task.env, played, params, film, machine.frames, machine.film_time),
+        write_film(task.env, played, shown, film, machine.frames, machine.film_time),
     ]
 
 

@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State, Timed
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.rendering.page import Episode
 
 TALL = 860
 """Height of a page in a notebook [px]."""
@@ -135,20 +134,15 @@ def view_command(given: Options) -> None:
     if "html" not in files:
         print(lead[0] if task is None else f"{who[0]}, trained on {lead[0]}")
     played = [one for place in places for one in _play(given, machine, named, place)]
-    if "html" in files or "plot" in files:
-        episodes = _episodes(machine, played, task)
-        names = ", ".join(dict.fromkeys(one.name for one in episodes))
-        where = task or (places[0].label if len(places) == 1 else None)
-        title = names if where is None else f"{names} on {where}"
     if "html" in files:
-        view = View(Page(title, "\n".join(lead), tuple(episodes)))
+        view = View(_page(machine, played, task, lead))
         print(f"Written: {view.save(files['html'], overwrite=given['overwrite'])}")
         return
+    one, title = played[0], f"{played[0].name} on {task or places[0].label}"
     if "plot" in files:
-        print(f"Written: {plot_episode(episodes[0], files['plot'], title)}")
-    one = played[0]
+        (episode,) = _page(machine, played, task, lead).episodes
+        print(f"Written: {plot_episode(episode, files['plot'], title)}")
     if given["window"]:
-        title = f"{one.name} on {task or one.place.label}"
         show_window(one.env, one.rollout, one.params, title, machine.frames)
         return
     say_stage(f"drawing {files['out']}")
@@ -212,14 +206,19 @@ def _play(
     return found
 
 
-def _episodes(machine: AnyMachine, played: Sequence[Played], task: str | None) -> list[Episode]:
-    """Episodes with names of their own; where there are several places, the place is a fact."""
-    names, several = [one.name for one in played], len({id(one.place) for one in played}) > 1
-    found = []
+def _page(
+    machine: AnyMachine, played: Sequence[Played], task: str | None, lead: Sequence[str]
+) -> Page:
+    """The page of episodes with names of their own; of several places, each is a fact."""
+    names, places = [one.name for one in played], {id(one.place): one.place for one in played}
+    episodes = []
     for one in played:
         name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.place.label}"
         episode = machine.as_episode(one.rollout, one.env, one.params, name, scale_of(task))
-        if several:
+        if len(places) > 1:
             episode = replace(episode, facts=(("on", one.place.label), *episode.facts))
-        found.append(episode)
-    return found
+        episodes.append(episode)
+    title = ", ".join(dict.fromkeys(one.name for one in episodes))
+    if task is not None or len(places) == 1:
+        title += f" on {task or played[0].place.label}"
+    return Page(title, "\n".join(lead), tuple(episodes))

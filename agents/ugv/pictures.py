@@ -22,7 +22,7 @@ from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import ugv_frames
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable
 
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.ugv.config import UGVTrainConfig
@@ -123,7 +123,7 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
         title: str,
         unit: str,
         names: tuple[str, str],
-        values: Sequence[np.ndarray],
+        values: Iterable[np.ndarray],
         steps: bool = False,
     ):
         lines = tuple(Line(name, of) for name, of in zip(names, values, strict=True))

@@ -32,7 +32,8 @@ def biped_frame(
 ) -> BipedFrame:
     """The frame of one state; `info` of the step that led to it, {} after a reset."""
     here = jax.device_get((state, dict(info)))
-    return biped_frames(*jax.tree.map(lambda leaf: np.asarray(leaf)[None], here), params)
+    states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
+    return biped_frames(states, infos, params)
 
 
 def biped_frames(
@@ -81,5 +82,5 @@ def under_foot(
     if isinstance(floor, Grip):
         return place, (None, None)
     velocity = jnp.asarray(state.foot_velocity)
-    static, kinetic = friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)
-    return place, (static, kinetic)
+    friction = friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)
+    return place, (None, None) if friction is None else (friction[0], friction[1])

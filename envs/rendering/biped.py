@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass, fields, replace
 from math import pi
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,12 +17,12 @@ from stickslip.envs.rendering.renderer import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.scene import Scene
     from stickslip.envs.rendering.linkage import Pose
 
+Numbers: TypeAlias = Any
+"""A number, or an array [n] of NumPy."""
 FAR = 1e4
 """Where the outermost patches end in the picture [m]."""
 WEIGHT_LENGTH, CONE_LENGTH = 0.26, 0.36
@@ -95,25 +95,25 @@ class BipedFrame:
     the hip since the first step's start is shown.
     """
 
-    phase: ArrayLike
-    steps: ArrayLike = 0
-    floor_position: ArrayLike = 0.0
-    slide: ArrayLike = 0.0
-    crank_rate: ArrayLike = 0.0
-    time: ArrayLike = 0.0
-    torque: ArrayLike = 0.0
-    friction_force: ArrayLike = 0.0
-    normal_force: ArrayLike = 0.0
-    zmp: ArrayLike = 0.0
-    mu_static: ArrayLike = np.nan
-    mu_kinetic: ArrayLike = np.nan
-    sticking: ArrayLike = True
-    mean_crank_rate: ArrayLike = 0.0
-    commanded_rate: ArrayLike = np.nan
+    phase: Numbers
+    steps: Numbers = 0
+    floor_position: Numbers = 0.0
+    slide: Numbers = 0.0
+    crank_rate: Numbers = 0.0
+    time: Numbers = 0.0
+    torque: Numbers = 0.0
+    friction_force: Numbers = 0.0
+    normal_force: Numbers = 0.0
+    zmp: Numbers = 0.0
+    mu_static: Numbers = np.nan
+    mu_kinetic: Numbers = np.nan
+    sticking: Numbers = True
+    mean_crank_rate: Numbers = 0.0
+    commanded_rate: Numbers = np.nan
     status: str = "ok"
     floor: tuple[Patch, ...] | None = None
     weight: float | None = None
-    walked: ArrayLike = np.nan
+    walked: Numbers = np.nan
 
     def rows(self, before: BipedFrame | None = None) -> BipedFrame:
         """The same with every number an array [n], finite but for those that may be NaN.

@@ -71,7 +71,7 @@ def station_frames(
     surface's is multiplied."""
     sampled = jax.device_get(_at_each(solver, stations, odometer, friction, vehicle))
     stations = jax.device_get(stations)
-    return _frame(sampled, stations, costs, float(stations.x[0]), stations.status)
+    return _frame(sampled, stations, costs, float(stations.x[0]), np.asarray(stations.status))
 
 
 def _frame(
