@@ -15,7 +15,7 @@ from stickslip.dynamics.biped.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.numeric import read_only
-from stickslip.optim.options import refuse_after_fork
+from stickslip.optim.options import float64_program
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -227,11 +227,8 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     if batch := as_batch(params)[0]:
         raise ValueError(f"params is a batch of shape {batch}; accepted: one robot")
     params.validate()
-    refuse_after_fork()
     kind = jnp.result_type(params.crank)
-    with jax.enable_x64(True):
-        wide = params.astype(jnp.float64)
-        mass, length, mismatch = map(float, _constants(wide))
+    mass, length, mismatch = map(float, _constants(params))
     most = max(MISMATCH, 1e3 * float(jnp.finfo(kind).eps))
     if (steps > 1 or periodic) and not mismatch < most:
         raise ValueError(
@@ -239,7 +236,7 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
             f"rad); accepted: below {most:.1g}, or a transfer of one step"
         )
     names = ("gravity", "heel", "toe", "crank")
-    rest = {name: float(np.asarray(getattr(wide, name))) for name in names}
+    rest = {name: float(np.asarray(getattr(params, name))) for name in names}
     return Robot(mass=mass, step_length=length, **rest)
 
 
@@ -251,30 +248,28 @@ def profile_of(params: BipedParams, robot: Robot, theta: Float[np.ndarray, "..."
 
 def _columns(params: BipedParams, theta: Float[np.ndarray, "m"]) -> Float[np.ndarray, "9 m"]:
     """Numbers of a profile from M to X."""
-    refuse_after_fork()
     angles, where = np.unique(theta, return_inverse=True)
     blocks = -(-len(angles) // BLOCK)
     padded = np.pad(angles, (0, blocks * BLOCK - len(angles)), mode="edge")
-    with jax.enable_x64(True):
-        wide = params.astype(jnp.float64)
-        rows = [
-            np.asarray(_numbers(wide, jnp.asarray(block))) for block in np.split(padded, blocks)
-        ]
+    rows = [_numbers(params, block) for block in np.split(padded, blocks)]
     columns = read_only(np.concatenate(rows, axis=1)[:, where])
     if not np.all(np.isfinite(columns)):
         raise ValueError("params give inertia functions that are not finite in double precision")
     return columns
 
 
-@jax.jit
+@float64_program
 def _numbers(params: BipedParams, theta: Float[Array, " n"]) -> Float[Array, "9 n"]:
+    wide = params.astype(jnp.float64)
+
     def at(angle: Float[Array, ""]) -> Float[Array, " 9"]:
-        inertia, moment = inertia_and_moment(params, angle)
+        inertia, moment = inertia_and_moment(wide, angle)
         return jnp.stack([*inertia, moment.L, moment.dL, moment.X])
 
     return jax.vmap(at, out_axes=1)(theta)
 
 
-@jax.jit
+@float64_program
 def _constants(params: BipedParams) -> tuple[Float[Array, ""], ...]:
-    return params.total_mass, step_length(params), exchange_mismatch(params)
+    wide = params.astype(jnp.float64)
+    return wide.total_mass, step_length(wide), exchange_mismatch(wide)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -14,8 +14,11 @@ from stickslip.optim.gait.convex.limits import STANDING, Limits, Rows, rows_of, 
 from stickslip.optim.gait.convex.program import Numbers, Structure
 from stickslip.optim.gait.gait import Gait, friction_uses, terms_on_grid
 from stickslip.optim.gait.objective import STRAIN, TIME, TORQUE, WORK
+from stickslip.optim.options import float64_program
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxtyping import Array, Float
 
     from stickslip.optim.gait.convex.program import Solved
@@ -212,7 +215,7 @@ class GridProblem:
             columns.append(squares_of(self.grid, one.reshape(shape), 0.0))
         return np.stack([of.ravel() for of in columns], axis=1)
 
-    def _along(self, slope: jax.stages.Wrapped, x: np.ndarray) -> np.ndarray:
+    def _along(self, slope: Callable[..., Any], x: np.ndarray) -> np.ndarray:
         """Chain rule from the slopes in b, and in quantities affine in a and b: the torque, or the
         ground's forces."""
         p = self.profiles.nodes
@@ -223,8 +226,7 @@ class GridProblem:
             affine = (p.P, p.dP), (p.Y, p.dY)
         else:
             given, affine = (p.torque(a, b),), ((p.M, p.dM / 2),)
-        with jax.enable_x64(True):
-            on_b, *on_each = map(np.asarray, slope(b, *given))
+        on_b, *on_each = slope(b, *given)
         on_a = np.zeros_like(a)
         with np.errstate(invalid="ignore"):
             for on_it, (by_a, by_b) in zip(on_each, affine, strict=True):
@@ -234,7 +236,7 @@ class GridProblem:
         return np.where(np.isfinite(found), found, 0.0)
 
     @cached_property
-    def _value_slope(self) -> jax.stages.Wrapped:
+    def _value_slope(self) -> Callable[..., Any]:
         def demand(b: Array, friction: Array, normal: Array) -> Float[Array, ""]:
             return jnp.max(jnp.asarray(friction_uses(friction, normal, jnp)))
 
@@ -243,15 +245,15 @@ class GridProblem:
             return jnp.asarray(self.goal.of(cast("dict[str, float]", spent)))
 
         if self.goal.is_friction:
-            return jax.jit(jax.grad(demand, argnums=(0, 1, 2)))
-        return jax.jit(jax.grad(value, argnums=(0, 1)))
+            return float64_program(jax.grad(demand, argnums=(0, 1, 2)))
+        return float64_program(jax.grad(value, argnums=(0, 1)))
 
     @cached_property
-    def _time_slope(self) -> jax.stages.Wrapped:
+    def _time_slope(self) -> Callable[..., Any]:
         def time(b: Array, torque: Array) -> Float[Array, ""]:
             return jnp.asarray(terms_on_grid(self.grid, b, torque, jnp)[TIME])
 
-        return jax.jit(jax.grad(time, argnums=(0, 1)))
+        return float64_program(jax.grad(time, argnums=(0, 1)))
 
 
 def _end(given: tuple[float, float]) -> str:
