@@ -146,7 +146,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         first -= 2 * float(self.params.wheel_radius)
         with jax.enable_x64(True):
             odometer = Odometer.along(jax.tree.map(_number, self.track), first, float(self.x[-1]))
-            numbers = {
+            numbers: dict[str, Any] = {
                 "x": self.x,
                 "friction": np.broadcast_to(self.friction, self.x.shape),
                 "params": self.params,

@@ -120,16 +120,16 @@ def _last_run(near: Near, x: np.ndarray, iterations: int, tolerance: float, bar:
     middle = (low + high) / 2
     inside = within_rates(near.problem, middle)
     inside = middle if inside is None else inside
-    steps = 0
-    for run in range(1, RUNS_MOST + 1):
+    steps = runs = 0
+    while True:
         found = _slsqp(form, x + INWARD * (inside - x), iterations - steps, tolerance, bar)
-        steps += found.nit
+        steps, runs = steps + found.nit, runs + 1
         x, where = _chosen(form, found.x)
         promised = model.promised(near, x, BOX)
-        last = _Run(x, where, int(found.status), found.message, promised, steps, run)
-        if last.ended()[0] is not OptimStatus.INACCURATE or found.status not in SLSQP_STATUSES:
-            break
-    return last
+        last = _Run(x, where, int(found.status), found.message, promised, steps, runs)
+        unconfirmed = last.code in SLSQP_STATUSES and last.ended()[0] is OptimStatus.INACCURATE
+        if not unconfirmed or runs == RUNS_MOST:
+            return last
 
 
 def _chosen(form: Epigraph, z: np.ndarray) -> tuple[np.ndarray, str]:

@@ -222,7 +222,7 @@ def begin(
         )  # fmt: skip
     if problem.free.n == 0:
         message = f"{note}every angle is given{shortcomings(problem, x)}"
-        common = {"method": method, "began": began, "evaluations": 1}
+        common: dict[str, Any] = {"method": method, "began": began, "evaluations": 1}
         return problem.result(x, status=OptimStatus.FEASIBLE, message=message, **common)
     near = Near(problem)
     if near(x).placed:
