@@ -50,7 +50,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
     from stickslip.dynamics.biped.joints.inertia import DifferencedInertia
-    from stickslip.dynamics.biped.params import BipedParams
 
 
 Inertia = JointInertia | ExactInertia | TableInertia | SeriesInertia
