@@ -232,6 +232,17 @@ def truth(text: str) -> bool:
     return text == "true"
 
 
+def limit(text: str) -> float | None:
+    """The value of an option that may be none."""
+    if text == "none":
+        return None
+    try:
+        return float(text)
+    except ValueError:
+        message = f"{shown(text)}; accepted: a number > 0, or none"
+        raise argparse.ArgumentTypeError(message) from None
+
+
 def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str, str]]) -> None:
     """Add tables of names and meanings, by title, at the end of a command's help."""
     width = max(60, shutil.get_terminal_size().columns - 2)

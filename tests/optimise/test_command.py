@@ -125,7 +125,7 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ("ugv --track-option height=1,2", "height = (1, 2); accepted: one value"),
         ("ugv --criterion speed", "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
         ("ugv --method magic", "method = 'magic' is unknown; accepted: 'grid', 'dp'"),
-        ("ugv --set leg_rate=fast", "leg_rate 'fast'; accepted: a number > 0 [rad/m], or none"),
+        ("ugv --set leg_rate=fast", "leg_rate: 'fast'; accepted: a number > 0, or none"),
         ("ugv --set start_angles=1,9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2"),
         (
             "ugv --set angles=1000000",

@@ -62,7 +62,7 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
         ("--objective time=1,friction=1", "mu as a limit"),
         ("--mu -1", "mu = -1.0"),
         ("--mu 0.1 0.2", r"mu has shape \(2,\); accepted: one number"),
-        ("--torque-limit much", "--torque-limit 'much'"),
+        ("--torque-limit much", "--torque-limit: 'much'"),
         ("--set end=0", "end without --steps"),
         ("--steps 0", "steps_taken = 0"),
         ("--set cells=3", "steps = 3"),

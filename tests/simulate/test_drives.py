@@ -62,7 +62,7 @@ def test_a_drive_from_a_file_is_the_same_drive_and_a_slip_is_said(capsys):
         ("--angles 60 90 --set spacing=1e-12", "waypoints"),
         ("--posture nowhere.csv", "nowhere.csv"),
         ("--posture a.csv --set start=1", "start with --posture"),
-        ("--angles 60 90 --max-torque lots", "--max-torque 'lots'"),
+        ("--angles 60 90 --max-torque lots", "--max-torque: 'lots'"),
         ("--angles 60 90 --out drive.xls", "accepted: .csv, .parquet"),
     ],
 )

@@ -19,7 +19,7 @@ from stickslip.optim.progress import say_stage
 from stickslip.optimise.flags import GaitOptions
 from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows
 from stickslip.optimise.report import table
-from stickslip.optimise.shared import limit_of, require_folder, write_all
+from stickslip.optimise.shared import require_folder, write_all
 from stickslip.parser import options_of
 from stickslip.records.table import Content, json_text
 
@@ -92,10 +92,9 @@ def gait_problem_of(given: GaitOptions) -> GaitProblem:
         left = [one * (1 - given.reserve) for one in given.mu]
         mu = left[0] if len(left) == 1 else left
     objective = _objective(given.objective)
-    torque = limit_of("--torque-limit", given.torque_limit, "N m")
     limits = {
         "mu": mu,
-        "torque_limit": torque,
+        "torque_limit": given.torque_limit,
         "mean_rate": given.mean_rate,
         "min_normal": given.min_normal,
         "zmp": given.zmp,

@@ -9,7 +9,7 @@ from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
-from stickslip.parser import add_options, add_tables, option
+from stickslip.parser import add_options, add_tables, limit, option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,12 +73,13 @@ class TrackOptions:
         metavar="NAME=HEAD,...",
     )
     friction: float = option(0.8, "between wheels and ground [-]", metavar="MU")
-    max_torque: str = option(
-        "none", "of each wheel's motor, either way [N m], or none for no limit", metavar="NM"
+    max_torque: float | None = option(
+        None, "of each wheel's motor, either way [N m] (default: none)", type=limit, metavar="NM"
     )
-    leg_rate: str = option(
-        "1.0",
+    leg_rate: float | None = option(
+        1.0,
         "what a leg may turn for each metre [rad/m], or none for no limit",
+        type=limit,
         setting=True,
         metavar="RATE",
     )
@@ -163,7 +164,9 @@ class GaitOptions(Output):
     mean_rate: float | None = option(
         None, "at least this mean crank rate [rad/s] (default: any)", metavar="RATE"
     )
-    torque_limit: str = option("4", "of the motor [N m], or none", metavar="NM")
+    torque_limit: float | None = option(
+        4.0, "of the motor [N m], or none", type=limit, metavar="NM"
+    )
     payload: float = option(0.0, "on the hip [kg]", metavar="KG")
     steps: int | None = option(None, "a walk of so many (default: one periodic step)", metavar="N")
     out: str | None = option(None, "where files go (default: runs/biped-OBJECTIVE)", metavar="DIR")

@@ -6,7 +6,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.dynamics.checks import shown
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim.columns import columns_of
 from stickslip.optim.posture.track_file import read_track
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 OPTION = "name=value, the value a number, several with commas between, or a word"
-NO_LIMIT = "none"
 
 
 def track_of(name: str, options: Iterable[str] = (), columns: str | None = None) -> Track:
@@ -69,18 +67,6 @@ def _number(text: str) -> int | float | str:
         except ValueError:
             continue
     return text.strip()
-
-
-def limit_of(flag: str, text: str, unit: str) -> float | None:
-    """A limit, or None for none; ValueError naming the flag."""
-    if text == NO_LIMIT:
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        raise ValueError(
-            f"{flag} {shown(text)}; accepted: a number > 0 [{unit}], or {NO_LIMIT}"
-        ) from None
 
 
 def require_folder(out: Path, overwrite: bool) -> Path:

@@ -31,7 +31,6 @@ from stickslip.optimise.report import (
     warnings,
 )
 from stickslip.optimise.shared import (
-    limit_of,
     require_folder,
     track_of,
     track_options_of,
@@ -139,9 +138,9 @@ def problem_of(given: PostureOptions) -> PostureProblem:
         spacing=spacing_of(track, given),
         start=given.start,
         end=given.end,
-        leg_rate=limit_of("leg_rate", given.leg_rate, "rad/m"),
+        leg_rate=given.leg_rate,
         friction=given.friction,
-        max_torque=limit_of("--max-torque", given.max_torque, "N m"),
+        max_torque=given.max_torque,
         start_angles=given.start_angles,
         end_angles=given.end_angles,
         solver=PoseSolver(overlap=given.overlap),

@@ -22,7 +22,7 @@ from stickslip.optimise.report import (
     UNITS,
     stations_table,
 )
-from stickslip.optimise.shared import limit_of, track_of
+from stickslip.optimise.shared import track_of
 from stickslip.parser import options_of
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Content, Table
@@ -86,8 +86,8 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
     track = track_of(given.track, given.track_options, given.columns)
     limits = {
-        "leg_rate": limit_of("leg_rate", given.leg_rate, "rad/m"),
-        "max_torque": limit_of("--max-torque", given.max_torque, "N m"),
+        "leg_rate": given.leg_rate,
+        "max_torque": given.max_torque,
         "friction": given.friction,
     }
     places = {"start": given.start, "end": given.end}
