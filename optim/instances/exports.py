@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
     from stickslip.optim.instances.instance import Instance
 
+External: TypeAlias = Any
+"""Arguments and results of other libraries."""
+
 
 @dataclass(frozen=True)
 class Penalised:
@@ -39,7 +42,7 @@ class Penalised:
     weight: float
     in_unit_box: bool = False
 
-    def __call__(self, x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]) -> Any:
+    def __call__(self, x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]) -> External:
         """The value, or values [B]."""
         if np.ndim(x) == 2:
             return self.of_rows(np.transpose(x))
@@ -49,7 +52,7 @@ class Penalised:
         """The values of points that are rows."""
         return self.objective.penalised_batch(self._point(X), self.weight)
 
-    def _point(self, x: Any) -> Any:
+    def _point(self, x: External) -> External:
         return self.objective.from_unit(x) if self.in_unit_box else x
 
 
@@ -60,7 +63,7 @@ class Trial:
     objective: Objective
     weight: float
 
-    def __call__(self, trial: Any) -> Any:
+    def __call__(self, trial: External) -> External:
         """The value, or the values of several goals."""
         numbers = enumerate(zip(*self.objective.bounds, strict=True))
         x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
@@ -70,7 +73,7 @@ class Trial:
         return tuple(float(value + self.weight * missed) for value in values)
 
 
-def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, Any]:
+def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, External]:
     """Arguments of scipy.optimize.minimize (SLSQP, trust-constr, COBYQA, ...), with exact slopes
     where the instance has them; cyipopt.minimize_ipopt takes them, too. x0: the middle of the
     bounds unless given.
@@ -79,7 +82,7 @@ def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> 
     constraints: they may end at a point that is not feasible, which the record does not keep)."""
     _require_one_goal(objective)
     slopes = objective.has_slopes
-    given: dict[str, Any] = {
+    given: dict[str, External] = {
         "fun": objective,
         "x0": objective.middle if x0 is None else x0,
         "bounds": list(zip(*objective.bounds, strict=True)),
@@ -87,12 +90,12 @@ def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> 
     if slopes:
         given["jac"] = objective.gradient
     if objective.m:
-        limit: dict[str, Any] = {"type": "ineq", "fun": objective.constraints}
+        limit: dict[str, External] = {"type": "ineq", "fun": objective.constraints}
         given["constraints"] = limit | ({"jac": objective.jacobian} if slopes else {})
     return given
 
 
-def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str, Any]:
+def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str, External]:
     """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct.
 
     differential_evolution may be given vectorized=True, updating="deferred": a generation is then
@@ -104,7 +107,7 @@ def as_scipy_global(objective: Objective, penalty: float = PENALTY) -> dict[str,
     }
 
 
-def as_pymoo(objective: Objective) -> Any:
+def as_pymoo(objective: Objective) -> External:
     """A pymoo Problem that evaluates whole populations, one or several goals, with constraints."""
     pymoo = _library("pymoo.core.problem", "pymoo")
     low, high = map(np.array, objective.bounds)
@@ -112,10 +115,10 @@ def as_pymoo(objective: Objective) -> Any:
     class Exported(pymoo.Problem):
         """The objective."""
 
-        def __reduce__(self) -> tuple[Any, ...]:
+        def __reduce__(self) -> tuple[External, ...]:
             return as_pymoo, (objective,)
 
-        def __deepcopy__(self, memo: Any) -> Any:
+        def __deepcopy__(self, memo: External) -> External:
             return self  # what pymoo's copies evaluate counts, too
 
         def __init__(self):
@@ -123,7 +126,9 @@ def as_pymoo(objective: Objective) -> Any:
                 n_var=objective.n, n_obj=objective.k, n_ieq_constr=objective.m, xl=low, xu=high
             )
 
-        def _evaluate(self, x: Any, out: dict[str, Any], *_: Any, **__: Any) -> None:
+        def _evaluate(
+            self, x: External, out: dict[str, External], *_: External, **__: External
+        ) -> None:
             values, margins = objective.batch_with_constraints(x)
             out["F"] = np.reshape(values, (len(x), objective.k))
             if objective.m:
@@ -134,7 +139,7 @@ def as_pymoo(objective: Objective) -> Any:
 
 def as_cma(
     objective: Objective, sigma: float = 0.2, seed: int = 1, penalty: float = PENALTY
-) -> dict[str, Any]:
+) -> dict[str, External]:
     """Arguments of cma.fmin2, in a box of sides 1; `Objective.from_unit` leads back.
 
     The draws are of `seed` alone, 0 too, which cma by itself takes for the time of day; NumPy's
@@ -151,7 +156,7 @@ def as_cma(
 
 def as_nevergrad(
     objective: Objective, penalty: float = PENALTY
-) -> tuple[Any, Callable[[Any], float]]:
+) -> tuple[External, Callable[[External], float]]:
     """A parametrisation and a function: `Optimizer(parametrization, budget).minimize(function)`."""
     _require_one_goal(objective)
     ng = _library("nevergrad", "nevergrad")
@@ -160,7 +165,7 @@ def as_nevergrad(
     return where, Penalised(objective, penalty)
 
 
-def as_optuna(objective: Objective, penalty: float = PENALTY) -> Callable[[Any], Any]:
+def as_optuna(objective: Objective, penalty: float = PENALTY) -> Callable[[External], External]:
     """A function of a trial: `study.optimize(function, n_trials)`; a study of several directions
     where there are several goals."""
     return Trial(objective, penalty)
@@ -168,14 +173,14 @@ def as_optuna(objective: Objective, penalty: float = PENALTY) -> Callable[[Any],
 
 def as_evosax(
     objective: Objective, penalty: float = PENALTY
-) -> tuple[np.ndarray, Callable[[Any], np.ndarray]]:
+) -> tuple[np.ndarray, Callable[[External], np.ndarray]]:
     """A first solution, and the fitness of a population [B, n] as `tell` takes it, in a box of
     sides 1: strategies begin with a deviation of 1, so give them params.replace(std_init=0.2)."""
     _require_one_goal(objective)
     return np.full(objective.n, 0.5), Penalised(objective, penalty, in_unit_box=True).of_rows
 
 
-def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> Any:
+def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> External:
     """A problem of IOHexperimenter, to which its loggers can be attached; x in a box of sides 1."""
     _require_one_goal(objective)
     ioh = _library("ioh", "ioh")
@@ -188,7 +193,7 @@ def as_ioh(objective: Objective, name: str, penalty: float = PENALTY) -> Any:
     )
 
 
-def as_cvxpy(instance: Instance) -> tuple[Any, Callable[[], Float[np.ndarray, "n"]]]:
+def as_cvxpy(instance: Instance) -> tuple[External, Callable[[], Float[np.ndarray, "n"]]]:
     """A cvxpy Problem of a convex instance, and a function for its free numbers once solved.
 
     Nothing is counted: cvxpy never asks for a value. ValueError for an instance that is not convex.
@@ -203,7 +208,7 @@ def _require_one_goal(objective: Objective) -> None:
         raise ValueError(f"{objective.k} goals; accepted: one (pymoo and optuna take several)")
 
 
-def _library(module: str, name: str) -> Any:
+def _library(module: str, name: str) -> External:
     """A library that is an extra."""
     try:
         return import_module(module)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -215,7 +215,7 @@ class GridProblem:
             columns.append(squares_of(self.grid, one.reshape(shape), 0.0))
         return np.stack([of.ravel() for of in columns], axis=1)
 
-    def _along(self, slope: Callable[..., Any], x: np.ndarray) -> np.ndarray:
+    def _along(self, slope: Callable[..., tuple[np.ndarray, ...]], x: np.ndarray) -> np.ndarray:
         """Chain rule from the slopes in b, and in quantities affine in a and b: the torque, or the
         ground's forces."""
         p = self.profiles.nodes
@@ -236,7 +236,7 @@ class GridProblem:
         return np.where(np.isfinite(found), found, 0.0)
 
     @cached_property
-    def _value_slope(self) -> Callable[..., Any]:
+    def _value_slope(self) -> Callable[..., tuple[np.ndarray, ...]]:
         def demand(b: Array, friction: Array, normal: Array) -> Float[Array, ""]:
             return jnp.max(jnp.asarray(friction_uses(friction, normal, jnp)))
 
@@ -249,7 +249,7 @@ class GridProblem:
         return float64_program(jax.grad(value, argnums=(0, 1)))
 
     @cached_property
-    def _time_slope(self) -> Callable[..., Any]:
+    def _time_slope(self) -> Callable[..., tuple[np.ndarray, ...]]:
         def time(b: Array, torque: Array) -> Float[Array, ""]:
             return jnp.asarray(terms_on_grid(self.grid, b, torque, jnp)[TIME])
 
