@@ -123,6 +123,7 @@ def test_axes_that_change_the_program_or_the_task_will_not_do_are_refused():
     assert "friction" in refused(UGVEnv().make_params(), {"friction": [-1.0]}, UGVEnv())
 
 
+@pytest.mark.long  # test_sweep compares the mass with evaluate
 def test_the_biped_is_swept_as_it_is_evaluated(tmp_path):
     drawn = Randomisation(phase=(1.6, 4.7), crank_rate=(0.0, 3.0))
     env = BipedEnv(autoreset="disabled")
