@@ -74,8 +74,8 @@ class Near:
         margins, slopes = evaluate.margins_and_slopes(self.problem.limits, rows)
         # In SMOOTH's order, which a solver's last digits depend on.
         names = [name for name in SMOOTH if name in margins]
-        kept = ({name: of[name] for name in names} for of in (margins, slopes))
-        return Linear(terms, term_slopes, *kept, placed)
+        kept = [{name: of[name] for name in names} for of in (margins, slopes)]
+        return Linear(terms, term_slopes, kept[0], kept[1], placed)
 
     def value(self, at: Linear) -> float:
         """The objective, from the terms; infinite where there is none."""
