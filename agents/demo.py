@@ -54,24 +54,24 @@ def demo(
     if demonstration is None:
         known = ", ".join(one.name for one in machines() if one.demonstration())
         raise ValueError(f"machine = {shown(name)} has no demo; accepted: {known}")
-    config = demonstration.config() if config is None else config
-    directory, known = find_directory(Path(parent), config, fresh, demonstration.directory)
-    if known and _is_shown(directory, config, demonstration):
+    asked: Configuration = demonstration.config() if config is None else config
+    directory, known = find_directory(Path(parent), asked, fresh, demonstration.directory)
+    if known and _is_shown(directory, asked, demonstration):
         say(f"{directory} holds this demo already (--fresh for a new one).\n")
         say((directory / TABLE).read_text(encoding="utf-8"))
         return _list_files(directory, demonstration, say)
     (directory / TABLE).unlink(missing_ok=True)  # of a policy that is trained further now
-    title = machine_by_name(config.machine).title
-    begins = f"Training the {title} with {config.algorithm.upper()} in"
+    title = machine_by_name(asked.machine).title
+    begins = f"Training the {title} with {asked.algorithm.upper()} in"
     what = "Going on in" if known else begins
-    say(f"{what} {directory}: {demonstration.task_in_words(config)}")
+    say(f"{what} {directory}: {demonstration.task_in_words(asked)}")
     trained = train(
-        None if known else config,
+        None if known else asked,
         directory,
         resume=known,
         stop=lambda: stop() or monotonic() - begun > limit,
     )
-    so_far = f"{trained.timesteps:,} of {config.timesteps:,} steps ({trained.percent} %)"
+    so_far = f"{trained.timesteps:,} of {asked.timesteps:,} steps ({trained.percent} %)"
     if stop() or not trained.policy.exists():
         say(f"Stopped after {so_far}; the next demo goes on from there.")
         return directory

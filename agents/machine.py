@@ -75,11 +75,16 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     """In the policy's file."""
 
 
-class defined_in:  # noqa: N801, a decorator without a function
+def defined_in(module: str) -> Any:
     """A machine's method whose function, of the same name, stands in another module.
 
     The module is imported at the first call. The function does not take the machine.
     """
+    return _DefinedIn(module)
+
+
+class _DefinedIn:
+    """See `defined_in`."""
 
     def __init__(self, module: str):
         self.module = module
@@ -87,7 +92,7 @@ class defined_in:  # noqa: N801, a decorator without a function
     def __set_name__(self, owner: type, name: str) -> None:
         self.name = name
 
-    def __get__(self, machine: object, kind: type) -> Any:
+    def __get__(self, machine: object, kind: type) -> object:
         """The function."""
         return getattr(import_module(self.module), self.name)
 

@@ -204,7 +204,7 @@ def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
     require_choice("controller", name, CONTROLLERS)
     kind = CONTROLLERS[name]
     require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
-    return kind(**settings).validate()  # pyright: ignore[reportArgumentType], known by now
+    return kind(**settings).validate()
 
 
 def baseline(name: str, env: BipedEnv) -> BipedController:

@@ -105,7 +105,7 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         changed["commanded_rate"] = options["commanded_rate"]
         drawn = replace(drawn, commanded_rate=None, command_interval=None)
     place = replace(params.scene, floor=floor, payload=load).validate()
-    given = parts(*task) | {"scene": place, "randomisation": drawn}
+    given = parts(task.env, task.params) | {"scene": place, "randomisation": drawn}
     given["numbers"] = given["numbers"] | changed
     env, params = build(**given)
     return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
@@ -139,7 +139,7 @@ def label(task: BipedTask, scene: str | None) -> str:
 
 def details(task: BipedTask) -> str:
     """The numbers of the task in a line."""
-    floor, numbers = vars(task.params.scene.floor), parts(*task)["numbers"]
+    floor, numbers = vars(task.params.scene.floor), parts(task.env, task.params)["numbers"]
     words = numbers_in_words({**floor, **numbers}, task.params.randomisation)
     return words if floor else f"no slip, {words}"
 

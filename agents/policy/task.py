@@ -82,7 +82,7 @@ def described(
     the observation, and the parts."""
     return {
         "environment": type(env).__name__,
-        "choices": plain(asdict(env)),
+        "choices": plain(asdict(env)),  # pyright: ignore[reportArgumentType], a dataclass
         "observation_size": len(env.observation_bounds(params)[0]),
         **task_entry(parts, modules),
     }

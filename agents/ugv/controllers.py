@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -21,14 +21,16 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
-    from stickslip.agents.protocol import Player
+    from stickslip.agents.protocol import Controller, Planner
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim import PostureResult
     from stickslip.optim.posture.problem import PostureProblem
 
 
-UGVPlayer: TypeAlias = "Player[UGVEnvState, UGVEnvParams]"
+UGVPlayer: TypeAlias = (
+    "Controller[Any, UGVEnvState, UGVEnvParams] | Planner[UGVEnv, UGVEnvState, UGVEnvParams]"
+)
 MOST_POSTURES = 1000
 """Of each leg, that FixedPosture tries."""
 

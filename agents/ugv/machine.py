@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.ugv.swept import UGVSwept
     from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.envs.ugv.params import UGVEnvParams  # noqa: F401, in the class's bases
 
 UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
 FILM, FRAMES = "drive.gif", 10.0

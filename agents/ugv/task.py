@@ -131,7 +131,7 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
 
     options: friction, criterion. scene: a ground.
     """
-    given = parts(*task)
+    given = parts(task.env, task.params)
     numbers, drawn = dict(given["numbers"]), task.params.randomisation
     if scene is not None:
         ground = ground_by_name(scene)
@@ -169,7 +169,7 @@ def _ground_words(params: UGVEnvParams) -> str:
 
 def details(task: UGVTask) -> str:
     """The numbers of the task in a line."""
-    words = numbers_in_words(parts(*task)["numbers"], task.params.randomisation)
+    words = numbers_in_words(parts(task.env, task.params)["numbers"], task.params.randomisation)
     criterion = task.env.criterion.replace("_", " ")
     return f"{criterion}, preview of {task.env.preview} points, {words}"
 
