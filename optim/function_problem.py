@@ -17,7 +17,7 @@ from stickslip.optim.problem import Problem, Structure
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float, PyTree
@@ -221,7 +221,7 @@ def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[
 def _row(found: object, dtype: DTypeLike) -> Array | None:
     """A row of floats from a number, a row or a list of numbers; None for what is none."""
     is_list = isinstance(found, tuple | list)
-    parts = found if is_list else [found]
+    parts: Sequence[Any] = found if isinstance(found, tuple | list) else [found]
     kinds = jax.Array | np.ndarray | np.generic | float | int
     if not all(isinstance(one, kinds) and np.ndim(one) <= 1 - is_list for one in parts):
         return None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Generic, NamedTuple
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import Interval
     from stickslip.agents.optimum.policy import ValuePolicy
     from stickslip.agents.optimum.solution import Solution
-    from stickslip.agents.protocol import Player
+    from stickslip.agents.protocol import Controller, Player
 
 TOLERANCE = 0.02
 """Share of the highest return by which an estimate may differ from what its policy earns."""
@@ -85,7 +85,7 @@ def replay(
 @partial(jax.jit, static_argnums=0)
 def _replay(
     count: int,
-    player: Player[State, Params],
+    player: Controller[Any, State, Params],
     policy: ValuePolicy[State, Params],
     params: Params,
     keys: PRNGKeyArray,

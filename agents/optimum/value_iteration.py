@@ -143,7 +143,8 @@ def transitions(process: Process[State], outside: float, *, progress: bool = Fal
                 done += size
                 bar.advance(size)
     parts = (jnp.asarray(one.reshape(-1, block, *one.shape[1:])) for one in (base, share, reward))
-    return Transitions(*parts, grid, Counts(ended, left, grid.size * count))
+    counts = Counts(ended, left, grid.size * count)
+    return Transitions(next(parts), next(parts), next(parts), grid, counts)
 
 
 @jax.jit

@@ -52,8 +52,8 @@ class Multipliers:
     @classmethod
     def of(cls, duals: Duals) -> Multipliers:
         """Those of a solver; whatever is not finite there counts as 0."""
-        finite = [np.nan_to_num(part, posinf=0.0, neginf=0.0) for part in duals[:2]]
-        return cls(*finite, max(float(np.nan_to_num(duals.time)), 0.0))
+        motion, exchange = (np.nan_to_num(part, posinf=0.0, neginf=0.0) for part in duals[:2])
+        return cls(motion, exchange, max(float(np.nan_to_num(duals.time)), 0.0))
 
     def joined(self, periodic: bool) -> tuple[np.ndarray, np.ndarray]:
         """Multipliers of b at both ends of each step [n]: 0 where nothing joins them."""
