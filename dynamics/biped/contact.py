@@ -6,7 +6,7 @@ a number: 0 sticks, +1 slides forwards, -1 slides backwards.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, overload
 
 import jax.numpy as jnp
 
@@ -202,6 +202,12 @@ def patch_at(
     return jnp.sum(passed, dtype=jnp.int32)
 
 
+@overload
+def friction_on(
+    floor: Uniform | Patches | Smoothed, patch: Int[Array, ""], dtype: DTypeLike
+) -> Friction: ...
+@overload
+def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None: ...
 def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None:
     """The coefficients on one patch; None on a floor without slip."""
     if isinstance(floor, Grip):
