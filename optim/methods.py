@@ -250,7 +250,7 @@ def evolve(
         "verb_disp": 0,
     }
     first = np.clip((free.reduce(x) - low) / (high - low), 0, 1)
-    strategy: Any = package().CMAEvolutionStrategy(first, search.sigma, options)
+    strategy = package().CMAEvolutionStrategy(first, search.sigma, options)
     with Bar("cma", search.evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
             asked = strategy.ask()

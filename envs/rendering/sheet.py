@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
 
 LEVEL: dict[str, Any] = {"color": theme.MUTED, "lw": 0.9, "ls": (0, (4, 3)), "zorder": 1}
 """Limits and other dashed lines."""
@@ -69,13 +70,13 @@ def legend(axis: Axes, **options: Any) -> None:
     axis.legend(**{"frameon": False, "fontsize": 8.5, "labelcolor": theme.INK, **place, **options})
 
 
-def shades(count: int) -> list[Any]:
+def shades(count: int) -> list[tuple[float, float, float, float]]:
     """Colours from light to dark that stay apart in grey, for a parameter that grows."""
     scale = require("matplotlib").colormaps["viridis"]
     return [scale(0.86 * (1 - i / max(count - 1, 1))) for i in range(count)]
 
 
-def family(axis: Axes, x: Any, curves: Iterable[tuple[str, Any]]) -> None:
+def family(axis: Axes, x: ArrayLike, curves: Iterable[tuple[str, ArrayLike]]) -> None:
     """Curves of a growing parameter with a legend."""
     curves = list(curves)
     for (label, values), colour in zip(curves, shades(len(curves)), strict=True):
