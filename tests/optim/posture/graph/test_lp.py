@@ -42,7 +42,7 @@ def best() -> float:
 @settings(max_examples=30)
 def test_any_potentials_give_a_bound(graph, best: float, seed: int, size: float):
     """So no error of a solver makes a bound that is none."""
-    potentials = size * np.random.default_rng(seed).standard_normal(graph.nodes)
+    potentials = size * np.random.default_rng(seed).standard_normal(graph.source + 2)
     assert proved_bound(graph, potentials) <= best
 
 
