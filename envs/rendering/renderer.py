@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
 
+import numpy as np
+
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.painter import Painter
 from stickslip.envs.rendering.scene import paint_scene
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from stickslip.envs.rendering.drawing import Drawing
 
 Frame = TypeVar("Frame")
@@ -67,10 +67,13 @@ class Renderer(Generic[Frame]):
         bottom = top - theme.HEADER
         panel = (left, theme.MARGIN + theme.FOOTER, right, bottom - 10)
         paint_scene(painter, self.drawing(frame), 0, panel)
-        room = (right - left - BADGE_WIDTH - theme.GAP) / len(readout.numbers)
-        for i, (title, value) in enumerate(readout.numbers):
-            painter.text(left + i * room, top - 10, title, theme.SMALL, theme.MUTED)
-            painter.text(left + i * room, bottom + 3, value, theme.VALUE, bold=True)
+        titles, values = zip(*readout.numbers, strict=True)
+        needed = [painter.width_of(title, theme.SMALL) for title in titles]
+        share = (right - left - BADGE_WIDTH - theme.GAP - sum(needed)) / len(needed)
+        places = left + share * np.arange(len(needed)) + np.cumsum([0, *needed[:-1]])
+        for x, title, value in zip(places, titles, values, strict=True):
+            painter.text(x, top - 10, title, theme.SMALL, theme.MUTED)
+            painter.text(x, bottom + 3, value, theme.VALUE, bold=True)
         painter.badge((right - BADGE_WIDTH, bottom + 2, right, top), readout.colour)
         size = 14.0 if len(readout.badge) < 9 else 11.0
         place = right - BADGE_WIDTH / 2, (bottom + top + 2) / 2 - 5
