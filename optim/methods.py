@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.options import COUNT, as_floats, require_scalar
@@ -69,18 +69,8 @@ def solve_gradient(
     if isinstance(begun, Result):
         return begun
     run = _Run(problem, *begun)
-    free = run.free
     with Bar("gradient", iterations, "iteration", progress) as bar:
-        found = minimize(
-            run.value,
-            free.reduce(begun[0]),
-            jac=run.slope,
-            bounds=list(zip(*free.bounds, strict=True)),
-            constraints={"type": "ineq", "fun": free.constraints, "jac": free.jacobian},
-            method="SLSQP",
-            options={"maxiter": iterations, "ftol": tolerance},
-            callback=lambda x: bar.advance(),
-        )
+        found = slsqp(run, run.free.reduce(begun[0]), iterations, tolerance, bar)
     x, why = run.chosen(found.x)
     return problem.result(
         x,
@@ -98,33 +88,76 @@ def solve_gradient(
     )
 
 
+class Smooth(Protocol):
+    """A smooth problem as `slsqp` reads it, of arrays of numbers."""
+
+    @property
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper."""
+        ...
+
+    def objective(self, x: np.ndarray, /) -> float:
+        """What is minimised."""
+        ...
+
+    def gradient(self, x: np.ndarray, /) -> np.ndarray:
+        """Of the objective."""
+        ...
+
+    def constraints(self, x: np.ndarray, /) -> np.ndarray:
+        """Margins, >= 0 where they are met."""
+        ...
+
+    def jacobian(self, x: np.ndarray, /) -> np.ndarray:
+        """Of the constraints."""
+        ...
+
+
+def slsqp(
+    problem: Smooth, start: np.ndarray, iterations: int, tolerance: float, bar: Bar
+) -> OptimizeResult:
+    """scipy's SLSQP from a start; the bar advances with each iteration."""
+    return minimize(
+        problem.objective,
+        start,
+        jac=problem.gradient,
+        bounds=list(zip(*problem.bounds, strict=True)),
+        constraints={"type": "ineq", "fun": problem.constraints, "jac": problem.jacobian},
+        method="SLSQP",
+        options={"maxiter": iterations, "ftol": tolerance},
+        callback=lambda x: bar.advance(),
+    )
+
+
 class _Run:
     """The objective in parts of its size, in the free numbers, noting the best point met."""
 
     def __init__(self, problem: Problem[Any], x: np.ndarray, value: float):
         others = np.array([problem.objective(one) for one in scattered(problem, PROBES)])
         self.free, self.evaluations = problem.free, 1 + PROBES
+        self.bounds = self.free.bounds
+        self.constraints, self.jacobian = self.free.constraints, self.free.jacobian
         self.scale = size_of(value, others, *GRADIENT_SCALE)
         self.best: np.ndarray | None = None
         self.best_value = np.inf
 
-    def value(self, x: np.ndarray) -> float:
+    def objective(self, x: np.ndarray) -> float:
         """Scaled; SLSQP may step outside the bounds by a rounding."""
-        x = np.clip(x, *self.free.bounds)
+        x = np.clip(x, *self.bounds)
         at = self.free.evaluate(x)
         self.evaluations += 1
         if at.feasible and at.value < self.best_value:
             self.best, self.best_value = x, at.value
         return at.value / self.scale
 
-    def slope(self, x: np.ndarray) -> np.ndarray:
-        """Gradient of `value`."""
-        return self.free.gradient(np.clip(x, *self.free.bounds)) / self.scale
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """Of the objective."""
+        return self.free.gradient(np.clip(x, *self.bounds)) / self.scale
 
     def chosen(self, x: np.ndarray) -> tuple[np.ndarray, str]:
         """The last point, or the best one on the way where the last does not meet all or is worse;
         a sentence where that is so."""
-        x = np.clip(x, *self.free.bounds)
+        x = np.clip(x, *self.bounds)
         at = self.free.evaluate(x)
         last = at.value if at.feasible else np.inf
         if self.best is None or last <= self.best_value + 1e-12 * abs(self.best_value):

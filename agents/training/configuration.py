@@ -330,11 +330,6 @@ def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[
     return {**found, **own}
 
 
-def from_flags(given: Mapping[str, Any], kind: type[Config]) -> Config:
-    """The configuration that parsed arguments ask for."""
-    return kind.of(**settings_given(given, kind))
-
-
 def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, object]:
     """Fields by name in a TOML file, or those of a run's config.json that are no defaults.
 

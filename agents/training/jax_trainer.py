@@ -10,7 +10,7 @@ import itertools
 import math
 from abc import abstractmethod
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -70,6 +70,12 @@ class Sizes:
                 f"x rollout_steps = {self.samples}"
             )
 
+    @classmethod
+    def of(cls, config: LearningConfiguration, rollout_steps: int, epochs: int) -> Self:
+        """Those of a configuration, whose algorithm has the last two as its own."""
+        shape = config.hidden, config.layers
+        return cls(config.num_envs, rollout_steps, config.batch_size, epochs, *shape)
+
     @property
     def samples(self) -> int:
         """Steps an update."""
@@ -100,6 +106,16 @@ class Rates:
     """Of rewards, per control step."""
     gae_lambda: Float[Array, ""] | float = 0.95
     clip_range: Float[Array, ""] | float = 0.2
+
+    @classmethod
+    def of(cls, config: LearningConfiguration, **own: float) -> Self:
+        """Those of a configuration, and its algorithm's own."""
+        return cls(
+            learning_rate=config.learning_rate,
+            final_learning_rate=config.final_learning_rate,
+            discount=config.discount,
+            **own,
+        )
 
     def at(self, share: Float[Array, ""]) -> Now:
         """share: of the training done so far, 0 to 1."""

@@ -74,18 +74,15 @@ Carry = tuple[tuple[Layers, Layers], optax.OptState]
 
 def settings_of(config: LearningConfiguration) -> tuple[Sizes, Rates]:
     """Settings of a training configuration."""
-    own, shape = config.ppo, (config.hidden, config.layers)
-    sizes = Sizes(config.num_envs, own.rollout_steps, config.batch_size, own.epochs, *shape)
-    rates = Rates(
-        learning_rate=config.learning_rate,
-        final_learning_rate=config.final_learning_rate,
+    own = config.ppo
+    rates = Rates.of(
+        config,
         noise=own.noise,
         final_noise=own.final_noise,
-        discount=config.discount,
         gae_lambda=own.gae_lambda,
         clip_range=own.clip_range,
     )
-    return sizes, rates
+    return Sizes.of(config, own.rollout_steps, own.epochs), rates
 
 
 class Learner(NamedTuple):

@@ -69,19 +69,16 @@ class ShortRates(Rates):
 def settings_of(config: LearningConfiguration) -> tuple[Sizes, ShortRates]:
     """Settings of a training configuration: a rollout is the window that derivatives go through,
     and epochs are the critic's passes over it."""
-    own, shape = config.shac, (config.hidden, config.layers)
-    sizes = Sizes(config.num_envs, own.horizon, config.batch_size, own.critic_passes, *shape)
-    rates = ShortRates(
-        learning_rate=config.learning_rate,
-        final_learning_rate=config.final_learning_rate,
+    own = config.shac
+    rates = ShortRates.of(
+        config,
         noise=own.action_noise,
         final_noise=own.final_action_noise,
-        discount=config.discount,
         gae_lambda=own.td_lambda,
         critic_pace=own.critic_pace,
         target_memory=own.target_memory,
     )
-    return sizes, rates
+    return Sizes.of(config, own.horizon, own.critic_passes), rates
 
 
 STEEPEST = 1.0

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.ugv.ground.near import Near
     from stickslip.dynamics.ugv.ground.shapes import Points, Values
-    from stickslip.dynamics.ugv.wheel import WheelContact
 
 
 def pose(

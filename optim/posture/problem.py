@@ -235,11 +235,6 @@ class PostureProblem(PostureData, Problem[PostureResult]):
                     block[step, row, leg, step + 1, leg] = sign * per_angle
         return found
 
-    @property
-    def constraint_names(self) -> tuple[str, ...]:
-        """The groups of `constraints`, in their order; see Posture.margins."""
-        return tuple(self._sizes)
-
     @cached_property
     def constraint_groups(self) -> dict[str, slice]:
         """Slice of each group in `constraints`."""

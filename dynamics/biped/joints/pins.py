@@ -109,11 +109,6 @@ SIGNS: np.ndarray = _signs()
 """[24, 68]: +1 for the body that a component acts on, -1 for the one that it comes from."""
 
 
-def leg_columns(leg: int) -> slice:
-    """The columns of JOINT_FORCES that belong to a leg: 33 each."""
-    return slice(leg * _PER_LEG, (leg + 1) * _PER_LEG)
-
-
 def pin_columns(on: int, by: int) -> slice:
     """Columns of a pin or slot, named by its link numbers, among the 33 of a leg."""
     for pin, (first, second, _) in enumerate(LEG_PINS):

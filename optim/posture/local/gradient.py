@@ -14,10 +14,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import OptimizeResult, minimize
 
 from stickslip.dynamics.checks import require_integer
-from stickslip.optim.methods import SLSQP_STATUSES, shortcomings
+from stickslip.optim.methods import SLSQP_STATUSES, shortcomings, slsqp
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.local.linearise import Linear, Near, begin, within_rates
 from stickslip.optim.posture.local.scp import ConvexModel
@@ -122,7 +121,8 @@ def _last_run(near: Near, x: np.ndarray, iterations: int, tolerance: float, bar:
     inside = middle if inside is None else inside
     steps = runs = 0
     while True:
-        found = _slsqp(form, x + INWARD * (inside - x), iterations - steps, tolerance, bar)
+        begun = form.start(x + INWARD * (inside - x))
+        found = slsqp(form, begun, iterations - steps, tolerance, bar)
         steps, runs = steps + found.nit, runs + 1
         x, where = _chosen(form, found.x)
         promised = model.promised(near, x, BOX)
@@ -139,21 +139,6 @@ def _chosen(form: Epigraph, z: np.ndarray) -> tuple[np.ndarray, str]:
     if form.best is None or (problem.is_feasible(last) and problem.objective(last) <= most):
         return last, ""
     return form.best, "; the best feasible point on the way is returned"
-
-
-def _slsqp(
-    form: Epigraph, x: np.ndarray, iterations: int, tolerance: float, bar: Bar
-) -> OptimizeResult:
-    return minimize(
-        form.objective,
-        form.start(x),
-        jac=form.gradient,
-        bounds=list(zip(*form.bounds, strict=True)),
-        constraints={"type": "ineq", "fun": form.constraints, "jac": form.jacobian},
-        method="SLSQP",
-        options={"maxiter": iterations, "ftol": tolerance},
-        callback=lambda z: bar.advance(),
-    )
 
 
 class Epigraph:

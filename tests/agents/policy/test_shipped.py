@@ -14,7 +14,7 @@ from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.record import every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
 from stickslip.agents.registry import machine_among, read_configuration
-from stickslip.agents.training.configuration import from_flags
+from stickslip.agents.training.configuration import settings_given
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
 
@@ -76,7 +76,8 @@ def test_the_command_asks_for_the_configuration_that_the_policy_was_trained_with
     for one in every_record():
         words = shlex.split(one.command)[1:]
         given = vars(make_parser(words).parse_args(words))
-        config = from_flags(given, machine_among(words).configuration)
+        kind = machine_among(words).configuration
+        config = kind.of(**settings_given(given, kind))
         assert config.task == one.task.name
         trained = one.trained["config"]
         assert (trained["task"] != one.task.name) == one.carried_over

@@ -13,8 +13,8 @@ from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import (
     command_of,
     every_field,
-    from_flags,
     read_settings,
+    settings_given,
 )
 from stickslip.agents.training.log import MetricsFile, read_columns, read_rows
 from stickslip.agents.training.settings import PPOSettings
@@ -144,11 +144,12 @@ def test_the_command_says_it_all(config, said: str):
     words = shlex.split(command)[1:]
     given = vars(make_parser(words).parse_args(words))
     assert given["out"] == "runs/it"
-    assert from_flags(given, machine_among(words).configuration) == config
+    kind = machine_among(words).configuration
+    assert kind.of(**settings_given(given, kind)) == config
 
 
 def given_in(*words: str):
-    return from_flags(vars(make_parser(words).parse_args(words)), TrainConfig)
+    return TrainConfig.of(**settings_given(vars(make_parser(words).parse_args(words)), TrainConfig))
 
 
 @pytest.mark.parametrize(
@@ -191,7 +192,8 @@ def test_every_field_has_a_flag_or_a_setting():
     flags = {one.dest for one in parser._actions} - {"help", "set"}
     assert flags == set(TrainConfig.FLAGS)
     assert [*parser.settings] == [name for name in names if name not in flags]
-    assert from_flags(vars(parser.parse_args([])), TrainConfig) == TrainConfig.of()
+    given = settings_given(vars(parser.parse_args([])), TrainConfig)
+    assert TrainConfig.of(**given) == TrainConfig.of()
 
 
 def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):

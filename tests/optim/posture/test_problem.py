@@ -101,7 +101,7 @@ def test_wheels_nearer_than_the_gap_are_a_broken_constraint():
     assert {name for name, by in residuals.items() if by > 0} == {"wheels"}
     np.testing.assert_allclose(residuals["wheels"], missed, rtol=1e-9)
     assert problem.stations(x).status.tolist().count(Status.OVERLAP) > 0
-    assert "wheels" not in replace(problem, solver=PoseSolver(overlap=True)).constraint_names
+    assert "wheels" not in replace(problem, solver=PoseSolver(overlap=True)).constraint_groups
 
 
 @pytest.mark.parametrize("turn", [0.03, 0.3, 1.2])
