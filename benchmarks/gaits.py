@@ -120,7 +120,7 @@ def baselines(quick: bool) -> Iterator[dict[str, Any]]:
     env = BipedEnv()
     tasks = {
         f"mu {mu:g}/{mu_k:g}, {rate:g} rad/s": from_anywhere(
-            env.make_params(robot=robot, scene=Scene.uniform(mu, mu_k), commanded_rate=rate)
+            env.make_params(robot=robot, scene=Scene.uniform(mu, mu_k), mean_rate=rate)
         )
         for mu, mu_k, rate in TASKS
     }

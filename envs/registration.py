@@ -34,7 +34,7 @@ UGV_ID = "stickslip/UGV-v0"
 
 def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
     """The single biped. Options: static choices of BipedEnv (setting, see_patch, ...)
-    and entries of BipedEnv.make_params (scene, robot, randomisation, commanded_rate, ...)."""
+    and entries of BipedEnv.make_params (scene, robot, randomisation, mean_rate, ...)."""
     return _single(envs.BipedEnv, options, render_mode)
 
 

@@ -63,7 +63,7 @@ BEFORE = {
     "read_sweep(": """
 from stickslip.agents import sweep
 from stickslip.envs import BipedEnv
-task, axes = (BipedEnv(), BipedEnv().make_params()), {"mu": [0.06, 0.2], "commanded_rate": [3.0]}
+task, axes = (BipedEnv(), BipedEnv().make_params()), {"mu": [0.06, 0.2], "mean_rate": [3.0]}
 sweep(task, ["crank-speed-pi", "computed-torque"], axes, 2, "runs/floors")
 """
 }

@@ -38,7 +38,7 @@ def test_the_list_has_a_row_for_every_task_with_what_is_known(capsys, monkeypatc
 def test_a_task_by_name_tells_its_numbers_and_who_earned_what(capsys):
     assert main(["tasks", "BipedSprint-v1", "stickslip/UGVBump-v1"]) == OK
     said = capsys.readouterr().out
-    for part in ("commanded_rate = 15.7", "total_energy", "optimal-gait", "Proved: at most 12"):
+    for part in ("mean_rate = 15.7", "total_energy", "optimal-gait", "Proved: at most 12"):
         assert part in said
     assert known_of(TASKS["BipedSprint-v1"]).how in said
     assert "Proved under assumptions: at most 5.4" in said
@@ -48,7 +48,7 @@ def test_a_task_by_name_tells_its_numbers_and_who_earned_what(capsys):
 def test_json_holds_every_number(capsys):
     assert main(["tasks", "--json", "BipedFast-v0"]) == OK
     (one,) = json.loads(capsys.readouterr().out)["tasks"]
-    assert one["parameters"]["commanded_rate"] == 6.5
+    assert one["parameters"]["mean_rate"] == 6.5
     assert one["digest"] == TASKS["BipedFast-v0"].digest
     known = known_of(TASKS["BipedFast-v0"])
     assert one["known"]["best"]["value"] == known.best.value

@@ -86,7 +86,7 @@ class TrainConfig(LearningConfiguration):
         None, float, "its kinetic friction, by default mu_static", low=0, optional=True
     )
     payload: float | None = entry(None, float, "on the hip [kg]", low=0, optional=True)
-    commanded_rate: float = entry(3.0, float, "mean crank rate [rad/s]", low=0, strict=True)
+    mean_rate: float = entry(3.0, float, "mean crank rate [rad/s]", low=0, strict=True)
     see_friction: bool = entry(False, bool, "the policy observes the friction underfoot")
     see_patch: bool = entry(False, bool, "the policy observes the next patch of floor")
 
@@ -99,7 +99,7 @@ class TrainConfig(LearningConfiguration):
     random_payload: tuple[float, float] | None = entry(
         None, "range", "payload drawn at each start [kg]", low=0, optional=True
     )
-    random_commanded_rate: tuple[float, float] | None = entry(
+    random_mean_rate: tuple[float, float] | None = entry(
         None, "range", "commanded rate drawn at each start [rad/s]", low=1e-6, optional=True
     )
     start_rate: float | None = entry(
@@ -145,20 +145,20 @@ class TrainConfig(LearningConfiguration):
         "mu_static",
         "mu_kinetic",
         "payload",
-        "commanded_rate",
+        "mean_rate",
     )
     FIXED: ClassVar = (
         "scene",
         "mu_static",
         "mu_kinetic",
         "payload",
-        "commanded_rate",
+        "mean_rate",
         "see_friction",
         "see_patch",
         "random_friction",
         "random_mass",
         "random_payload",
-        "random_commanded_rate",
+        "random_mean_rate",
     )
     USUALLY: ClassVar = {
         "start_rate": 5.0,
@@ -171,7 +171,7 @@ class TrainConfig(LearningConfiguration):
     EXCLUSIVE: ClassVar = {
         ("scene", "mu_static"): "floor",
         ("payload", "random_payload"): "payload",
-        ("commanded_rate", "random_commanded_rate"): "rate",
+        ("mean_rate", "random_mean_rate"): "rate",
     }
 
     @classmethod
@@ -182,7 +182,7 @@ class TrainConfig(LearningConfiguration):
         require_room(self, BIPED_OBSERVATION)
         if self.algorithm != "sac":
             require_whole_batches(self)
-        self._require_inside("commanded_rate", "random_commanded_rate")
+        self._require_inside("mean_rate", "random_mean_rate")
         if self.mu_static is not None and self.scene != SCENE:
             raise ValueError(
                 f"scene = {self.scene!r} with mu_static = {self.mu_static}: both say which floor; "

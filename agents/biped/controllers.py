@@ -113,7 +113,7 @@ class CrankSpeedPI:
         period = jnp.asarray(env_params.control_period, dtype)
         limit = jnp.asarray(env_params.torque_limit, dtype)
         stride = self.acceleration * period
-        change = jnp.clip(env_state.drawn.commanded_rate - memory.reference, -stride, stride)
+        change = jnp.clip(env_state.drawn.mean_rate - memory.reference, -stride, stride)
         reference = memory.reference + change
         error = reference - rate
         robot = drawn_robot(env_state.drawn, env_params)
@@ -186,7 +186,7 @@ class StopAtMark:
 
 def _asked(state: BipedEnvState, rate: Float[Array, ""]) -> BipedEnvState:
     """The state with another commanded rate [rad/s]."""
-    return replace(state, drawn=state.drawn._replace(commanded_rate=rate))
+    return replace(state, drawn=state.drawn._replace(mean_rate=rate))
 
 
 CONTROLLERS = {

@@ -41,13 +41,13 @@ class BipedDemonstration(Demonstration[TrainConfig]):
 
     def config(self) -> TrainConfig:
         """See Demonstration."""
-        return TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, commanded_rate=3.0)
+        return TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, mean_rate=3.0)
 
     def task_in_words(self, config: TrainConfig) -> str:
         """See Demonstration."""
         return (
             f"static friction {config.mu_static}, kinetic {config.mu_kinetic}, commanded "
-            f"{config.commanded_rate} rad/s on average\n"
+            f"{config.mean_rate} rad/s on average\n"
             "(at a constant 3 rad/s the foot holds from a friction of 0.08 up)."
         )
 

@@ -33,7 +33,7 @@ AXES = {
     "mu": "static and kinetic friction of one floor",
     "mu_static, mu_kinetic": "either, of the task's floor",
     "payload": "mass on the hip [kg]",
-    "commanded_rate": "mean crank rate [rad/s]",
+    "mean_rate": "mean crank rate [rad/s]",
     "torque_limit": "of the motor [N m]",
     "slip_weight, energy_weight": "of the reward, and its other weights",
     "robot.gravity": "[m/s^2], and any other number of the robot: robot.mass.12 is the hip's [kg]",
@@ -92,7 +92,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
             Option("mu_static", "one floor instead", metavar="MU"),
             Option("mu_kinetic", "its kinetic friction", metavar="MU"),
             Option("payload", "mass on the hip [kg]", metavar="KG"),
-            Option("commanded_rate", "mean crank rate [rad/s]", metavar="RATE"),
+            Option("mean_rate", "mean crank rate [rad/s]", metavar="RATE"),
             Option(
                 "start",
                 f"from any phase and rate up to the commanded one, or from rest (default: {usual})",

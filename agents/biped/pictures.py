@@ -141,7 +141,7 @@ def as_episode(
     robot = drawn_robot(played.start_state.drawn, params)
     scene = drawn_scene(played.start_state.drawn, params)
     drawing = biped_drawing(frames, robot.params, scene, slips)
-    commanded = np.asarray(states.drawn.commanded_rate, float)
+    commanded = np.asarray(states.drawn.mean_rate, float)
     course = Course(
         torque=from_start(played.info["torque"]),
         rate=np.asarray(states.biped.crank_rate, float),
@@ -183,8 +183,8 @@ def as_episode(
 def learning_panels(config: TrainConfig) -> list[LearningPanel]:
     """Panels of a run's learning curves."""
     params = training_task(config).described
-    drawn = params.randomisation.commanded_rate is not None
-    commanded = None if drawn else float(params.commanded_rate)
+    drawn = params.randomisation.mean_rate is not None
+    commanded = None if drawn else float(params.mean_rate)
     rate, noise = "mean_crank_rate", float(params.torque_limit)
     title = "mean crank rate [rad/s]" + ("" if drawn else ", dashed: commanded")
     whole = LearningPanel("return of a whole episode [-]", None, "return")

@@ -223,7 +223,7 @@ def _timed(
     """
     biped = env_state.biped
     way = robot.total_mass * robot.step_length
-    speed = way * env_state.drawn.commanded_rate / np.pi
+    speed = way * env_state.drawn.mean_rate / np.pi
     per_step = way / (speed * period)
     end = robot.inertia.moment_at(jnp.full_like(biped.phase, SUPPORT_END)).X
     to_go = (end - robot.inertia.moment_at(biped.phase).X) / (speed * period)
@@ -331,7 +331,7 @@ class OptimalGait(Memoryless):
         """See Controller."""
         dtype = env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
-        commanded = jnp.asarray(env_state.drawn.commanded_rate, dtype)
+        commanded = jnp.asarray(env_state.drawn.mean_rate, dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         inertia = robot.inertia.at(biped.phase)
         idle = sticking(robot, inertia, biped.crank_rate, jnp.zeros((), dtype))

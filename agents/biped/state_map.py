@@ -69,7 +69,7 @@ class BipedStates:
                 f"floor = {type(params.scene.floor).__name__}; accepted: a floor that is the same "
                 "everywhere (Grip, Uniform, Smoothed)"
             )
-        for name in ("friction", "mass", "payload", "commanded_rate"):
+        for name in ("friction", "mass", "payload", "mean_rate"):
             if getattr(params.randomisation, name) is not None:
                 raise ValueError(
                     f"{name} is drawn; accepted: a task of which only the start is drawn (phase, "
@@ -91,7 +91,7 @@ class BipedStates:
     def grid(self, params: BipedEnvParams, fineness: float = 1.0) -> Grid:
         """See StateMap: crank rates of RATES, foot speeds up to 0.6 m/s."""
         require_number("fineness", fineness, low=0.0, strict=True, accepted="finite, > 0")
-        commanded = float(params.commanded_rate)
+        commanded = float(params.mean_rate)
         rates = RATES[0] * commanded, RATES[1] * commanded
 
         def plane(kind: str) -> tuple[Axis, ...]:
@@ -124,7 +124,7 @@ class BipedStates:
             speed = jnp.maximum(velocity, SLOWEST)
             signed = jnp.where(place.sheet == FORWARDS, speed, -speed)
             velocity = jnp.where(place.sheet == REST, zero, signed)
-        commanded = jnp.asarray(params.commanded_rate, kind)
+        commanded = jnp.asarray(params.mean_rate, kind)
         one = jnp.ones((), kind)
         nothing = Totals(*[zero] * len(Totals._fields))
         phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)

@@ -29,7 +29,7 @@ class BipedSwept(Swept):
         **dict.fromkeys(LENGTHS, "m"),
         "task.torque_limit": "N m",
         "task.control_period": "s",
-        "task.commanded_rate": "rad/s",
+        "task.mean_rate": "rad/s",
         "task.time_limit": "s",
         "task.max_crank_rate": "rad/s",
         "task.copper_loss": "W/(N m)^2",
@@ -43,7 +43,7 @@ class BipedSwept(Swept):
         "robot.inertia": "kg m^2",
         "robot.gravity": "m/s^2",
         "randomisation.payload": "kg",
-        "randomisation.commanded_rate": "rad/s",
+        "randomisation.mean_rate": "rad/s",
         "randomisation.phase": "rad",
         "randomisation.crank_rate": "rad/s",
         "randomisation.command_interval": "s",
@@ -92,10 +92,10 @@ class BipedSwept(Swept):
             changed["scene"] = scene
         if "task.mark" in names:
             drawn = replace(drawn, mark=None)
-        if "task.commanded_rate" in names:
-            drawn = replace(drawn, commanded_rate=None, command_interval=None)
+        if "task.mean_rate" in names:
+            drawn = replace(drawn, mean_rate=None, command_interval=None)
             if drawn.crank_rate is not None and _ends_at_command(params):
-                ends = (drawn.crank_rate[0], changed["commanded_rate"])
+                ends = (drawn.crank_rate[0], changed["mean_rate"])
                 drawn = replace(drawn, crank_rate=ends)
         changed["randomisation"] = drawn
         if "robot" in touched:
@@ -123,6 +123,4 @@ class BipedSwept(Swept):
 
 def _ends_at_command(params: BipedEnvParams) -> bool:
     drawn = params.randomisation.crank_rate
-    return drawn is not None and bool(
-        np.all(np.float32(drawn[1]) == np.float32(params.commanded_rate))
-    )
+    return drawn is not None and bool(np.all(np.float32(drawn[1]) == np.float32(params.mean_rate)))

@@ -58,14 +58,14 @@ def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]
         friction=config.random_friction,
         mass=config.random_mass,
         payload=config.random_payload,
-        commanded_rate=config.random_commanded_rate,
+        mean_rate=config.random_mean_rate,
     )
     scene = Scene.named(config.scene)
     if config.mu_static is not None:
         scene = Scene.uniform(config.mu_static, config.mu_kinetic)
     scene = replace(scene, payload=config.payload).validate()
-    rate = config.commanded_rate
-    rest = env.make_params(randomisation=drawn, scene=scene, commanded_rate=rate)
+    rate = config.mean_rate
+    rest = env.make_params(randomisation=drawn, scene=scene, mean_rate=rate)
     return TrainingTask(env, _training(config, rest), from_anywhere(rest), rest)
 
 
@@ -81,7 +81,7 @@ def _training(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
 
 def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
     """The same task begun at any phase with a crank rate from 0 to the commanded one."""
-    fastest = float(np.max(np.asarray(params.commanded_rate)))
+    fastest = float(np.max(np.asarray(params.mean_rate)))
     start = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
     return params.replace(randomisation=start)
 
@@ -89,7 +89,7 @@ def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
 def with_options(task: BipedTask, options: Options, scene: str | None, viewed: bool) -> BipedTask:
     """See Machine; what an option sets is no longer drawn.
 
-    options: mu_static, mu_kinetic, payload, commanded_rate, start.
+    options: mu_static, mu_kinetic, payload, mean_rate, start.
     """
     params = task.params
     floor, load, drawn = params.scene.floor, params.scene.payload, params.randomisation
@@ -101,9 +101,9 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         drawn = replace(drawn, friction=None)
     if options["payload"] is not None:
         load, drawn = options["payload"], replace(drawn, payload=None)
-    if options["commanded_rate"] is not None:
-        changed["commanded_rate"] = options["commanded_rate"]
-        drawn = replace(drawn, commanded_rate=None, command_interval=None)
+    if options["mean_rate"] is not None:
+        changed["mean_rate"] = options["mean_rate"]
+        drawn = replace(drawn, mean_rate=None, command_interval=None)
     place = replace(params.scene, floor=floor, payload=load).validate()
     given = parts(task.env, task.params) | {"scene": place, "randomisation": drawn}
     given["numbers"] = given["numbers"] | changed
@@ -127,7 +127,7 @@ def label(task: BipedTask, scene: str | None) -> str:
     params, words = task.params, [floor_words(task.params.scene)]
     if params.scene.payload is not None:
         words.append(f"+{float(params.scene.payload):g} kg")
-    if (rate := float(params.commanded_rate)) != RATE:
+    if (rate := float(params.mean_rate)) != RATE:
         words.append(f"{rate:g} rad/s")
     names = [one for one, ends in vars(params.randomisation).items() if ends is not None]
     drawn = [name for name in names if name not in ("phase", "crank_rate")]

@@ -60,7 +60,7 @@ def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
         return None
     found = bound_steady_reward(
         BipedParams.from_bars(),
-        numbers["commanded_rate"],
+        numbers["mean_rate"],
         mu=numbers["scene"]["uniform"]["mu_static"],
         torque_limit=numbers["torque_limit"],
         tracking_weight=numbers["tracking_weight"],

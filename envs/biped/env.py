@@ -116,7 +116,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | --- | --- | --- |
     | phase | rad | pi/2 to 3 pi/2 |
     | crank_rate | rad/s | finite |
-    | commanded_rate | rad/s | > 0 |
+    | mean_rate | rad/s | > 0 |
     | scene | - | a Scene or a name; its friction is not drawn. Same outputs, same observation |
     | payload | kg | >= 0, in place of the scene's |
     | mass | - | > 0, a factor on every mass and inertia |
@@ -340,7 +340,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             jnp.clip(biped.crank_rate, -fastest, fastest),
             jnp.clip(biped.foot_velocity, -MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY),
             jnp.where(state.mode == 0, 1.0, 0.0),
-            jnp.minimum(state.drawn.commanded_rate, fastest),
+            jnp.minimum(state.drawn.mean_rate, fastest),
         ]
         if state.to_go is not None:
             entries += [jnp.clip(state.to_go, -MAX_SIGHT, MAX_SIGHT)]

@@ -29,13 +29,13 @@ START: dict[str, dict[str, Any]] = {
         "accepted": "an angle within pi/2 to 3 pi/2 [rad]",
     },
     "crank_rate": {"accepted": "a finite rate [rad/s]"},
-    "commanded_rate": {"low": SLACK, "accepted": "a finite rate > 0 [rad/s]"},
+    "mean_rate": {"low": SLACK, "accepted": "a finite rate > 0 [rad/s]"},
     "mass": {"low": SLACK, "accepted": "a finite factor > 0"},
     "mark": {"low": SLACK, "accepted": "a finite way > 0 [m]"},
 }
 """Options that replace a draw, and the rule of each."""
 OPTIONS = ("scene", "payload", *START)
-START_ALONE = ("phase", "crank_rate", "commanded_rate", "command_interval", "mark")
+START_ALONE = ("phase", "crank_rate", "mean_rate", "command_interval", "mark")
 """Draws that no step reads: commands to come are in the state."""
 
 
@@ -53,7 +53,7 @@ def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedE
         payload = require_one("payload", options["payload"], **PAYLOAD)
         scene, drawn = replace(scene, payload=payload), replace(drawn, payload=None)
     # So that an episode has a start of its own whatever is named: one program for all of them.
-    usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "commanded_rate": params.commanded_rate}
+    usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "mean_rate": params.mean_rate}
     usual |= {} if params.mark is None else {"mark": params.mark}
     for name, value in usual.items():
         if getattr(drawn, name) is None:
@@ -67,7 +67,7 @@ def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
     drawn = replace(params.randomisation, **dict.fromkeys(START_ALONE))
     drawn = jax.tree.map(lambda _: 0.0, drawn)
     mark = None if params.mark is None else 0.0
-    return rebuilt(params, randomisation=drawn, commanded_rate=0.0, mark=mark)
+    return rebuilt(params, randomisation=drawn, mean_rate=0.0, mark=mark)
 
 
 FLOORS = ("uniform", "patches")

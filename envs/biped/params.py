@@ -56,7 +56,7 @@ class Randomisation:
     """Ranges (low, high) of a reset's uniform draws; None leaves a value as it is.
 
     friction: factor on every friction coefficient. mass: factor on every mass and inertia. payload:
-    mass added to the hip [kg]. commanded_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
+    mass added to the hip [kg]. mean_rate [rad/s]. phase [rad], crank_rate [rad/s]: how the
     episode begins. command_interval: time after which the commanded rate is drawn anew, again and
     again [s]; one number for each episode. mark: way to the mark [m], of a task that has one. What
     is None is not compiled in.
@@ -65,7 +65,7 @@ class Randomisation:
     friction: Range | None = None
     mass: Range | None = None
     payload: Range | None = None
-    commanded_rate: Range | None = None
+    mean_rate: Range | None = None
     phase: Range | None = None
     crank_rate: Range | None = None
     command_interval: Range | None = None
@@ -75,7 +75,7 @@ class Randomisation:
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
-        lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "commanded_rate": 1e-6}
+        lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "mean_rate": 1e-6}
         lowest |= {"command_interval": 1e-6, "mark": 1e-6}
         for one in fields(self):
             require_range(one.name, getattr(self, one.name), lowest.get(one.name, -np.inf))
@@ -83,9 +83,9 @@ class Randomisation:
             low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
             if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
                 raise ValueError(f"phase = {self.phase}; accepted: within pi/2 to 3 pi/2 rad")
-        if self.command_interval is not None and self.commanded_rate is None:
+        if self.command_interval is not None and self.mean_rate is None:
             raise ValueError(
-                f"command_interval = {self.command_interval} without commanded_rate; accepted: "
+                f"command_interval = {self.command_interval} without mean_rate; accepted: "
                 "with the range that commands are drawn from"
             )
         return self
@@ -101,7 +101,7 @@ class BipedEnvParams:
     on the hip, only if payloads are drawn; it follows from the others. A change of scene, robot or
     randomisation, by `replace` or `dataclasses.replace`, prepares what depends on it anew.
     torque_limit: torque at action 1 [N m]. control_period: time between actions [s].
-    commanded_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
+    mean_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
     max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
     copper_loss: winding loss per torque squared [W / (N m)^2].
     tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
@@ -114,7 +114,7 @@ class BipedEnvParams:
     randomisation: Randomisation
     torque_limit: Numeric
     control_period: Numeric
-    commanded_rate: Numeric
+    mean_rate: Numeric
     time_limit: Numeric
     max_crank_rate: Numeric
     copper_loss: Numeric
@@ -224,7 +224,7 @@ class BipedEnvParams:
 POSITIVE = (
     "torque_limit",
     "control_period",
-    "commanded_rate",
+    "mean_rate",
     "time_limit",
     "max_crank_rate",
 )
@@ -282,7 +282,7 @@ def make_params(
     dtype: DTypeLike | None = None,
     torque_limit: Numeric = 4.0,
     control_period: Numeric = CONTROL_PERIOD,
-    commanded_rate: Numeric = 3.0,
+    mean_rate: Numeric = 3.0,
     time_limit: Numeric = 10.0,
     max_crank_rate: Numeric = 20.0,
     copper_loss: Numeric = 0.5,
@@ -308,7 +308,7 @@ def make_params(
     numbers = {
         "torque_limit": torque_limit,
         "control_period": control_period,
-        "commanded_rate": commanded_rate,
+        "mean_rate": mean_rate,
         "time_limit": time_limit,
         "max_crank_rate": max_crank_rate,
         "copper_loss": copper_loss,

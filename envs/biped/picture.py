@@ -57,7 +57,7 @@ def biped_frames(
         mu_kinetic=np.nan if mu_kinetic is None else np.asarray(mu_kinetic, float),
         sticking=np.asarray(states.mode) == 0,
         mean_crank_rate=np.asarray(infos.get("episode_mean_rate", biped.crank_rate), float),
-        commanded_rate=np.asarray(states.drawn.commanded_rate, float),
+        commanded_rate=np.asarray(states.drawn.mean_rate, float),
         status="ok" if not status.terminal else status.name.lower().replace("_", " "),
         floor=tuple(patches_of(Scene(floor))),
         weight=float(weight),

@@ -63,7 +63,7 @@ def reward_terms(
 ) -> dict[str, Float[Array, ""]]:
     """The four terms of the reward of one control step; falls: whether the episode ends so; to_go:
     how far ahead the mark is after it [m], None without one."""
-    speed = drawn.commanded_rate / np.pi * robot.step_length
+    speed = drawn.mean_rate / np.pi * robot.step_length
     if to_go is None or params.mark_width is None:
         kept = jnp.maximum(1 - jnp.abs(outcome.walked / period - speed) / speed, -1.0)
     else:

@@ -119,7 +119,7 @@ class Drawn(NamedTuple):
     friction: Array
     mass: Array
     payload: Array
-    commanded_rate: Array
+    mean_rate: Array
     """Current command [rad/s]."""
     commands: Commands | None = None
     mark: Array | None = None
@@ -139,15 +139,15 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
         return low + (high - low) * share
 
     commands = None
-    if ranges.command_interval is not None and ranges.commanded_rate is not None:
-        ends = (jnp.asarray(bound, dtype) for bound in ranges.commanded_rate)
+    if ranges.command_interval is not None and ranges.mean_rate is not None:
+        ends = (jnp.asarray(bound, dtype) for bound in ranges.mean_rate)
         chain = jax.random.key_data(jax.random.fold_in(key, 7))
         commands = Commands(chain, uniform(6, ranges.command_interval, 0.0), *ends)
     drawn = Drawn(
         friction=uniform(0, ranges.friction, 1.0),
         mass=uniform(1, ranges.mass, 1.0),
         payload=uniform(2, ranges.payload, 0.0),
-        commanded_rate=uniform(3, ranges.commanded_rate, params.commanded_rate),
+        mean_rate=uniform(3, ranges.mean_rate, params.mean_rate),
         commands=commands,
         mark=None if params.mark is None else uniform(8, ranges.mark, params.mark),
     )
@@ -164,8 +164,8 @@ def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
     number = jnp.floor(duration / interval + ROUNDING).astype(jnp.int32)
     key = jax.random.fold_in(jax.random.wrap_key_data(chain), number)
     share = jax.random.uniform(key, (), low.dtype)
-    rate = jnp.where(number == 0, drawn.commanded_rate, low + (high - low) * share)
-    return drawn._replace(commanded_rate=rate)
+    rate = jnp.where(number == 0, drawn.mean_rate, low + (high - low) * share)
+    return drawn._replace(mean_rate=rate)
 
 
 def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:

@@ -24,6 +24,8 @@ Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
 NAMESPACE = "stickslip/"
 ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
 """Machine of each environment that a task may have."""
+FIRST_NAMES = {"mean_rate": "commanded_rate"}
+"""Names under which digests know parameters that were renamed since."""
 UGV_STEPS = 66
 """Steps of a UGV task: 8 m of ground less the vehicle's start, at most 0.1 m a step."""
 DTYPE = "float32"
@@ -97,6 +99,7 @@ class TaskDefinition:
             "dtype": DTYPE,
             "version": self.version,
         }
+        content = _with_first_names(content)
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -105,6 +108,13 @@ class TaskDefinition:
         kind = getattr(envs, self.environment)
         env = kind(**kind.choices_from_plain(self.choices), autoreset=autoreset)
         return env, env.make_params(**kind.from_plain(self.parameters), dtype=DTYPE)
+
+
+def _with_first_names(value: object) -> object:
+    """The same values under the parameters' first names: a renamed one leaves a digest as it is."""
+    if not isinstance(value, dict):
+        return value
+    return {FIRST_NAMES.get(name, name): _with_first_names(one) for name, one in value.items()}
 
 
 _CONTENT = json.loads(Path(__file__).with_name("tasks.json").read_text(encoding="utf-8"))

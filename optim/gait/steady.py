@@ -46,7 +46,7 @@ class SteadyBound:
 
 def bound_steady_reward(
     params: BipedParams,
-    commanded_rate: float,
+    mean_rate: float,
     *,
     mu: float,
     torque_limit: float,
@@ -65,11 +65,11 @@ def bound_steady_reward(
     nothing here, so the bound is above what a motor that holds its torque can earn. ValueError for
     numbers out of range, and where no gait is found.
     """
-    for name, given in (("commanded_rate", commanded_rate), ("tracking_weight", tracking_weight)):
+    for name, given in (("mean_rate", mean_rate), ("tracking_weight", tracking_weight)):
         require_scalar(name, given, low=0.0, strict=True, accepted="a finite number > 0")
     require_scalar("energy_weight", energy_weight, low=0.0, accepted="a finite number >= 0")
     limits = {"mu": mu, "torque_limit": torque_limit, "copper_loss": copper_loss, "zmp": zmp}
-    usual = np.pi / commanded_rate
+    usual = np.pi / mean_rate
     robot = robot_of(params, 1, True)
     price = energy_weight * usual / (robot.weight * robot.step_length)
 

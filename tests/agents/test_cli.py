@@ -82,7 +82,7 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("evaluate", "POLICY"),
         ("evaluate nobody", "'nobody' is neither a baseline nor a file; accepted: constant-torque"),
         ("evaluate computed-torque --mu-static 0.1 --mu-kinetic 0.2", "mu_kinetic = 0.2 exceeds"),
-        ("evaluate computed-torque --commanded-rate -1", "commanded_rate = -1.0"),
+        ("evaluate computed-torque --mean-rate -1", "mean_rate = -1.0"),
         ("view computed-torque --seconds nan", "seconds = nan"),
         ("view computed-torque --out walk.avi", "'.avi'; accepted: .gif, .png, .webp, .mp4"),
         ("view computed-torque --plot walk.gif", "'.gif'; accepted: .png"),

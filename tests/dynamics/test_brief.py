@@ -88,8 +88,8 @@ def test_it_says_what_a_reader_asks_for():
     assert repr(UGVParams(body_mass=200.0)) == "UGVParams(total_mass=340, body_mass=200)"
     drawn = Randomisation(phase=(1.6, 4.6))
     assert repr(drawn) == "Randomisation(phase=(1.6, 4.6))"
-    text = repr(BipedEnv().make_params(scene="firm", commanded_rate=2.5, randomisation=drawn))
-    for words in ("mu_static=0.5", "commanded_rate=2.5", "total_mass=8.466", "phase=(1.6, 4.6)"):
+    text = repr(BipedEnv().make_params(scene="firm", mean_rate=2.5, randomisation=drawn))
+    for words in ("mu_static=0.5", "mean_rate=2.5", "total_mass=8.466", "phase=(1.6, 4.6)"):
         assert words in text
     assert "torque_limit" not in text
     text = repr(UGVEnv().make_params(track="bump", friction=0.6))

@@ -26,7 +26,7 @@ RANGES = Randomisation(
     friction=(0.5, 2.0),
     mass=(0.8, 1.2),
     payload=(0.0, 0.3),
-    commanded_rate=(2.0, 4.0),
+    mean_rate=(2.0, 4.0),
     phase=(1.6, 4.6),
     crank_rate=(-1.0, 3.0),
 )

@@ -34,7 +34,7 @@ def test_the_functional_environment_compiles_once_for_all_numbers():
 
     def use(turn: int) -> None:
         scene = Scene.uniform(0.1 + 0.1 * turn, 0.05)
-        changed = replace(params, scene=scene, commanded_rate=2.0 + turn, time_limit=1.0 + turn)
+        changed = replace(params, scene=scene, mean_rate=2.0 + turn, time_limit=1.0 + turn)
         _, state = env.reset(jax.random.key(turn), changed)
         for k in range(3):
             action = jnp.full(1, 0.1 * turn)
@@ -90,6 +90,6 @@ def test_robots_that_differ_in_numbers_are_prepared_by_one_program():
 
     def use(turn: int) -> None:
         biped = task()[1].robot.params.replace(payload=0.1 * (1 + turn), toe=0.2 + 0.01 * turn)
-        env.make_params(robot=biped, commanded_rate=1.0 + turn)
+        env.make_params(robot=biped, mean_rate=1.0 + turn)
 
     assert warm_then_count(use) == 0

@@ -44,7 +44,7 @@ def episode(env: GymEnv, options: dict[str, Any] | None = None, seed: int = 4) -
 STARTS: dict[str, dict[str, Any]] = {
     "phase": {"phase": 2.0},
     "crank_rate": {"crank_rate": -1.5},
-    "everything": {"phase": 4.0, "crank_rate": 2.0, "commanded_rate": 2.5},
+    "everything": {"phase": 4.0, "crank_rate": 2.0, "mean_rate": 2.5},
 }
 
 
@@ -90,9 +90,9 @@ def test_parameters_of_an_episode_are_what_make_params_gives():
     env = BipedEnv()
     params = env.make_params(randomisation=RANGES)
     options = {"scene": "wet", "payload": 0.5, "phase": 2.0, "crank_rate": 1.0}
-    options |= {"commanded_rate": 2.0, "mass": 0.9}
+    options |= {"mean_rate": 2.0, "mass": 0.9}
     drawn = Randomisation(
-        mass=(0.9, 0.9), commanded_rate=(2.0, 2.0), phase=(2.0, 2.0), crank_rate=(1.0, 1.0)
+        mass=(0.9, 0.9), mean_rate=(2.0, 2.0), phase=(2.0, 2.0), crank_rate=(1.0, 1.0)
     )
     made = env.make_params(scene=Scene.named("wet", payload=0.5), randomisation=drawn)
     assert same(env.episode_params(params, options), made)
@@ -148,7 +148,7 @@ def test_other_numbers_of_a_bipeds_start_and_floor_compile_nothing():
     def use(turn: int) -> None:
         env.reset(seed=turn, options={"phase": 2.0 + 0.1 * turn})
         env.step(np.full(1, 0.1, np.float32))
-        env.reset(options={"crank_rate": 0.1 * turn, "commanded_rate": 2.0 + turn})
+        env.reset(options={"crank_rate": 0.1 * turn, "mean_rate": 2.0 + turn})
         env.reset(options={"scene": Scene.uniform(0.1 + 0.01 * turn, 0.1)})
         env.step(np.full(1, 0.1, np.float32))
         env.reset()
@@ -169,7 +169,7 @@ BAD: list[tuple[Any, str]] = [
     ({"phase": [2.0, 3.0]}, r"phase has shape \(2,\).*one number"),
     ({"crank_rate": None}, r"crank_rate = None is not a number"),
     ({"crank_rate": np.inf}, r"crank_rate = inf is not accepted"),
-    ({"commanded_rate": 0}, r"commanded_rate = 0\.?0? is not accepted"),
+    ({"mean_rate": 0}, r"mean_rate = 0\.?0? is not accepted"),
     ({"payload": -1.0}, r"payload = -1\.0 is not accepted; accepted: a finite mass"),
     ({"mass": True}, r"mass = True is not a number"),
     ({"scene": "frim"}, r"scene = 'frim' is unknown.*did you mean firm\?"),
@@ -216,7 +216,7 @@ def test_bad_options_of_the_ugv_are_refused(options, message):
 
 def test_vector_environments_take_the_same_options():
     env = make_vec(3, "same_step", "default")
-    obs, _ = env.reset(seed=0, options={"phase": 2.0, "commanded_rate": 2.5})
+    obs, _ = env.reset(seed=0, options={"phase": 2.0, "mean_rate": 2.5})
     np.testing.assert_allclose(obs[:, 0], np.cos(4.0), atol=1e-6)
     assert obs[:, 5].tolist() == [2.5] * 3
     mask = np.asarray([True, False, False])

@@ -23,7 +23,7 @@ from tests.fuzz.values import (
 )
 
 WALK_NUMBERS = dict.fromkeys(
-    ("torque_limit", "control_period", "commanded_rate", "time_limit", "max_crank_rate"), ABOVE
+    ("torque_limit", "control_period", "mean_rate", "time_limit", "max_crank_rate"), ABOVE
 ) | dict.fromkeys(
     ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty"), NOT_BELOW
 )  # fmt: skip
@@ -106,7 +106,7 @@ def environments() -> dict[str, Plan]:
         ),
         "Randomisation": Plan(
             lambda **k: envs.Randomisation(**k).validate(),
-            dict.fromkeys(("friction", "mass", "payload", "commanded_rate", "crank_rate"), RANGE)
+            dict.fromkeys(("friction", "mass", "payload", "mean_rate", "crank_rate"), RANGE)
             | {"phase": ("none",), "command_interval": ("none",), "mark": RANGE},
         ),
         "UGVRandomisation": Plan(

@@ -132,7 +132,7 @@ RANGES = Randomisation(
     friction=(0.2, 5.0),
     mass=(0.1, 10.0),
     payload=(0.0, 20.0),
-    commanded_rate=(0.5, 10.0),
+    mean_rate=(0.5, 10.0),
     phase=(SUPPORT_START, SUPPORT_END),
     crank_rate=(-10.0, 15.0),
 )

@@ -164,7 +164,7 @@ def gaits() -> GaitTable:
 def test_it_walks_from_rest_and_from_anywhere_and_comes_to_the_gaits_mean_rate(gaits: GaitTable):
     drawn = Randomisation(phase=(1.6, 4.7), crank_rate=(0.0, 4.0))
     params = ENV.make_params(
-        scene=Scene.uniform(0.08, 0.07), time_limit=6.0, commanded_rate=3.0, randomisation=drawn
+        scene=Scene.uniform(0.08, 0.07), time_limit=6.0, mean_rate=3.0, randomisation=drawn
     )
     follow = OptimalGait(gaits=gaits).validate()
     keys = jax.vmap(episode_key)(jnp.arange(6))

@@ -59,7 +59,7 @@ def strange_biped(dtype=None, **changes) -> tuple[BipedEnv, object]:
         "randomisation": Randomisation(friction=(0.81, 1.23), mass=(0.9, 1.1)),
         "torque_limit": 3.3,
         "control_period": 0.013,
-        "commanded_rate": 2.7,
+        "mean_rate": 2.7,
         "time_limit": 0.4,
         "slip_weight": 4.1,
     }
@@ -167,7 +167,7 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
     env = BipedEnv()
     slow, wet = (
         env.make_params(time_limit=0.2, **changes)
-        for changes in ({"commanded_rate": 2.0}, {"scene": Scene.uniform(0.2, 0.15)})
+        for changes in ({"mean_rate": 2.0}, {"scene": Scene.uniform(0.2, 0.15)})
     )
     seeing = BipedEnv(see_friction=True)
     first = still("first.npz", 6, describe_environment(env, slow))
@@ -183,7 +183,7 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
         ("wet", "constant-torque"),
     ]
     capsys.readouterr()
-    common = ["--scene", "firm", "--commanded-rate", "3", "--episodes", "2", "--out", "b"]
+    common = ["--scene", "firm", "--mean-rate", "3", "--episodes", "2", "--out", "b"]
     assert main(["evaluate", *names, *common]) == OK
     assert {row["scene"] for row in rows_of("b")} == {"firm"}
 
@@ -191,7 +191,7 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
 @pytest.mark.long
 def test_view_shows_a_policy_on_its_own_task(capsys):
     env = BipedEnv()
-    params = env.make_params(scene=Scene.uniform(0.31, 0.22), commanded_rate=2.5)
+    params = env.make_params(scene=Scene.uniform(0.31, 0.22), mean_rate=2.5)
     name = still("own.npz", 6, describe_environment(env, params))
     assert main(["view", name, "--seconds", "0.06"]) == OK
     assert "mu 0.31/0.22, 2.5 rad/s: the own task of own.npz" in capsys.readouterr().out
@@ -207,12 +207,12 @@ def test_view_shows_a_policy_on_its_own_task(capsys):
         ("train --scene ice-patch --mu-static 0.05", "both say which floor"),
         ("train --payload 1 --set random_payload=0,2", "payload with random_payload"),
         (
-            "train --commanded-rate 3 --set random_commanded_rate=2,4",
-            "commanded_rate with random_com",
+            "train --mean-rate 3 --set random_mean_rate=2,4",
+            "mean_rate with random_com",
         ),
         (
-            "train --set random_commanded_rate=4,5",
-            "commanded_rate = 3.0 outside random_commanded_rate",
+            "train --set random_mean_rate=4,5",
+            "mean_rate = 3.0 outside random_mean_rate",
         ),
         ("train --algorithm sac --set epochs=3", "epochs with algorithm = 'sac'"),
     ],

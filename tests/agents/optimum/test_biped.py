@@ -81,7 +81,7 @@ def test_places_and_states_are_each_others_inverses(floor):
         ({"scene": "ice-patch"}, "floor = Patches; accepted: a floor that is the same everywhere"),
         ({"randomisation": Randomisation(mass=(0.9, 1.1))}, "mass is drawn"),
         ({"randomisation": Randomisation(friction=(0.9, 1.1))}, "friction is drawn"),
-        ({"commanded_rate": jnp.ones(3)}, "commanded_rate has shape"),
+        ({"mean_rate": jnp.ones(3)}, "mean_rate has shape"),
     ],
 )
 def test_tasks_whose_rewards_depend_on_more_are_refused(changes, words):
@@ -146,7 +146,7 @@ def test_a_policy_whose_parts_do_not_fit_is_refused(holding):
 @pytest.mark.long
 def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
     scene = Scene.uniform(0.06, 0.05)
-    params = from_anywhere(ENV.make_params(commanded_rate=6.0, scene=scene))
+    params = from_anywhere(ENV.make_params(mean_rate=6.0, scene=scene))
     solution = solve(ENV, params, fineness=0.6, actions=31, ahead=Ahead(4, 4))
     found = known(solution, episodes=48)
     others = replay(solution.policy, params, range(48), ComputedTorque())

@@ -44,9 +44,9 @@ def test_axes_of_the_biped_are_what_make_params_makes_of_the_numbers():
     params = env.make_params(scene="grip")
     heavy = BipedParams.from_bars()
     heavy = replace(heavy, mass=jnp.asarray(heavy.mass).at[12].set(0.9))
-    expected = env.make_params(scene=floor, robot=heavy, commanded_rate=5.0, slip_weight=2.0)
+    expected = env.make_params(scene=floor, robot=heavy, mean_rate=5.0, slip_weight=2.0)
     names = {"mu": 0.1, "payload": 3.0, "robot.mass.12": 0.9, "slip_weight": 2.0}
-    assert_same(put(BipedSwept(), params, **names, commanded_rate=5.0), expected)
+    assert_same(put(BipedSwept(), params, **names, mean_rate=5.0), expected)
 
 
 def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
@@ -60,14 +60,14 @@ def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
 
 def test_what_an_axis_sets_is_no_longer_drawn():
     drawn = Randomisation(
-        friction=(0.5, 1.0), payload=(0.0, 1.0), commanded_rate=(2.0, 3.0), crank_rate=(0.0, 3.0)
+        friction=(0.5, 1.0), payload=(0.0, 1.0), mean_rate=(2.0, 3.0), crank_rate=(0.0, 3.0)
     )
     params = BipedEnv().make_params(randomisation=drawn, scene="slippery")
     swept = BipedSwept()
-    values = {"scene.mu_static": 0.3, "scene.payload": 2.0, "task.commanded_rate": 6.0}
-    opened = swept.opened(params, ["payload", "mu_static", "commanded_rate"])
+    values = {"scene.mu_static": 0.3, "scene.payload": 2.0, "task.mean_rate": 6.0}
+    opened = swept.opened(params, ["payload", "mu_static", "mean_rate"])
     left = swept.put(opened, values).randomisation
-    assert (left.friction, left.payload, left.commanded_rate) == (None, None, None)
+    assert (left.friction, left.payload, left.mean_rate) == (None, None, None)
     assert [float(one) for one in left.crank_rate] == [0, 6]  # begun up to the commanded rate
     assert swept.put(params, {"task.slip_weight": 1.0}).randomisation == drawn
 
@@ -119,7 +119,7 @@ def test_axes_that_change_the_program_or_the_task_will_not_do_are_refused():
     assert "did you mean" in refused(slippery, {"comanded_rate": [0.1]})
     said = refused(slippery, {"mu_static": [0.04, 0.2]})
     assert said.startswith("at mu_static = 0.04: mu_kinetic")
-    assert "commanded_rate" in refused(slippery, {"commanded_rate": [-1.0, 2.0]})
+    assert "mean_rate" in refused(slippery, {"mean_rate": [-1.0, 2.0]})
     assert "friction" in refused(UGVEnv().make_params(), {"friction": [-1.0]}, UGVEnv())
 
 

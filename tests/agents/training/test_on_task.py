@@ -113,7 +113,7 @@ def test_a_configuration_keeps_its_task_and_writes_nothing_that_it_decides(name:
     config = kind.of(task=f"stickslip/{task.name}", seed=3)
     content = json.loads(config.to_json())
     assert content["task"] == config.task == task.name
-    assert not {"scene", "friction", "tracks", "commanded_rate", *kind.FIXED} & content.keys()
+    assert not {"scene", "friction", "tracks", "mean_rate", *kind.FIXED} & content.keys()
     assert read_configuration(config.to_json()) == config
     others = {kind.of(seed=3).digest, kind.of(task=config.task).digest}
     assert config.digest not in others

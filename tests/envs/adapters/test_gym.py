@@ -190,7 +190,7 @@ def test_the_core_must_leave_resetting_to_the_user():
 
 
 def test_the_spec_makes_the_same_environment_again():
-    env = gymnasium.make(BIPED, commanded_rate=2.5, see_friction=True)
+    env = gymnasium.make(BIPED, mean_rate=2.5, see_friction=True)
     assert env.spec is not None
     again = gymnasium.make(env.spec)
     assert again.unwrapped.functional == env.unwrapped.functional  # type: ignore[attr-defined]
@@ -306,7 +306,7 @@ def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch
     ("name", "options", "message"),
     [
         ("option", {"speed": 1}, r"speed"),
-        ("commanded_rate", {"commanded_rate": -1.0}, r"-1\.0 is not accepted; accepted: finite"),
+        ("mean_rate", {"mean_rate": -1.0}, r"-1\.0 is not accepted; accepted: finite"),
         ("substeps", {"substeps": 0}, r"substeps = 0; accepted: an integer >= 1"),
         ("fidelity", {"fidelity": "exact"}, r"'exact' is unknown; accepted: 'joint', 'reduced'"),
         ("see_patch", {"see_patch": 1}, r"see_patch = 1; accepted: True or False"),

@@ -21,7 +21,7 @@ def hurry() -> dict[str, Any]:
     """What gymnasium.make takes."""
     return {
         "scene": "firm",
-        "commanded_rate": 8.0,
+        "mean_rate": 8.0,
         "fall_penalty": 0.0,
         "slip_weight": 0.0,
         "energy_weight": 0.0,

@@ -17,7 +17,7 @@ from tests.envs.helpers import task
 POSITIVE = (
     "torque_limit",
     "control_period",
-    "commanded_rate",
+    "mean_rate",
     "time_limit",
     "max_crank_rate",
 )
@@ -86,7 +86,7 @@ def test_unknown_fields_are_refused():
         ({"mass": (0.0, 1.0)}, r"mass = 0\.0 is not accepted"),
         ({"mass": (1.0, np.nan)}, r"mass = nan is not accepted"),
         ({"payload": (0.0, np.inf)}, r"payload = inf is not accepted"),
-        ({"commanded_rate": (0.0, 1.0)}, r"commanded_rate = 0\.0 is not accepted"),
+        ({"mean_rate": (0.0, 1.0)}, r"mean_rate = 0\.0 is not accepted"),
         ({"phase": (1.0,)}, r"phase = \(1\.0,\) is no range; accepted: \(low, high\)"),
         ({"phase": 2.0}, r"phase = 2\.0 is no range"),
         ({"crank_rate": "fast"}, r"crank_rate = 'fast' is no range"),

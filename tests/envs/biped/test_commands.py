@@ -15,7 +15,7 @@ STEPS = 60
 
 
 def ranges(interval: tuple[float, float] | None) -> Randomisation:
-    return Randomisation(commanded_rate=RANGE, command_interval=interval)
+    return Randomisation(mean_rate=RANGE, command_interval=interval)
 
 
 @lru_cache
@@ -68,10 +68,10 @@ def test_what_is_not_asked_for_leaves_a_reset_as_it_was():
     first = env.reset(jax.random.key(1), env.make_params(randomisation=ranges((1.0, 2.0))))[1]
     other = env.reset(jax.random.key(1), env.make_params(randomisation=ranges(None)))[1]
     assert other.drawn.commands is None
-    assert float(first.drawn.commanded_rate) == float(other.drawn.commanded_rate)
+    assert float(first.drawn.mean_rate) == float(other.drawn.mean_rate)
     assert len(jax.tree.leaves(first)) == len(jax.tree.leaves(other)) + 4
 
 
 def test_an_interval_without_a_range_of_commands_is_refused():
-    with pytest.raises(ValueError, match=r"command_interval.*without commanded_rate"):
+    with pytest.raises(ValueError, match=r"command_interval.*without mean_rate"):
         BipedEnv().make_params(randomisation=Randomisation(command_interval=(1.0, 2.0)))

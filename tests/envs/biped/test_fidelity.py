@@ -94,10 +94,10 @@ def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):
     friction, rate = [0.04, 0.06, 0.3, 0.9], [2.0, 3.0, 3.5, 5.0]
     payload, density = [0.0, 0.5, 1.0, 0.2], [1.48, 1.2, 1.8, 1.48]
 
-    def build(mu, commanded_rate, extra, bar_density):
+    def build(mu, mean_rate, extra, bar_density):
         biped = BipedParams.from_bars(bar_density=bar_density, payload=extra, dtype=jnp.float64)
         scene = Scene.uniform(mu, 0.8 * mu)
-        return env.make_params(robot=biped, scene=scene, commanded_rate=commanded_rate)
+        return env.make_params(robot=biped, scene=scene, mean_rate=mean_rate)
 
     columns = [friction, rate, payload, density]
     batch = jax.jit(jax.vmap(build))(*map(jnp.asarray, columns))

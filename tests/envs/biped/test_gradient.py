@@ -33,7 +33,7 @@ def return_of(x: dict[str, Any]) -> jax.Array:
         params,
         robot=heavier,
         scene=Scene.uniform(x["mu_static"], x["mu_kinetic"]),
-        **{name: x[name] for name in ("torque_limit", "commanded_rate", "copper_loss")},
+        **{name: x[name] for name in ("torque_limit", "mean_rate", "copper_loss")},
     )
     key = jax.random.key(0)
     _, state = env.reset(key, params)
@@ -49,7 +49,7 @@ def return_of(x: dict[str, Any]) -> jax.Array:
 
 def point(mu: float) -> dict[str, Any]:
     numbers = {"mu_static": mu, "mu_kinetic": 0.8 * mu, "phase": 2.2, "crank_rate": 2.0}
-    numbers |= {"mass": 1.1, "torque_limit": 4.0, "commanded_rate": 3.0, "copper_loss": 0.5}
+    numbers |= {"mass": 1.1, "torque_limit": 4.0, "mean_rate": 3.0, "copper_loss": 0.5}
     given = {name: jnp.asarray(value) for name, value in numbers.items()}
     return given | {"actions": jnp.asarray(ACTIONS)}
 

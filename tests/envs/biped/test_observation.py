@@ -30,7 +30,7 @@ def test_the_entries_are_the_documented_ones_in_order(name, scale):
         state.biped.crank_rate,
         state.biped.foot_velocity,
         state.mode == 0,
-        state.drawn.commanded_rate,
+        state.drawn.mean_rate,
     ]
     for entry, expected in enumerate(documented):
         np.testing.assert_allclose(obs[..., entry], expected, rtol=1e-5, atol=1e-5)
@@ -99,7 +99,7 @@ def test_no_observation_leaves_its_bounds(name, scale, hard):
 @pytest.mark.parametrize(
     "changes",
     [
-        {"commanded_rate": 30.0},
+        {"mean_rate": 30.0},
         {"scene": Scene.uniform(50.0, 20.0)},
         {"scene": Scene.patches(np.asarray([0.1]), np.asarray([11.0, 12.0]))},
         {"scene": Scene.patches(np.asarray([1e4]), np.asarray([0.1, 0.2]))},

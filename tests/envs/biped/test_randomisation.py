@@ -75,7 +75,7 @@ def test_what_was_drawn_shows_in_the_first_observation():
     floor = params.scene.floor
     np.testing.assert_allclose(obs[:, 0], np.cos(2 * state.biped.phase), atol=1e-6)
     np.testing.assert_allclose(obs[:, 2], state.biped.crank_rate)
-    np.testing.assert_allclose(obs[:, 5], state.drawn.commanded_rate)
+    np.testing.assert_allclose(obs[:, 5], state.drawn.mean_rate)
     np.testing.assert_allclose(obs[:, 6], floor.mu_static * state.drawn.friction, rtol=1e-6)
     np.testing.assert_allclose(obs[:, 7], floor.mu_kinetic * state.drawn.friction, rtol=1e-6)
 

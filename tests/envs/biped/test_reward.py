@@ -47,7 +47,7 @@ def test_the_reward_is_the_sum_of_its_terms(walks):
 def test_every_term_follows_from_the_physical_entries(walks):
     params, run = walks
     info, drawn, period = run.info, run.before.drawn, 0.02
-    speed = drawn.commanded_rate * float(params.robot.step_length) / np.pi
+    speed = drawn.mean_rate * float(params.robot.step_length) / np.pi
     mass = float(params.robot.total_mass) * drawn.mass + drawn.payload
     missed = np.abs(info["walking_speed"] - speed) / speed
     energy = info["positive_work"] + info["copper_loss"]
@@ -69,7 +69,7 @@ def test_every_term_plays_a_part(walks):
 
 def test_a_perfect_walk_would_earn_ten_times_the_tracking_weight_in_ten_seconds():
     env, params = task()
-    exact = replace(params, commanded_rate=1e-30, tracking_weight=3.0)
+    exact = replace(params, mean_rate=1e-30, tracking_weight=3.0)
     run = rollout(env, exact, actions(0.1))
     missed = -run.info["reward_tracking"]  # at a speed so far off every step costs all it can
     assert missed[0, :500].sum() == pytest.approx(10 * 3.0, rel=1e-3)

@@ -76,7 +76,7 @@ def test_some_of_a_task_s_own_episodes_are_compared_with_the_same_ones():
 
 def test_scores_of_another_definition_are_refused_and_none_are_none():
     task = TASKS[NAMES[0]]
-    changed = replace(task, parameters={**task.parameters, "commanded_rate": 3.5})
+    changed = replace(task, parameters={**task.parameters, "mean_rate": 3.5})
     with pytest.raises(ValueError, match="measured by another definition"):
         known_of(changed)
     assert known_of(replace(task, version=99)) is None

@@ -112,8 +112,8 @@ def test_gymnasium_makes_the_task_single_and_as_a_vector():
 
 
 def test_a_task_takes_no_options_and_says_where_they_go():
-    with pytest.raises(ValueError, match=r"commanded_rate.*fixed.*stickslip/Biped-v0"):
-        gymnasium.make("stickslip/BipedSprint-v1", commanded_rate=3.0)
+    with pytest.raises(ValueError, match=r"mean_rate.*fixed.*stickslip/Biped-v0"):
+        gymnasium.make("stickslip/BipedSprint-v1", mean_rate=3.0)
     with pytest.raises(ValueError, match=r"track.*fixed.*stickslip/UGV-v0"):
         gymnasium.make_vec("stickslip/UGVBump-v1", num_envs=2, track="flat")
 
