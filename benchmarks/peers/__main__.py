@@ -1,4 +1,4 @@
-"""The same walks in MuJoCo: simulated seconds a second at equal accuracy.
+"""MuJoCo beside stickslip: speed at equal accuracy, and creep of a contact that sticks.
 
     python -m benchmarks.peers [--quick] [--update] [--out FILE]
 
@@ -14,11 +14,13 @@ from typing import Any
 
 import jax
 
+from benchmarks.peers.creep import creep_rows
 from benchmarks.peers.programs import BOUNDS, CASES, mujoco_rows, stickslip_rows
 from benchmarks.report import markdown, measured_by_command, put_between, where
 
 RESULTS = Path("benchmarks/results/peers.json")
 DOCUMENT = Path("docs/peers.md")
+CREEP_MARKS = ("<!-- creep: begin -->", "<!-- creep: end -->")
 
 
 def rows(quick: bool) -> Iterator[dict[str, Any]]:
@@ -54,6 +56,12 @@ def body(content: dict[str, Any]) -> str:
     return f"Measured on {where(content, 'rows')}.\n\n{markdown(at_bounds(content['rows']))}"
 
 
+def creep(content: dict[str, Any]) -> str:
+    """The table of creeping contacts of docs/peers.md."""
+    lines = [row | {"creep": f"{row['creep']:.3g} um/s"} for row in content["creep"]]
+    return f"Measured on {where(content, 'creep')}.\n\n{markdown(lines)}"
+
+
 def _short(value: float) -> str:
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
@@ -61,12 +69,15 @@ def _short(value: float) -> str:
 def update(content: dict[str, Any]) -> None:
     """Write the page's table."""
     put_between(DOCUMENT, body(content))
+    put_between(DOCUMENT, creep(content), CREEP_MARKS)
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command, and print the table."""
     jax.config.update("jax_enable_x64", True)
-    print(body(measured_by_command("peers", __doc__, {"rows": rows}, update, arguments)))
+    parts = {"rows": rows, "creep": creep_rows}
+    content = measured_by_command("peers", __doc__, parts, update, arguments)
+    print(body(content), creep(content), sep="\n\n")
 
 
 if __name__ == "__main__":

@@ -208,7 +208,7 @@ def test_view_shows_a_policy_on_its_own_task(capsys):
         ("train --payload 1 --set random_payload=0,2", "payload with random_payload"),
         (
             "train --mean-rate 3 --set random_mean_rate=2,4",
-            "mean_rate with random_com",
+            "mean_rate with random_mean",
         ),
         (
             "train --set random_mean_rate=4,5",
