@@ -38,8 +38,8 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
     """Save pictures, uint8 [height, width, 3] all of one size, and return the path.
 
     The suffix chooses the format: .gif has one palette of 255 colours made from all frames, .png
-    (APNG) and .webp keep every colour; these repeat for ever. .mp4 is H.264, written by
-    ffmpeg picture by picture, odd sizes with a row or column more. One picture every
+    (APNG) keeps every colour, .webp is the smallest; these repeat for ever. .mp4 is H.264, written
+    by ffmpeg picture by picture, odd sizes with a row or column more. One picture every
     1 / fps [s]. An existing file is replaced only when the new one is complete. Needs the extra
     `viz`.
     """
@@ -141,7 +141,7 @@ def _write_images(frames: Iterator[np.ndarray], file: IO[bytes], suffix: str, fp
         )
     ticks = 10 if suffix == ".gif" else 1  # [ms]
     edges = np.round(np.arange(len(reel) + 1) * 1000 / fps / ticks)
-    more = {"lossless": True, "quality": 40, "method": 2} if suffix == ".webp" else {}
+    more = {"quality": 50, "method": 4} if suffix == ".webp" else {}
     convert(frame_of(reel[0])).save(
         file,
         format=FORMATS[suffix],

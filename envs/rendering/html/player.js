@@ -1,6 +1,8 @@
 // The clock that all players share, and what drives it: buttons, the slider and keys.
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+/** Inside another page the episode repeats. */
+const EMBEDDED = window.self !== window.top;
 const HINT = "Keys: space plays, ← → a step (with shift half a second), Home and End, − and + the speed, D dark or light.";
 
 class Player {
@@ -111,6 +113,7 @@ class Player {
       const passed = before === null ? 0 : Math.min(0.1, (now - before) / 1000);
       before = now;
       this.seek(this.time + passed * Number(this.speed.value));
+      if (this.time >= this.end && EMBEDDED) this.time = 0;
       if (this.time >= this.end) this.pause();
       else requestAnimationFrame(frame);
     };

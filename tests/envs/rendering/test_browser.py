@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -83,9 +84,29 @@ def test_playing_moves_the_clock_and_the_pictures(opened: Callable[..., Chrome],
     assert browser.get_log("browser") == []
 
 
+def test_a_page_plays_at_once_and_repeats_inside_another(opened: Callable[..., Chrome], two: str):
+    still = opened(two)
+    assert time_of(still) == pytest.approx(0.02)  # the first step, whose numbers are there
+    numbers = "return document.querySelector('.numbers').textContent"
+    assert "–" not in still.execute_script(numbers)  # what a page shows for no number
+    moving = opened(two, moving=True)
+    wait(moving, "document.querySelector('input[type=range]').value > 0.2")
+    frame = f'<iframe srcdoc="{html.escape(two)}"></iframe>'
+    inside = "document.querySelector('iframe').contentDocument.querySelector"
+    browser = opened(f"<!doctype html><title>-</title>{frame}", moving=True)
+    wait(browser, f"{inside}('select')")
+    browser.execute_script(
+        f"const bar = {inside}('input[type=range]'); bar.value = 9.9;"
+        "bar.dispatchEvent(new Event('input'));"
+    )
+    wait(browser, f"{inside}('input[type=range]').value < 5")
+    assert "Pause" in browser.execute_script(f"return {inside}('.play').textContent")
+
+
 def test_keys_step_and_jump_and_the_end_is_told(opened: Callable[..., Chrome], two: str):
     browser = opened(two)
     for key, more, time in (
+        ("ArrowLeft", {}, 0.0),
         ("ArrowRight", {}, 0.02),
         ("ArrowRight", {"shiftKey": True}, 0.52),
         ("ArrowLeft", {}, 0.5),

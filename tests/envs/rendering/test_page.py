@@ -5,6 +5,7 @@ import hashlib
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import pytest
 
@@ -84,3 +85,10 @@ def test_names_cannot_bring_elements():
 def test_what_a_page_cannot_show_is_refused(wrong, said: str):
     with pytest.raises(ValueError, match=said):
         wrong()
+
+
+def test_the_page_of_the_documentation_has_the_programs_of_the_package():
+    """`stickslip view biped-ice --html docs/site/ice.html --overwrite` writes it anew."""
+    kept = (Path(__file__).parents[3] / "docs/site/ice.html").read_text(encoding="utf-8")
+    pattern = re.compile(r"<script>(.*?)</script>|<style>(.*?)</style>", re.DOTALL)
+    assert pattern.findall(kept) == pattern.findall(page_text(page("walker")))
