@@ -72,7 +72,8 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     @classmethod
     def parameter_names(cls) -> tuple[str, ...]:
         """Arguments of `make_params`; () without one."""
-        return ()
+        make = getattr(cls, "make_params", None)
+        return () if make is None else tuple(inspect.signature(make).parameters)[1:]
 
     @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
@@ -87,17 +88,15 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     episode_entries: tuple[str, ...] = ()
     """Entries of the parameters that options of a reset may change."""
 
-    @classmethod
-    def option_names(cls) -> tuple[str, ...]:
-        """Arguments of `episode_params`; () for none."""
-        return ()
+    option_names: tuple[str, ...] = ()
+    """Arguments of `episode_params`."""
 
     def episode_params(self, params: Params, options: Mapping[str, Any]) -> Params:
         """The parameters of an episode: these, changed by the options of a reset.
 
         ValueError for an unknown name and for a value that `make_params` would not take.
         """
-        require_known(options, self.option_names(), "option of reset")
+        require_known(options, self.option_names, "option of reset")
         return params
 
     def read_by_steps(self, params: Params) -> Any:
@@ -219,12 +218,6 @@ def with_keywords_of(
         return method
 
     return decorate
-
-
-def keyword_names(make_params: Any) -> tuple[str, ...]:
-    """Names of `make_params`'s arguments that the environment does not give itself."""
-    kinds = inspect.signature(make_params).parameters.values()
-    return tuple(one.name for one in kinds if one.kind is one.KEYWORD_ONLY)
 
 
 def defaults_of(make_params: Any, names: Iterable[str]) -> dict[str, Any]:

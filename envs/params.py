@@ -32,8 +32,6 @@ class Timed(Protocol):
 
 def horizon(params: Timed) -> int:
     """Control steps to the time limit. params: concrete numbers."""
-    import numpy as np
-
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
     count = float(np.max(steps))
     if not count <= MOST_STEPS:
@@ -49,16 +47,22 @@ Range = tuple[Numeric, Numeric]
 
 
 def require_range(
-    name: str, given: Any, low: float = -np.inf, strict: bool = False, optional: bool = True
+    name: str,
+    given: Any,
+    low: float = -np.inf,
+    strict: bool = False,
+    optional: bool = True,
+    high: float = np.inf,
 ) -> None:
     """Raise ValueError unless `given` is (low, high), finite and in order, or None if optional."""
     if given is None and optional:
         return
     accepted = f"(low, high), finite, low <= high, low {'>' if strict else '>='} {low}"
+    accepted += f", high <= {high}" if high < np.inf else ""
     if not isinstance(given, tuple) or len(given) != 2:
         raise ValueError(f"{name} = {shown(given)} is no range; accepted: {accepted}")
     for end in given:
-        require_number(name, end, low=low, strict=strict, accepted=accepted)
+        require_number(name, end, low=low, high=high, strict=strict, accepted=accepted)
         require_numeric(**{name: end})
     require_broadcast(**{f"{name}[0]": given[0], f"{name}[1]": given[1]})
     if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):

@@ -6,6 +6,7 @@ Registering needs the ids only: the environments are imported when the first one
 from __future__ import annotations
 
 import os
+import sys
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
@@ -13,9 +14,9 @@ from stickslip.envs.tasks.definition import TASKS, task_by_name
 from stickslip.envs.tasks.known import threshold
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from gymnasium.vector import AutoresetMode
+    from collections.abc import Callable, Collection, Sequence
+    from importlib.machinery import ModuleSpec
+    from types import ModuleType
 
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
@@ -38,36 +39,10 @@ def make_biped(render_mode: str | None = None, **options: Any) -> GymEnv:
     return _single(envs.BipedEnv, options, render_mode)
 
 
-def make_biped_vec(
-    num_envs: int = 1,
-    *,
-    autoreset_mode: str | AutoresetMode = "next_step",
-    render_mode: str | None = None,
-    max_episode_steps: int | None = None,
-    **options: Any,
-) -> GymVectorEnv:
-    """n bipeds in one compiled call; options as for the single one."""
-    how = num_envs, autoreset_mode, render_mode
-    return _vector(_resetting(envs.BipedEnv, options), how, max_episode_steps)
-
-
 def make_ugv(render_mode: str | None = None, **options: Any) -> GymEnv:
     """The single UGV. Options: static choices of UGVEnv (criterion, preview, ...) and entries of
     UGVEnv.make_params (track, friction, randomisation, leg_rate, ...)."""
     return _single(envs.UGVEnv, options, render_mode)
-
-
-def make_ugv_vec(
-    num_envs: int = 1,
-    *,
-    autoreset_mode: str | AutoresetMode = "next_step",
-    render_mode: str | None = None,
-    max_episode_steps: int | None = None,
-    **options: Any,
-) -> GymVectorEnv:
-    """n UGVs in one compiled call; options as for the single one."""
-    how = num_envs, autoreset_mode, render_mode
-    return _vector(_resetting(envs.UGVEnv, options), how, max_episode_steps)
 
 
 def make_task(task: str, render_mode: str | None = None, **options: object) -> GymEnv:
@@ -75,18 +50,20 @@ def make_task(task: str, render_mode: str | None = None, **options: object) -> G
     return envs.GymEnv(*_fixed(task, options).make(), render_mode)
 
 
-def make_task_vec(
-    task: str,
-    num_envs: int = 1,
-    *,
-    autoreset_mode: str | AutoresetMode = "next_step",
-    render_mode: str | None = None,
-    max_episode_steps: int | None = None,
-    **options: object,
-) -> GymVectorEnv:
+def make_biped_vec(num_envs: int = 1, **options: Any) -> GymVectorEnv:
+    """n bipeds in one compiled call; options as for the single one, and `autoreset_mode`,
+    `render_mode` and `max_episode_steps`."""
+    return _vector(num_envs, options, lambda own: _resetting(envs.BipedEnv, own))
+
+
+def make_ugv_vec(num_envs: int = 1, **options: Any) -> GymVectorEnv:
+    """n UGVs in one compiled call; options as those of make_biped_vec."""
+    return _vector(num_envs, options, lambda own: _resetting(envs.UGVEnv, own))
+
+
+def make_task_vec(task: str, num_envs: int = 1, **options: Any) -> GymVectorEnv:
     """n environments of a task in one compiled call."""
-    how = num_envs, autoreset_mode, render_mode
-    return _vector(_fixed(task, options).make(), how, max_episode_steps)
+    return _vector(num_envs, options, lambda own: _fixed(task, own).make())
 
 
 def _fixed(task: str, options: Collection[str]) -> TaskDefinition:
@@ -114,19 +91,19 @@ def _resetting(kind: Kind, options: Options) -> Made:
     return split_options(kind, options)
 
 
-def _vector(
-    made: Made, how: tuple[int, str | AutoresetMode, str | None], max_episode_steps: int | None
-) -> GymVectorEnv:
+def _vector(num_envs: int, options: Options, make: Callable[[Options], Made]) -> GymVectorEnv:
     """Several environments. max_episode_steps: as `gymnasium.make` takes it, -1 or None for the
     parameters' own time limit; a longer one changes nothing."""
     from stickslip.dynamics.checks import require_integer
     from stickslip.envs.params import horizon
 
-    env, params = made
-    if max_episode_steps not in (None, -1):
-        steps = require_integer("max_episode_steps", max_episode_steps, accepted=LIMIT)
+    limit = options.pop("max_episode_steps", None)
+    how = options.pop("autoreset_mode", "next_step"), options.pop("render_mode", None)
+    env, params = make(options)
+    if limit not in (None, -1):
+        steps = require_integer("max_episode_steps", limit, accepted=LIMIT)
         params = params.shortened(steps) if steps < horizon(params) else params
-    return envs.GymVectorEnv(env, params, *how)
+    return envs.GymVectorEnv(env, params, num_envs, *how)
 
 
 def split_options(kind: Kind, options: Options) -> Made:
@@ -189,3 +166,43 @@ def require_unforked() -> None:
             "make_vec(..., vectorization_mode='async', vector_kwargs={'context': 'spawn'})), or "
             "make_vec without a vectorization_mode: all of them in one compiled call"
         )
+
+
+class _Watch:
+    """A finder that waits on sys.meta_path for one package, and leaves when that is imported."""
+
+    def __init__(self, package: str, act: Callable[[], None]):
+        self.package, self.act = package, act
+
+    def find_spec(
+        self,
+        name: str,
+        path: Sequence[str] | None = None,
+        target: ModuleType | None = None,
+    ) -> ModuleSpec | None:
+        """Spec of the other finders, with a loader that runs `act` after the package."""
+        if name != self.package:
+            return None
+        others = (one for one in sys.meta_path if one is not self and hasattr(one, "find_spec"))
+        specs = (finder.find_spec(name, path, target) for finder in others)
+        spec = next((spec for spec in specs if spec is not None), None)
+        loader: Any = None if spec is None else spec.loader
+        if hasattr(loader, "exec_module"):
+
+            def load_and_act(module: ModuleType) -> None:
+                del loader.exec_module  # the loader's own is behind it
+                loader.exec_module(module)
+                if self in sys.meta_path:
+                    sys.meta_path.remove(self)
+                self.act()
+
+            loader.exec_module = load_and_act
+        return spec
+
+
+def when_imported(package: str, act: Callable[[], None]) -> None:
+    """Call `act` where the package is imported already, else right after it is."""
+    if package in sys.modules:
+        act()
+    else:
+        sys.meta_path.insert(0, _Watch(package, act))

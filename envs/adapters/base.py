@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol
 import numpy as np
 from gymnasium import spaces
 
-from stickslip.dynamics.checks import require_kind, shown
-from stickslip.envs.functional import Params, State
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind, shown
+from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
+from stickslip.envs.functional import FunctionalEnv, Params, State
 from stickslip.envs.params import horizon
 
 if TYPE_CHECKING:
     from gymnasium.envs.registration import EnvSpec
 
-    from stickslip.envs.adapters.packed import PackedEnvs
-    from stickslip.envs.adapters.results import Results
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.adapters.packing import Results
+
+RENDER_MODES = ("human", "rgb_array")
 
 
 class Compiled(Generic[State, Params]):
@@ -28,6 +29,26 @@ class Compiled(Generic[State, Params]):
     _functional: FunctionalEnv[State, Params]
     _params: Params
     _spec: EnvSpec | None = None
+    render_mode: str | None
+
+    def _compile(
+        self,
+        env: FunctionalEnv[State, Params],
+        params: Any,
+        num_envs: int,
+        render_mode: str | None,
+        modes: tuple[str, ...] = ("rgb_array",),
+        autoreset: str | None = None,
+    ) -> None:
+        """Check what every adapter is given, and make its batch. autoreset: set, if not None."""
+        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+        env.check_params(params)
+        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
+        require_mode(render_mode, modes)
+        env = env if autoreset is None else replace(env, autoreset=autoreset)  # type: ignore[type-var]
+        self._functional, self._params, self.render_mode = env, params, render_mode
+        self._envs = PackedEnvs(env, params, num_envs)
+        self._pictures = Pictures(env, params, self._envs)
 
     def _set_spec(self, spec: EnvSpec | None) -> None:
         params: Any = self._params
@@ -49,6 +70,23 @@ class Compiled(Generic[State, Params]):
         """Its parameters; fixed, as they are compiled in: make another environment for others."""
         return self._params
 
+    def _spaces(self) -> tuple[spaces.Box, spaces.Box]:
+        """The box of the observation's bounds, and [-1, 1] for every action; float32."""
+        low, high = self.functional.observation_bounds(self.params)
+        seen = spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+        return seen, spaces.Box(-1.0, 1.0, (len(self.functional.action_names),), np.float32)
+
+    def _frame_rate(self) -> int:
+        """Control steps a second."""
+        params: Any = self.params
+        return max(1, round(1 / float(params.control_period)))
+
+    def _checked(self, actions: Any, batch: tuple[int, ...] = ()) -> np.ndarray:
+        """The actions, saturated; ValueError for bad ones and without an episode."""
+        if not self._envs.begun:
+            raise ValueError("step without an episode; accepted: after reset()")
+        return np.asarray(self.functional.check_action(actions, batch), self._envs.dtype)
+
     def _episode_params(self, options: Mapping[str, Any] | None) -> Params | None:
         """The parameters that the options of a reset ask for; None where they ask for nothing."""
         if options is None:
@@ -66,16 +104,17 @@ class Compiled(Generic[State, Params]):
         return params
 
 
-def observation_space(env: FunctionalEnv[State, Params], params: Params) -> spaces.Box:
-    """The box of the observation's bounds, float32."""
-    env.check_params(params)
-    low, high = env.observation_bounds(params)
-    return spaces.Box(low.astype(np.float32), high.astype(np.float32), dtype=np.float32)
+def require_mode(given: object, modes: tuple[str, ...]) -> None:
+    """ValueError for a render mode that is none of these, nor None."""
+    if given is not None:
+        require_choice("render_mode", given, modes, also="None")
 
 
-def action_space(env: FunctionalEnv) -> spaces.Box:
-    """[-1, 1] for every action."""
-    return spaces.Box(-1.0, 1.0, (len(env.action_names),), np.float32)
+def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
+    """ValueError for an environment that resets in another way than the library expects."""
+    require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+    if env.autoreset != wanted:
+        raise ValueError(f"autoreset = {env.autoreset!r}; accepted: {wanted!r}, {why}")
 
 
 class Renderer(Protocol):
@@ -91,7 +130,7 @@ class Renderer(Protocol):
 
 
 class Pictures(Generic[Params]):
-    """A renderer for each environment, made when it is first asked for a picture, and again for
+    """A renderer for each environment, made when it is first asked for a picture, and anew for
     episodes with parameters of their own. A copy makes its own."""
 
     def __init__(self, env: FunctionalEnv[Any, Params], params: Params, envs: PackedEnvs):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -23,22 +23,8 @@ with warnings.catch_warnings():  # brax loads jaxopt, which says that nobody mai
     warnings.simplefilter("ignore", DeprecationWarning)
     base = require("brax.envs.base", "BraxEnv", "brax")
 
-Self = TypeVar("Self", bound="BraxState")
-
-
-class BraxState(Protocol):
-    """Fields of brax's State that are used here."""
-
-    pipeline_state: object
-    obs: Array
-    reward: Array
-    done: Array
-    metrics: dict[str, Array]
-    info: dict[str, Any]
-
-    def replace(self: Self, **changes: object) -> Self:
-        """The state with other entries."""
-        ...
+BraxState: TypeAlias = Any
+"""brax's State: pipeline_state, obs, reward, done, metrics, info."""
 
 
 class BraxEnv(base.Env):
@@ -85,22 +71,12 @@ class BraxEnv(base.Env):
     def step(self, state: BraxState, action: Array) -> BraxState:
         """One control step."""
         action = jnp.asarray(self.functional.check_action(action))
-        obs, after, reward, terminated, truncated, info = pure_step(
-            self.functional, None, state.pipeline_state, action, self.params
-        )
-        return self.stepped(state, after, obs, reward, terminated, truncated, info)
+        result = pure_step(self.functional, None, state.pipeline_state, action, self.params)
+        return self.stepped(state, result, result[3])
 
-    def stepped(
-        self,
-        state: BraxState,
-        after: object,
-        obs: Array,
-        reward: Array,
-        done: Array,
-        truncated: Array,
-        info: dict[str, Array],
-    ) -> BraxState:
+    def stepped(self, state: BraxState, result: tuple[Any, ...], done: Array) -> BraxState:
         """The state with a step's results; entries of wrappers in its info stay."""
+        obs, after, reward, _, truncated, info = result
         kind = self._obs.dtype
         return state.replace(
             pipeline_state=after,
@@ -160,12 +136,10 @@ class FreshEpisodes(base.Wrapper):
 
         def one(state: BraxState, action: Array) -> BraxState:
             chain, key = jax.random.split(jax.random.wrap_key_data(state.info["chain"]))
-            obs, after, reward, terminated, truncated, info = pure_step(
-                env, key, state.pipeline_state, action, inner.params
-            )
-            over = terminated | truncated
-            state = inner.stepped(state, after, obs, reward, over, truncated, info)
-            new = {"sum_reward": reward, "length": jnp.ones_like(reward), **state.metrics}
+            result = pure_step(env, key, state.pipeline_state, action, inner.params)
+            state = inner.stepped(state, result, result[3] | result[4])
+            new = {"sum_reward": state.reward, "length": jnp.ones_like(state.reward)}
+            new |= state.metrics
             goes_on = 1 - state.info["episode_done"]
             before = state.info["episode_metrics"]
             more = {

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_kind
-from stickslip.envs.adapters.base import Compiled, Pictures, action_space, observation_space
-from stickslip.envs.adapters.packed import PackedEnvs
-from stickslip.envs.adapters.results import ending
-from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.adapters.base import RENDER_MODES, Compiled, require_autoreset
+from stickslip.envs.adapters.packing import ending
 from stickslip.envs.rendering import Window
 
-RENDER_MODES = ("human", "rgb_array")
+if TYPE_CHECKING:
+    from stickslip.envs.functional import FunctionalEnv
 
 
 class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
@@ -28,24 +26,13 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
     metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
 
     def __init__(self, env: FunctionalEnv, params: Any, render_mode: str | None = None):
-        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
-        if env.autoreset != "disabled":
-            raise ValueError(
-                f"autoreset = {env.autoreset!r}; accepted: 'disabled', a gymnasium.Env is reset "
-                "by its user"
-            )
-        if render_mode is not None:
-            require_choice("render_mode", render_mode, RENDER_MODES, also="None")
-        self._functional, self._params, self.render_mode = env, params, render_mode
-        self.observation_space = observation_space(env, params)
-        self.action_space = action_space(env)
-        fps = max(1, round(1 / float(params.control_period)))
-        self.metadata = self.metadata | {"render_fps": fps}
-        self._envs = PackedEnvs(env, params, 1)
+        require_autoreset(env, "disabled", "a gymnasium.Env is reset by its user")
+        self._compile(env, params, 1, render_mode, RENDER_MODES)
+        self.observation_space, self.action_space = self._spaces()
+        self.metadata = self.metadata | {"render_fps": self._frame_rate()}
         self._seeded = False
         self._ending: str | None = None
         self._info: dict[str, Any] = {}
-        self._pictures = Pictures(env, params, self._envs)
         self._window: Window | None = None
 
     def __getstate__(self) -> dict[str, Any]:
@@ -58,9 +45,9 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         """Begin an episode. options: what is different in this episode alone; see `help` of the
         functional environment's class for their names. ValueError for unknown names and values.
 
-        How an episode starts is a number: other ones compile nothing but, once, the reset. A scene
-        or a track compiles a step the first time that its kind is asked for (seconds), and nothing
-        for other numbers of that kind.
+        How an episode starts is a number: other ones compile nothing but, the first time, the
+        reset. A scene or a track compiles a step the first time that its kind is asked for
+        (seconds), and nothing for other numbers of that kind.
         """
         params = self._episode_params(options)
         super().reset(seed=seed)
@@ -76,17 +63,18 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
         """One control step. Raises ValueError for a bad action and after an episode's end."""
-        if not self._envs.begun:
-            raise ValueError("step without an episode; accepted: after reset()")
         if self._ending is not None:
             raise ValueError(f"the episode has ended ({self._ending}); accepted: reset() first")
-        action = np.asarray(self.functional.check_action(action), self._envs.dtype)
-        row = self._envs.rows(action[None])[0]
-        obs, reward, terminated, truncated, self._info = self._envs.columns.one(row)
+        row = self._envs.rows(self._checked(action)[None])[0]
+        columns = self._envs.columns
+        reward, terminated, truncated = row[columns.flags - 1 : columns.flags + 2].tolist()
+        terminated, truncated = terminated != 0, truncated != 0
+        self._info = columns.info_of(row)
         if terminated or truncated:
             self._ending = ending(self._info, terminated)
         if self.render_mode == "human":
             self.render()
+        obs = row[: columns.width].astype(np.float32)
         return obs, reward, terminated, truncated, dict(self._info)
 
     def render(self) -> np.ndarray | None:

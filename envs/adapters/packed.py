@@ -5,6 +5,7 @@ One compiled call a step, of one array to one array: a call costs for each of th
 
 from __future__ import annotations
 
+from dataclasses import fields, replace
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,9 +16,8 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.envs.adapters.packing import Codec, Shared, as_words, chosen, row_of, split
-from stickslip.envs.adapters.results import Columns, Results
-from stickslip.envs.adapters.separate import SeparateEpisodes, kind_of, signature_of, unpack
+from stickslip.dynamics.pytrees import rebuilt
+from stickslip.envs.adapters.packing import Codec, Columns, Results, Shared, row_of
 from stickslip.envs.functional import bare_step
 
 if TYPE_CHECKING:
@@ -34,20 +34,81 @@ COPIES = 4
 """States and results of one step that exist at once, at least."""
 
 
-class _Layout(NamedTuple):
-    """Static part of a batch: hashable, the key of the compiled step."""
+class _Program(NamedTuple):
+    """Static part: hashable, the key of the compiled functions. Numbers of `entries` are passed at
+    each call, all others are constants."""
 
     env: FunctionalEnv
-    shared: Shared | None
-    """None: every environment has parameters of its own, passed at each call."""
+    shared: Shared
+    entries: tuple[str, ...]
+    own: Codec
+    """Codec of the entries."""
     carry: Codec
-    """Codec of the key chains (as plain numbers) and the states."""
+    """Codec of a key chain, as plain numbers, and a state."""
     numbers: int
     """Length of a row of `row_of`; it follows the carry, so that a step returns a single array."""
 
-    def batched(self, params: Any) -> tuple[Any, int | None]:
-        """The parameters and their axis for vmap."""
-        return (params, 0) if self.shared is None else (self.shared.params(), None)
+    def params(self, own: Array | None) -> Any:
+        """One environment's parameters; own: its packed entries."""
+        usual = self.shared.params()
+        if own is None:
+            return usual
+        return rebuilt(usual, **dict(zip(self.entries, self.own.unpack(own), strict=True)))
+
+
+class _Episodes:
+    """Environments of a batch of n whose parameters differ from the shared ones in some entries.
+
+    members: [n], true for those that are in here; columns of the others mean nothing.
+    """
+
+    def __init__(
+        self, env: FunctionalEnv, shared: Shared, params: Any, entries: tuple[str, ...], n: int
+    ):
+        """params: of one episode, of which the structure counts."""
+        key = jax.eval_shape(lambda: jax.random.key(0))
+        data = jax.eval_shape(jax.random.key_data, key)
+        obs, state = jax.eval_shape(env.reset_env, key, params)
+        action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
+        step = jax.eval_shape(partial(bare_step, env), key, state, action, params)
+        self.results = obs, *step[2:]
+        """Shapes and types of a step's results."""
+        self.columns, self.dtype = Columns(obs, step[5]), np.dtype(obs.dtype)
+        own = Codec.of(tuple(getattr(params, name) for name in entries))
+        carry = Codec.of((data, state))
+        self.program = _Program(env, shared, entries, own, carry, self.columns.count)
+        self.bytes = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(step[1:]))
+        """Memory of one environment's state and results."""
+        self.members = np.zeros(n, bool)
+        self.carry: Array | None = None
+        self._own: Array | None = None
+
+    @cached_property
+    def _step(self) -> Callable[..., Array]:
+        return _step_of(self.program)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the compiled step, which does not pickle: a copy finds it again."""
+        return {name: value for name, value in vars(self).items() if name != "_step"}
+
+    def begin(self, chains: np.ndarray, mask: np.ndarray, params: Any) -> np.ndarray:
+        """Begin episodes with these parameters where the mask is true; observations [n, obs]."""
+        entries = tuple(getattr(params, name) for name in self.program.entries)
+        before = None if self.carry is None or mask.all() else (self.carry, self._own)
+        self.carry, self._own, obs = _begin(self.program, chains, entries, mask, before)
+        return np.array(obs)
+
+    def step(self, actions: np.ndarray) -> np.ndarray:
+        """One control step: the rows of `row_of` [n, numbers]."""
+        self.carry = self._step(self.carry, self._own, actions)
+        words = np.array(np.asarray(self.carry)[-self.program.numbers :])
+        own = np.dtype(f"uint{8 * self.dtype.itemsize}")
+        return words.astype(own, copy=False).view(self.dtype).T
+
+    def chains(self) -> np.ndarray:
+        """The key chains [n, words], as plain numbers."""
+        (size,) = self.program.carry.shapes[0]
+        return np.asarray(self.carry)[:size].T.astype(self.program.carry.dtypes[0])
 
 
 class PackedEnvs:
@@ -59,55 +120,35 @@ class PackedEnvs:
     """
 
     @moves_numbers
-    def __init__(self, env: FunctionalEnv, params: Any, num_envs: int, mapped: bool = False):
-        """`mapped`: every leaf of params has a leading axis [num_envs]; else all share them."""
+    def __init__(self, env: FunctionalEnv, params: Any, num_envs: int):
         self.env, self.num_envs = env, num_envs
         params = jax.tree.map(jnp.asarray, params)
-        key = jax.eval_shape(lambda: jax.random.key(0))
-        one = jax.tree.map(lambda leaf: leaf[0], params) if mapped else params
-        obs, state = jax.eval_shape(env.reset_env, key, one)
-        action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
-        step = jax.eval_shape(partial(bare_step, env), key, state, action, one)
-        info, self._signature = step[5], signature_of((obs, *step[2:]))
-        data = jax.eval_shape(jax.random.key_data, key)
-        many = jax.tree.map(
-            lambda leaf: jax.ShapeDtypeStruct((num_envs, *leaf.shape), leaf.dtype), (data, state)
-        )
-        self.dtype = np.dtype(obs.dtype)
-        each = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves((state, info)))
-        require_memory(f"num_envs = {shown(num_envs)}", "environments", num_envs, COPIES * each)
-        shared = None if mapped else Shared(params)
-        self.columns = Columns(obs, info)
-        self._layout = _Layout(env, shared, Codec.of(many, (num_envs,)), self.columns.count)
-        self._params = params if mapped else None
-        self._carry: Array | None = None
-        self._seeded = np.zeros((num_envs, *data.shape), data.dtype)
-        self._pending = np.zeros(num_envs, bool)
-        self._groups: dict[Any, SeparateEpisodes] = {}
-        self._separate = np.zeros(num_envs, bool)
+        self._shared = Shared(params)
+        self._usual = _Episodes(env, self._shared, params, (), num_envs)
+        self._usual.members[:] = True
+        what = f"num_envs = {shown(num_envs)}"
+        require_memory(what, "environments", num_envs, COPIES * self._usual.bytes)
+        self.columns, self.dtype = self._usual.columns, self._usual.dtype
+        self._others: dict[Any, _Episodes] = {}
+        self._seeded: np.ndarray = np.array(_chains(np.zeros(num_envs, np.uint32)))
+        self._pending = np.ones(num_envs, bool)
         self._ended = np.zeros(num_envs, bool)
         self._given: list[Any] = [None] * num_envs
 
-    @cached_property
-    def _step(self) -> Callable[..., Array]:
-        return _step_of(self._layout)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without the compiled step, which does not pickle: a copy finds it again."""
-        return {name: value for name, value in vars(self).items() if name != "_step"}
+    @property
+    def _groups(self) -> list[_Episodes]:
+        return [self._usual, *self._others.values()]
 
     @property
     def begun(self) -> bool:
         """True if there has been a reset."""
-        return self._carry is not None or bool(self._separate.any())
+        return any(group.carry is not None for group in self._groups)
 
     @moves_numbers
     def state_of(self, index: int) -> Any:
         """The functional state of an environment; after the first reset."""
-        groups = (group for group in self._groups.values() if group.members[index])
-        group = next(groups, None)
-        states = (self if group is None else group).unpacked()[1]
-        return jax.tree.map(lambda leaf: leaf[index], states)
+        group = next(group for group in self._groups if group.members[index])
+        return _state(group.program, np.asarray(group.carry)[:, index])
 
     def params_of(self, index: int) -> Any:
         """The parameters that an environment steps with, where its episode has its own, or None."""
@@ -139,28 +180,26 @@ class PackedEnvs:
         params: of these episodes alone, as `FunctionalEnv.episode_params` makes them; None for
         those of the batch. ValueError where their steps would return something else.
         """
-        chains, begun, everyone = self._chains(), self.begun, np.ones(self.num_envs, bool)
+        everyone = np.ones(self.num_envs, bool)
         mask = everyone if mask is None else mask
         params = None if params is None else jax.tree.map(jnp.asarray, params)
         group = None if params is None else self._group_for(params)
-        self._pending &= ~(mask if begun else everyone)
-        if group is None:
-            return self._begin(chains, mask if begun else everyone)
-        if not (begun or mask.all()):
-            self._begin(chains, everyone)
-        carry, obs = group.begin(chains, mask, params)
-        self._leave(mask)
-        if self._steps_alike(params):
-            room = jnp.zeros((self._layout.numbers, self.num_envs), carry.dtype)
-            carry = jnp.concatenate([carry, room])
-            if self._carry is not None and not mask.all():
-                carry = jnp.where(mask, carry, self._carry)
-            self._carry = carry
-        else:
-            group.members |= mask
-            self._separate |= mask
-            for index in map(int, np.flatnonzero(mask)):
-                self._given[index] = params
+        chains = self._chains()
+        if group is None or not (self.begun or mask.all()):
+            where = mask if self.begun else everyone
+            obs = self._usual.begin(chains, where, None)
+            self._move(where, self._usual)
+        if group is not None:
+            obs = group.begin(chains, mask, params)
+            if self._steps_alike(params):
+                all_of_them = self._usual.carry is None or mask.all()
+                carry = self._usual.carry
+                self._usual.carry = (
+                    group.carry if all_of_them else jnp.where(mask, group.carry, carry)
+                )
+                self._move(mask, self._usual)
+            else:
+                self._move(mask, group, params)
         return obs
 
     def step(self, actions: np.ndarray) -> Results:
@@ -170,100 +209,88 @@ class PackedEnvs:
     @moves_numbers
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
-        if not (self._groups and self._separate.any()):
-            return self._stepped_together(actions)
-        table = np.zeros((self.num_envs, self._layout.numbers), self.dtype)
-        if not self._separate.all():
-            table = self._stepped_together(actions)
-        for group in self._groups.values():
+        if not self._others or self._usual.members.all():
+            return self._usual.step(actions)
+        table = np.zeros((self.num_envs, self.columns.count), self.dtype)
+        for group in self._groups:
             if group.members.any():
                 table = np.where(group.members[:, None], group.step(actions), table)
-        self._reset_separate(table)
+        self._reset_others(table)
         return table
 
-    def _stepped_together(self, actions: np.ndarray) -> np.ndarray:
-        """The rows of `row_of`, in the batch's own step."""
-        self._carry = self._step(self._carry, actions, self._params)
-        words = np.array(np.asarray(self._carry)[-self._layout.numbers :])
-        own = np.dtype(f"uint{8 * self.dtype.itemsize}")
-        return words.astype(own, copy=False).view(self.dtype).T
-
-    def _reset_separate(self, table: np.ndarray) -> None:
-        """Autoreset of separate environments, which continue with the batch's parameters."""
-        width = self.columns.width
-        autoreset = 2 * width + 3
-        ends = self._separate & table[:, autoreset - 2 : autoreset].any(axis=1)
+    def _reset_others(self, table: np.ndarray) -> None:
+        """Autoreset of episodes with other parameters: the usual ones follow."""
+        width, flags = self.columns.width, self.columns.flags
+        ends = ~self._usual.members & table[:, flags : flags + 2].any(axis=1)
         if self.env.autoreset == "same_step" and ends.any():
             table[ends, :width] = self.reset(ends)[ends]
-            table[ends, autoreset] = 1
+            table[ends, flags + 2] = 1
         if self.env.autoreset == "next_step":
             over, self._ended = self._ended, ends & ~self._ended
             if over.any():
                 obs = self.reset(over)[over]
                 table[over] = 0
                 table[over, : 2 * width] = np.tile(obs, 2)
-                table[over, autoreset] = 1
+                table[over, flags + 2] = 1
 
-    def _begin(self, chains: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """Episodes with the batch's own parameters."""
-        before = None if mask.all() else self._carry
-        self._carry, obs = _reset(self._layout, chains, self._params, mask, before)
-        self._leave(mask)
-        return np.array(obs)
-
-    def _leave(self, mask: np.ndarray) -> None:
-        """End the separate episodes where the mask is true."""
-        self._separate &= ~mask
+    def _move(self, mask: np.ndarray, group: _Episodes, params: Any = None) -> None:
+        """Let one group step the environments where the mask is true."""
+        self._pending &= ~mask
         self._ended &= ~mask
-        for group in self._groups.values():
-            group.members &= ~mask
-        for index in map(int, np.flatnonzero(mask)) if any(self._given) else ():
-            self._given[index] = None
+        for other in self._groups:
+            other.members &= ~mask
+        group.members |= mask
+        if params is not None or any(one is not None for one in self._given):
+            for index in map(int, np.flatnonzero(mask)):
+                self._given[index] = params
 
-    def _group_for(self, params: Any) -> SeparateEpisodes:
-        """Group that steps episodes with parameters of this structure."""
-        shared = self._layout.shared
-        if shared is None:
-            raise ValueError("options beside parameters of every environment's own; accepted: none")
-        usual = shared.params()
-        key = kind_of(self.env, usual, params)
-        if key not in self._groups:
+    def _group_for(self, params: Any) -> _Episodes:
+        """Group that steps episodes with parameters of this structure; it ends them without a
+        reset. Options' entries are its own always, so that other numbers are the same program."""
+        usual = self._shared.params()
+        entries = tuple(
+            one.name
+            for one in fields(params)
+            if one.name in self.env.episode_entries
+            or Shared(getattr(params, one.name)) != Shared(getattr(usual, one.name))
+        )
+        own = _signature(tuple(getattr(params, name) for name in entries))
+        if (entries, own) not in self._others:
+            env = replace(self.env, autoreset="disabled")  # type: ignore[type-var]
             try:
-                group = SeparateEpisodes(self.env, usual, params, self.num_envs)
+                group = _Episodes(env, self._shared, params, entries, self.num_envs)
             except (TypeError, ValueError) as error:
                 raise ValueError(
                     "options: such an episode cannot be stepped; accepted: the numbers of one "
                     "episode, not a batch"
                 ) from error
-            if group.signature != self._signature:
+            if _signature(group.results) != _signature(self._usual.results):
                 raise ValueError(
                     "options: observation or info of such episodes would have other entries; "
                     "accepted: a scene or track that leaves them as they are"
                 )
-            self._groups[key] = group
-        return self._groups[key]
+            self._others[entries, own] = group
+        return self._others[entries, own]
 
     def _steps_alike(self, params: Any) -> bool:
         """True if the batch's own step does for these parameters, once an episode has begun."""
-        shared = self._layout.shared
-        usual = None if shared is None else self.env.read_by_steps(shared.params())
+        usual = self.env.read_by_steps(self._shared.params())
         return Shared(usual) == Shared(self.env.read_by_steps(params))
-
-    def unpacked(self) -> Any:
-        """The chains and the states of the batch's own carry."""
-        return unpack(self._layout.carry, self._carry)
 
     def _chains(self) -> np.ndarray:
         """Current key of each environment: newly seeded, or after the last step."""
-        if self._carry is None:
-            chains = np.asarray(_chains(np.zeros(self.num_envs, np.uint32)))
-        else:
-            chains = np.asarray(self.unpacked()[0])
-        for group in self._groups.values():
-            if group.members.any():
-                own = np.asarray(group.unpacked()[0])
-                chains = np.where(group.members[:, None], own, chains)
-        return np.where(self._pending[:, None], self._seeded, chains)
+        chains = self._seeded
+        for group in self._groups:
+            if group.carry is not None:
+                where = group.members & ~self._pending
+                chains = np.where(where[:, None], group.chains(), chains)
+        return chains
+
+
+def _signature(tree: object) -> tuple[Any, ...]:
+    """Structure, shapes and types; hashable."""
+    leaves, structure = jax.tree.flatten(tree)
+    return structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
 
 
 @jax.jit
@@ -279,48 +306,59 @@ def _folded(
 
 
 @partial(jax.jit, static_argnums=0)
-def _reset(
-    layout: _Layout,
+def _state(program: _Program, words: Integer[Array, " words"]) -> Any:
+    return program.carry.unpack(words)[1]
+
+
+@partial(jax.jit, static_argnums=0)
+def _begin(
+    program: _Program,
     chains: Integer[Array, "n words"],
-    params: object,
+    entries: tuple[object, ...],
     mask: Bool[Array, " n"],
-    before: Array | None,
-) -> tuple[Array, Float[Array, "n obs"]]:
-    params, axis = layout.batched(params)
-    after, subkeys = split(chains)
-    obs, states = jax.vmap(layout.env.reset_env, (0, axis))(subkeys, params)
-    carry = after, states
+    before: tuple[Array, Array | None] | None,
+) -> tuple[Array, Array | None, Float[Array, "n obs"]]:
+    """Carry and own entries, packed with the environments last, and observations."""
+    own = program.own.pack(entries) if entries else None
+    params = program.params(own)
+
+    def one(chain: Array) -> tuple[Array, Array]:
+        both = jax.random.split(jax.random.wrap_key_data(chain))
+        obs, state = program.env.reset_env(both[1], params)
+        packed = program.carry.pack((jax.random.key_data(both[0]), state))
+        return jnp.concatenate([packed, jnp.zeros(program.numbers, packed.dtype)]), obs
+
+    carry, obs = jax.vmap(one, out_axes=(-1, 0))(chains)
+    own = None if own is None else jnp.broadcast_to(own[:, None], (len(own), len(mask)))
     if before is not None:
-        old = layout.carry.unpack(before)
-        carry = chosen(mask, carry, (chains, old[1]))
-    packed = layout.carry.pack(carry)
-    room = jnp.zeros((layout.numbers, packed.shape[1]), packed.dtype)
-    return jnp.concatenate([packed, room]), obs
+        carry, own = jax.tree.map(partial(jnp.where, mask), (carry, own), before)
+    return carry, own, obs
 
 
 @lru_cache(maxsize=64)
-def _step_of(layout: _Layout) -> Callable[..., Array]:
-    """The compiled step of a layout: carry, actions and own parameters, or None, to the carry."""
+def _step_of(program: _Program) -> Callable[..., Array]:
+    """The compiled step: carry, own entries, or None, and actions to the carry."""
 
-    def step(carry: Array, actions: Float[Array, "n act"], params: object) -> Array:
-        axis = None if params is None else 0
-        return jax.vmap(partial(_step_one, layout), (-1, 0, axis), -1)(carry, actions, params)
+    def step(carry: Array, own: Array | None, actions: Float[Array, "n act"]) -> Array:
+        axis = None if own is None else -1
+        return jax.vmap(partial(_step_one, program), (-1, axis, 0), -1)(carry, own, actions)
 
     return jax.jit(step)
 
 
 @partial(fused, fixed=1)
 def _step_one(
-    layout: _Layout, carry: Integer[Array, " words"], action: Float[Array, " act"], params: object
+    program: _Program,
+    carry: Integer[Array, " words"],
+    own: Integer[Array, " own"] | None,
+    action: Float[Array, " act"],
 ) -> Integer[Array, " words"]:
     """One environment's step; carry: its packed column, its row of `row_of` at the end."""
-    codec, shared = layout.carry.of_one, layout.shared
-    params = params if shared is None else shared.params()
-    chain, state = codec.unpack(carry)
+    chain, state = program.carry.unpack(carry)
     after, subkey = jax.random.split(jax.random.wrap_key_data(chain))
     obs, state, reward, terminated, truncated, info = bare_step(
-        layout.env, subkey, state, action, params
+        program.env, subkey, state, action, program.params(own)
     )
     chain = jnp.where(info["autoreset"], jax.random.key_data(after), chain)
-    row = as_words(row_of(obs, reward, terminated, truncated, info), codec.word)
-    return jnp.concatenate([codec.pack((chain, state)), row])
+    row = program.carry.words(row_of(obs, reward, terminated, truncated, info))
+    return jnp.concatenate([program.carry.pack((chain, state)), row])

@@ -1,18 +1,21 @@
-"""Batches as single arrays: pytrees packed into words, shared parameters, key chains."""
+"""A batch as few arrays: shared parameters, pytrees as words, results of a step as rows."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Hashable
+from stickslip.dynamics.status import Status
 
-    from jaxtyping import Array, Bool, Float, Integer
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Mapping
+
+    from jaxtyping import Array, Float
 
 Tree = TypeVar("Tree")
 
@@ -47,19 +50,58 @@ class Shared:
         return isinstance(other, Shared) and self._content == other._content
 
 
-def split(chains: Integer[Array, "n words"]) -> tuple[Array, Array]:
-    """The rest of every chain of keys (as plain numbers) and the key that is taken off it."""
-    both = jax.vmap(lambda data: jax.random.split(jax.random.wrap_key_data(data)))(chains)
-    return jax.vmap(jax.random.key_data)(both[:, 0]), both[:, 1]
+@dataclass(frozen=True)
+class Codec(Generic[Tree]):
+    """The layout of one pytree, from `Codec.of` its abstract values; static and hashable.
+
+    `pack` gives the leaves' bits as unsigned integers [words], `unpack` the tree. A word is as wide
+    as the widest leaf's numbers, 4 bytes at least.
+    """
+
+    structure: Hashable
+    shapes: tuple[tuple[int, ...], ...]
+    dtypes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, tree: Tree) -> Codec[Tree]:
+        """The layout of `tree`, whose leaves are arrays or abstract arrays."""
+        leaves, structure = jax.tree.flatten(tree)
+        shapes = tuple(tuple(leaf.shape) for leaf in leaves)
+        return cls(structure, shapes, tuple(str(leaf.dtype) for leaf in leaves))
+
+    @property
+    def word(self) -> np.dtype[Any]:
+        """The type of the words."""
+        widest = max((np.dtype(dtype).itemsize for dtype in self.dtypes), default=4)
+        return np.dtype(f"uint{8 * max(4, widest)}")
+
+    def pack(self, tree: Tree) -> jax.Array:
+        """Leaves end to end."""
+        return jnp.concatenate([jnp.ravel(self.words(leaf)) for leaf in jax.tree.leaves(tree)])
+
+    def words(self, leaf: jax.Array) -> jax.Array:
+        """The bits of numbers, filled up with zeros."""
+        if leaf.dtype == bool:
+            return leaf.astype(self.word)
+        own = jnp.dtype(f"uint{8 * leaf.dtype.itemsize}")
+        return jax.lax.bitcast_convert_type(leaf, own).astype(self.word)
+
+    def unpack(self, words: jax.Array) -> Tree:
+        """The tree that `pack` was given; what follows its own words is not read."""
+        place, leaves = 0, []
+        for shape, dtype in zip(self.shapes, self.dtypes, strict=True):
+            size = int(np.prod(shape))
+            leaf = _from_words(words[place : place + size], dtype)
+            leaves.append(jnp.reshape(leaf, shape))
+            place += size
+        return jax.tree.unflatten(self.structure, leaves)
 
 
-def chosen(mask: Bool[Array, " n"], one: Tree, other: Tree) -> Tree:
-    """Rows of one tree where the mask is true, of the other elsewhere."""
-
-    def choose(a: Array, b: Array) -> Array:
-        return jnp.where(mask.reshape(mask.shape + (1,) * (a.ndim - 1)), a, b)
-
-    return jax.tree.map(choose, one, other)
+def _from_words(words: jax.Array, dtype: str) -> jax.Array:
+    if dtype == "bool":
+        return words != 0
+    own = jnp.dtype(f"uint{8 * jnp.dtype(dtype).itemsize}")
+    return jax.lax.bitcast_convert_type(words.astype(own), jnp.dtype(dtype))
 
 
 def row_of(
@@ -70,77 +112,84 @@ def row_of(
     info: dict[str, Array],
 ) -> Float[Array, " numbers"]:
     """Results of a step as one array: observation, final observation, reward, the flags
-    terminated, truncated and autoreset, info by its names."""
+    terminated, truncated and autoreset, info by its names. `Columns` reads it."""
     rest = sorted(set(info) - {"final_obs", "autoreset"})
     numbers = [reward, terminated, truncated, info["autoreset"], *(info[name] for name in rest)]
     numbers = jnp.stack([number.astype(obs.dtype) for number in numbers])
     return jnp.concatenate([obs, info["final_obs"], numbers])
 
 
-Tree = TypeVar("Tree")
+class Columns:
+    """Columns of `row_of`, from the shapes and types of one environment's results."""
+
+    def __init__(self, obs: Array, info: dict[str, Array]):
+        self.width = obs.shape[0]
+        """Numbers of an observation."""
+        self.kinds = {
+            name: np.dtype(info[name].dtype)
+            for name in sorted({*info} - {"final_obs", "autoreset"})
+        }
+        """Types of info's entries."""
+        self.flags = 2 * self.width + 1
+        """Column of terminated, which truncated and autoreset follow."""
+        self.info = self.flags + 3
+        """Column of info's first entry."""
+        self.count = self.info + len(self.kinds)
+        """Numbers of a row."""
+        self._whole = [
+            (name, bool if kind.kind == "b" else int)
+            for name, kind in self.kinds.items()
+            if kind.kind != "f"
+        ]
+
+    def info_of(self, row: np.ndarray) -> dict[str, float]:
+        """Info of one environment, in Python's numbers."""
+        info: dict[str, float] = dict(zip(self.kinds, row[self.info :].tolist(), strict=True))
+        for name, kind in self._whole:
+            info[name] = kind(info[name])
+        return info
 
 
-@dataclass(frozen=True)
-class Codec(Generic[Tree]):
-    """The layout of one pytree, from `Codec.of` its abstract values; static and hashable.
+class Results:
+    """One step of a batch of n environments, from the rows of `row_of` [n, numbers].
 
-    `pack` gives one array [words, *batch] of unsigned integers that hold the leaves' bits, `unpack`
-    the tree. A word is as wide as the widest leaf's numbers, 4 bytes at least. batch: the shape
-    that all leaves begin with.
+    reward, terminated, truncated, autoreset: [n]; what else there is, when it is asked for.
     """
 
-    structure: Hashable
-    shapes: tuple[tuple[int, ...], ...]
-    dtypes: tuple[str, ...]
-    batch: tuple[int, ...]
-
-    @classmethod
-    def of(cls, tree: Tree, batch: tuple[int, ...] = ()) -> Codec[Tree]:
-        """The layout of `tree`, whose leaves (arrays or abstract arrays) begin with `batch`."""
-        leaves, structure = jax.tree.flatten(tree)
-        shapes = tuple(tuple(leaf.shape[len(batch) :]) for leaf in leaves)
-        return cls(structure, shapes, tuple(str(leaf.dtype) for leaf in leaves), batch)
+    def __init__(self, table: np.ndarray, columns: Columns):
+        self._table, self._columns = table, columns
+        self.reward = table[:, columns.flags - 1]
+        flags = table[:, columns.flags : columns.info] != 0
+        self.terminated, self.truncated, self.autoreset = flags.T
 
     @property
-    def of_one(self) -> Codec[Tree]:
-        """Codec of one member of the batch."""
-        return replace(self, batch=())
+    def obs(self) -> np.ndarray:
+        """[n, obs], float32"""
+        return self._table[:, : self._columns.width].astype(np.float32)
 
     @property
-    def word(self) -> np.dtype[Any]:
-        """The type of the words."""
-        widest = max((np.dtype(dtype).itemsize for dtype in self.dtypes), default=4)
-        return np.dtype(f"uint{8 * max(4, widest)}")
+    def final_obs(self) -> np.ndarray:
+        """[n, obs], float32"""
+        return self._table[:, self._columns.width : 2 * self._columns.width].astype(np.float32)
 
-    def pack(self, tree: Tree) -> jax.Array:
-        """Leaves end to end, batch axes last."""
-        rows = []
-        for leaf in jax.tree.leaves(tree):
-            flat = jnp.reshape(as_words(leaf, self.word), (*self.batch, -1))
-            rows.append(jnp.moveaxis(flat, -1, 0))
-        return jnp.concatenate(rows)
+    @cached_property
+    def info(self) -> dict[str, np.ndarray]:
+        """A column [n] for each entry."""
+        columns = self._table.T[self._columns.info :]
+        return {
+            name: column.astype(kind, copy=False)
+            for column, (name, kind) in zip(columns, self._columns.kinds.items(), strict=True)
+        }
 
-    def unpack(self, packed: jax.Array) -> Tree:
-        """The tree that `pack` was given; rows after its own are not looked at."""
-        place, leaves = 0, []
-        for shape, dtype in zip(self.shapes, self.dtypes, strict=True):
-            size = int(np.prod(shape))
-            part = jnp.moveaxis(packed[place : place + size], 0, -1)
-            place += size
-            leaves.append(jnp.reshape(_from_words(part, dtype), (*self.batch, *shape)))
-        return jax.tree.unflatten(self.structure, leaves)
+    def info_of(self, index: int) -> dict[str, float]:
+        """Info of one environment, in Python's numbers."""
+        return self._columns.info_of(self._table[index])
 
 
-def as_words(leaf: jax.Array, word: np.dtype[Any]) -> jax.Array:
-    """The bits of numbers as unsigned integers, filled up with zeros."""
-    if leaf.dtype == bool:
-        return leaf.astype(word)
-    own = jnp.dtype(f"uint{8 * leaf.dtype.itemsize}")
-    return jax.lax.bitcast_convert_type(leaf, own).astype(word)
-
-
-def _from_words(words: jax.Array, dtype: str) -> jax.Array:
-    if dtype == "bool":
-        return words != 0
-    own = jnp.dtype(f"uint{8 * jnp.dtype(dtype).itemsize}")
-    return jax.lax.bitcast_convert_type(words.astype(own), jnp.dtype(dtype))
+def ending(info: Mapping[str, float], terminated: bool) -> str:
+    """Description of an episode's end; info: of its last step."""
+    how = "terminated" if terminated else "truncated"
+    count = info.get("episode_length")
+    length = "" if count is None else f" after {count} step{'' if count == 1 else 's'}"
+    status = f", status {Status(int(info['status'])).name}" if "status" in info else ""
+    return how + length + status

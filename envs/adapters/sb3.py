@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind
-from stickslip.envs.adapters.base import Compiled, Pictures, action_space, observation_space
-from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
-from stickslip.envs.adapters.packing import Shared
-from stickslip.envs.adapters.results import Results
-from stickslip.envs.functional import FunctionalEnv
+from stickslip.dynamics.checks import require_integer
+from stickslip.envs.adapters.base import Compiled, require_autoreset, require_mode
+from stickslip.envs.adapters.packing import Results, Shared
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
@@ -20,12 +17,11 @@ if TYPE_CHECKING:
 
     from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import VecEnv
+
+    from stickslip.envs.functional import FunctionalEnv
 else:
     Monitor = require("stable_baselines3.common.monitor", "SB3VecEnv", "sb3").Monitor
     VecEnv = require("stable_baselines3.common.vec_env", "SB3VecEnv", "sb3").VecEnv
-
-MAY_BE_SET = ("render_mode",)
-"""Attributes of the environments that `set_attr` sets."""
 
 
 class SB3VecEnv(Compiled, VecEnv):
@@ -55,25 +51,16 @@ class SB3VecEnv(Compiled, VecEnv):
         seed: int = 0,
         render_mode: str | None = None,
     ):
-        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
-        if env.autoreset != "same_step":
-            raise ValueError(
-                f"autoreset = {env.autoreset!r}; accepted: 'same_step', as SB3 expects"
-            )
-        env.check_params(params)
-        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
+        require_autoreset(env, "same_step", "as SB3 expects")
         seed = require_integer("seed", seed, low=0, high=2**32 - 1)
-        _require_mode(render_mode)
-        self.render_mode = render_mode
-        self._functional, self._params = env, params
-        self._envs = PackedEnvs(env, params, num_envs)
+        self._compile(env, params, num_envs, render_mode)
+        num_envs = self._envs.num_envs
         self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
         self._actions: np.ndarray | None = None
         self._results: Results | None = None
-        self._pictures = Pictures(env, params, self._envs)
         self._begun = time.time()
-        super().__init__(num_envs, observation_space(env, params), action_space(env))
-        self.metadata = {**self.metadata, "render_fps": round(1 / float(params.control_period))}
+        super().__init__(num_envs, *self._spaces())
+        self.metadata = {**self.metadata, "render_fps": self._frame_rate()}
 
     def reset(self) -> np.ndarray:
         """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
@@ -97,10 +84,7 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def step_async(self, actions: np.ndarray) -> None:
         """Check the actions and keep them for `step_wait`."""
-        if not self._envs.begun:
-            raise ValueError("step without episodes; accepted: after reset()")
-        checked = self._envs.env.check_action(actions, (self.num_envs,))
-        self._actions = np.asarray(checked, self._envs.dtype)
+        self._actions = self._checked(actions, (self.num_envs,))
 
     def step_wait(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[dict[str, Any]]]:
         """One control step of every environment."""
@@ -113,7 +97,7 @@ class SB3VecEnv(Compiled, VecEnv):
         for i in np.flatnonzero(dones):
             last = results.info_of(int(i))
             infos[i] = last | {
-                "terminal_observation": results.final_obs[i].astype(np.float32),
+                "terminal_observation": results.final_obs[i],
                 "TimeLimit.truncated": bool(results.truncated[i] and not results.terminated[i]),
                 "episode": {
                     "r": last["episode_return"],
@@ -121,8 +105,7 @@ class SB3VecEnv(Compiled, VecEnv):
                     "t": time.time() - self._begun,
                 },
             }
-        obs, reward = results.obs.astype(np.float32), results.reward.astype(np.float32)
-        return obs, reward, dones, infos
+        return results.obs, results.reward.astype(np.float32), dones, infos
 
     def close(self) -> None:
         """Nothing to release."""
@@ -143,14 +126,14 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Set render_mode, for all environments. The parameters are compiled in: ValueError."""
-        if attr_name not in MAY_BE_SET:
+        if attr_name != "render_mode":
             raise ValueError(
-                f"{attr_name!r} cannot be set; accepted: {', '.join(MAY_BE_SET)}, set_options for "
-                "an episode, or a new SB3VecEnv with other parameters"
+                f"{attr_name!r} cannot be set; accepted: render_mode, set_options for an episode, "
+                "or a new SB3VecEnv with other parameters"
             )
         if len(set(self._chosen(indices))) != self.num_envs:
-            raise ValueError(f"{attr_name} of some environments; accepted: of all of them")
-        _require_mode(value)
+            raise ValueError("render_mode of some environments; accepted: of all of them")
+        require_mode(value, ("rgb_array",))
         self.render_mode = value
 
     def env_method(
@@ -189,11 +172,6 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def _chosen(self, indices: Any) -> Sequence[int]:
         return list(self._get_indices(indices))
-
-
-def _require_mode(given: object) -> None:
-    if given is not None:
-        require_choice("render_mode", given, ("rgb_array",), also="None")
 
 
 __all__ = ["SB3VecEnv"]

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -12,17 +11,16 @@ from gymnasium.vector.utils import batch_space
 
 from stickslip.dynamics.checks import (
     nearest,
-    require_choice,
     require_integer,
     require_kind,
     require_known,
     shown,
 )
-from stickslip.envs.adapters.base import Compiled, Pictures, action_space, observation_space
-from stickslip.envs.adapters.gym import RENDER_MODES
-from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
-from stickslip.envs.adapters.results import Results, ending
-from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.adapters.base import RENDER_MODES, Compiled
+from stickslip.envs.adapters.packing import Results, ending
+
+if TYPE_CHECKING:
+    from stickslip.envs.functional import FunctionalEnv
 
 MODES = {
     AutoresetMode.NEXT_STEP: "next_step",
@@ -49,29 +47,21 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ):
-        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
-        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
-        if render_mode is not None:
-            require_choice("render_mode", render_mode, ("rgb_array",), also="None")
         self.mode = _mode(autoreset_mode)
-        self.num_envs = num_envs
-        self._functional: FunctionalEnv = replace(env, autoreset=MODES[self.mode])  # type: ignore[type-var]
-        self._params, self.render_mode = params, render_mode
-        self.single_observation_space = observation_space(env, params)
-        self.single_action_space = action_space(env)
-        self._envs = PackedEnvs(self.functional, params, num_envs)
-        self.observation_space = batch_space(self.single_observation_space, num_envs)
-        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._compile(env, params, num_envs, render_mode, autoreset=MODES[self.mode])
+        self.num_envs = self._envs.num_envs
+        self.single_observation_space, self.single_action_space = self._spaces()
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.metadata = {
             "render_modes": list(RENDER_MODES),
-            "render_fps": max(1, round(1 / float(params.control_period))),
+            "render_fps": self._frame_rate(),
             "autoreset_mode": self.mode,
         }
         self._seeded = False
-        self._over = np.zeros(num_envs, bool)
+        self._over = np.zeros(self.num_envs, bool)
         self._obs: np.ndarray | None = None
         self._results: Results | None = None
-        self._pictures = Pictures(self.functional, params, self._envs)
 
     def reset(
         self,
@@ -87,7 +77,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         given = options
         if isinstance(options, Mapping):
             given = {name: value for name, value in options.items() if name != "reset_mask"}
-            require_known(given, ("reset_mask", *self.functional.option_names()), "option of reset")
+            require_known(given, ("reset_mask", *self.functional.option_names), "option of reset")
         params, mask = self._episode_params(given), self._reset_mask(options)
         self._seed(seed, mask)
         obs = self._envs.reset(mask, params).astype(np.float32)
@@ -107,15 +97,11 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step of every environment. Raises ValueError for bad actions, and for
         stepping a finished environment when autoreset is disabled."""
-        if not self._envs.begun:
-            raise ValueError("step without episodes; accepted: after reset()")
         self._require_running()
-        checked = self.functional.check_action(actions, (self.num_envs,))
-        results = self._envs.step(np.asarray(checked, self._envs.dtype))
-        self._results = results
+        self._results = results = self._envs.step(self._checked(actions, (self.num_envs,)))
         self._over = results.terminated | results.truncated
         infos = self._gather_infos(results)
-        obs = results.obs.astype(np.float32)
+        obs = results.obs
         self._obs = obs.copy()
         reward = results.reward.astype(np.float64)
         return obs, reward, results.terminated, results.truncated, infos
@@ -145,7 +131,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             over = results.autoreset
             final_obs = np.full(self.num_envs, None, object)
             for i in np.flatnonzero(over):
-                final_obs[i] = results.final_obs[i].astype(np.float32)
+                final_obs[i] = results.final_obs[i]
             infos |= {"final_obs": final_obs, "_final_obs": over.copy()}
             infos |= {"final_info": _masked(results.info, over), "_final_info": over.copy()}
         return infos | _masked(results.info, running) if running.any() else infos

@@ -25,10 +25,16 @@ from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.numeric import compensated
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.options import OPTIONS, episode_params, from_plain, read_by_steps
-from stickslip.envs.biped.params import CONTROL_PERIOD, BipedEnvParams, make_params
+from stickslip.envs.biped.params import (
+    CONTROL_PERIOD,
+    OPTIONS,
+    BipedEnvParams,
+    episode_params,
+    from_plain,
+    make_params,
+    read_by_steps,
+)
 from stickslip.envs.biped.picture import biped_frame
-from stickslip.envs.biped.reward import fell, ground_force, marked, outcome_of, reward_terms
 from stickslip.envs.biped.state import (
     BipedEnvState,
     Totals,
@@ -36,8 +42,13 @@ from stickslip.envs.biped.state import (
     draw,
     drawn_robot,
     drawn_scene,
+    fell,
+    ground_force,
+    marked,
+    outcome_of,
+    reward_terms,
 )
-from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of
+from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 from stickslip.envs.rendering import BipedRenderer
 
 if TYPE_CHECKING:
@@ -153,6 +164,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     action_names = ("torque",)
     params_kind = BipedEnvParams
+    option_names = OPTIONS
     episode_entries = ("scene", "randomisation")
 
     def __post_init__(self):
@@ -171,19 +183,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             require_kind(name, getattr(self, name), bool, "True or False")
 
     @classmethod
-    def parameter_names(cls) -> tuple[str, ...]:
-        """Arguments of `make_params`."""
-        return keyword_names(make_params)
-
-    @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
-        """See FunctionalEnv and stickslip.envs.biped.options."""
+        """See FunctionalEnv and stickslip.envs.biped.params."""
         return from_plain(parameters)
-
-    @classmethod
-    def option_names(cls) -> tuple[str, ...]:
-        """See FunctionalEnv."""
-        return OPTIONS
 
     def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
         """See FunctionalEnv."""

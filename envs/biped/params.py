@@ -1,10 +1,11 @@
-"""Parameters of the biped environment: robot, scene, task, reward and randomisation."""
+"""Parameters of the biped environment: made, changed, and from options of a reset or JSON."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -20,6 +21,7 @@ from stickslip.dynamics.biped.simulation import require_exchange
 from stickslip.dynamics.checks import (
     as_number,
     is_concrete,
+    require_choice,
     require_kind,
     require_known,
     require_number,
@@ -29,25 +31,50 @@ from stickslip.dynamics.numeric import (
     float_kind,
     require_broadcast,
     require_numeric,
+    require_one,
 )
 from stickslip.dynamics.pytrees import (
     brief,
     holds_numbers,
     joined,
+    rebuilt,
     register_pytree,
     settle,
     short_repr,
 )
-from stickslip.dynamics.scene import Grip, Scene, scene_of
+from stickslip.dynamics.scene import PAYLOAD, Grip, Scene, scene_of
 from stickslip.envs.functional import defaults_of
 from stickslip.envs.params import Range, require_range
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jax.typing import DTypeLike
     from jaxtyping import Real
 
     from stickslip.dynamics.biped.model import Inertia
     from stickslip.dynamics.numeric import Number
+    from stickslip.envs.functional import Entries, Given
+
+
+SLACK = 1e-6
+"""Tolerance of a phase at the end of its range, in single precision [rad]; least of what is > 0."""
+DRAWS: dict[str, dict[str, Any]] = {
+    "friction": {"low": 0.0},
+    "mass": {"low": SLACK, "accepted": "a finite factor > 0"},
+    "payload": {"low": 0.0},
+    "mean_rate": {"low": SLACK, "accepted": "a finite rate > 0 [rad/s]"},
+    "phase": {
+        "low": SUPPORT_START - SLACK,
+        "high": SUPPORT_END + SLACK,
+        "accepted": "an angle within pi/2 to 3 pi/2 [rad]",
+    },
+    "crank_rate": {"accepted": "a finite rate [rad/s]"},
+    "command_interval": {"low": SLACK},
+    "mark": {"low": SLACK, "accepted": "a finite way > 0 [m]"},
+}
+"""The rule of every draw, and, where "accepted" is there, of the option that replaces it."""
+STARTS = tuple(name for name, rule in DRAWS.items() if "accepted" in rule)
 
 
 @register_pytree
@@ -75,14 +102,10 @@ class Randomisation:
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
-        lowest = {"friction": 0.0, "mass": 1e-6, "payload": 0.0, "mean_rate": 1e-6}
-        lowest |= {"command_interval": 1e-6, "mark": 1e-6}
         for one in fields(self):
-            require_range(one.name, getattr(self, one.name), lowest.get(one.name, -np.inf))
-        if self.phase is not None and is_concrete(self.phase):
-            low, high = SUPPORT_START - 1e-6, SUPPORT_END + 1e-6
-            if np.any(np.asarray(self.phase[0]) < low) or np.any(np.asarray(self.phase[1]) > high):
-                raise ValueError(f"phase = {self.phase}; accepted: within pi/2 to 3 pi/2 rad")
+            rule = DRAWS[one.name]
+            low, high = rule.get("low", -np.inf), rule.get("high", np.inf)
+            require_range(one.name, getattr(self, one.name), low, high=high)
         if self.command_interval is not None and self.mean_rate is None:
             raise ValueError(
                 f"command_interval = {self.command_interval} without mean_rate; accepted: "
@@ -155,36 +178,21 @@ class BipedEnvParams:
         settle(self, unit_payload=unit)
 
     def replace(self, **changes: Any) -> BipedEnvParams:
-        """A copy with some entries changed, validated: fields, or fidelity, dtype.
+        """A copy with some fields changed, validated; ValueError for an unknown name.
 
         robot: a BipedModel, or a BipedParams, which is prepared with the fidelity and in the type
-        of the robot before, unless others are given. ValueError for an unknown name.
+        of the robot before.
         """
-        known = [one.name for one in fields(self) if one.init]
-        require_known(changes, [*known, *PREPARED])
-        how = {name: changes.pop(name) for name in PREPARED if name in changes}
-        robot = changes.get("robot", self.robot.bare)
-        if how and isinstance(robot, BipedModel):
-            raise ValueError(
-                f"robot = a BipedModel beside {', '.join(how)}; accepted: a BipedParams beside them"
-            )
-        if how or ("robot" in changes and isinstance(robot, BipedParams)):
-            changes["robot"] = self._other_robot(robot, **how)
+        require_known(changes, [one.name for one in fields(self) if one.init])
+        robot = changes.get("robot")
+        if isinstance(robot, BipedParams):
+            bare = robot.validate().astype(jnp.result_type(self.robot.bare.crank))
+            changes["robot"] = BipedModel(bare, self.robot.payload, self.robot.fidelity)
         return replace(self, **_as_numbers(changes)).validate()
 
     def shortened(self, steps: int) -> BipedEnvParams:
         """The parameters with a time limit of so many control steps."""
         return self.replace(time_limit=steps * self.control_period)
-
-    def _other_robot(
-        self, robot: BipedParams, fidelity: Any = None, dtype: DTypeLike | None = None
-    ) -> BipedModel:
-        before = self.robot
-        require_kind("robot", robot, BipedParams, "a BipedParams or BipedModel")
-        robot.validate()
-        kind = float_kind(dtype, jnp.result_type(before.bare.crank))
-        fidelity = before.fidelity if fidelity is None else fidelity
-        return BipedModel(robot.astype(kind), before.payload, fidelity)
 
     def _require_whole_mark(self) -> None:
         """ValueError for half a mark, and for one that is drawn where there is none."""
@@ -263,9 +271,6 @@ def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
     return same and bool(np.all(np.asarray(one) == np.asarray(other, np.asarray(one).dtype)))
 
 
-PREPARED = ("fidelity", "dtype")
-"""Preparation of the robot."""
-
 CONTROL_PERIOD = 0.02
 """Time from one action to the next [s], unless another is chosen."""
 
@@ -297,31 +302,71 @@ def make_params(
 
     robot: by default `BipedParams.from_bars()`; a BipedModel is prepared anew.
     """
+    numbers = {name: one for name, one in locals().items() if name in NUMBERS | MARK}
     bare = robot.bare if isinstance(robot, BipedModel) else robot
     bare = BipedParams.from_bars() if bare is None else bare
     scene = DEFAULT_SCENE if scene is None else scene_of(scene)
     drawn = Randomisation() if randomisation is None else randomisation
-    kinds = {"robot": (bare, BipedParams), "randomisation": (drawn, Randomisation)}
-    for name, (given, kind) in kinds.items():
-        require_kind(name, given, kind, f"None or a {kind.__name__}")
+    require_kind("robot", bare, BipedParams, "None or a BipedParams")
     bare.validate()
-    numbers = {
-        "torque_limit": torque_limit,
-        "control_period": control_period,
-        "mean_rate": mean_rate,
-        "time_limit": time_limit,
-        "max_crank_rate": max_crank_rate,
-        "copper_loss": copper_loss,
-        "tracking_weight": tracking_weight,
-        "slip_weight": slip_weight,
-        "energy_weight": energy_weight,
-        "fall_penalty": fall_penalty,
-        "mark": mark,
-        "mark_width": mark_width,
-    }
     numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
     bare = bare.astype(float_kind(dtype, jnp.result_type(bare.mass)))
     return BipedEnvParams(
         robot=prepare(bare, fidelity=fidelity, payload=scene.payload),
         **numbers,
     ).validate()
+
+
+OPTIONS = ("scene", "payload", *STARTS)
+"""Options of a reset."""
+START_ALONE = ("phase", "crank_rate", "mean_rate", "command_interval", "mark")
+"""Draws that no step reads: commands to come are in the state."""
+
+
+def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
+    """The parameters changed by the options; what they set is not drawn."""
+    require_known(options, OPTIONS, "option of reset")
+    drawn, scene = params.randomisation, params.scene
+    for name in STARTS:
+        if name in options:
+            value = require_one(name, options[name], **DRAWS[name])
+            drawn = replace(drawn, **{name: (value, value)})
+    if "scene" in options:
+        scene, drawn = scene_of(options["scene"]).validate(), replace(drawn, friction=None)
+    if "payload" in options:
+        payload = require_one("payload", options["payload"], **PAYLOAD)
+        scene, drawn = replace(scene, payload=payload), replace(drawn, payload=None)
+    # So that an episode has a start of its own whatever is named: one program for all of them.
+    usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "mean_rate": params.mean_rate}
+    usual |= {} if params.mark is None else {"mark": params.mark}
+    for name, value in usual.items():
+        if getattr(drawn, name) is None:
+            drawn = replace(drawn, **{name: (value, value)})
+    changes = {} if scene is params.scene else {"scene": scene}
+    return params.replace(randomisation=drawn, **changes)
+
+
+def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
+    """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
+    drawn = replace(params.randomisation, **dict.fromkeys(START_ALONE))
+    drawn = jax.tree.map(lambda _: 0.0, drawn)
+    mark = None if params.mark is None else 0.0
+    return rebuilt(params, randomisation=drawn, mean_rate=0.0, mark=mark)
+
+
+def from_plain(parameters: Entries) -> Given:
+    """Arguments of `BipedEnv.make_params` from plain values.
+
+    scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's arguments.
+    randomisation: ranges as pairs, by the names of Randomisation. Numbers stay as they are.
+    """
+    given = dict(parameters)
+    scene = given.get("scene")
+    if isinstance(scene, dict):
+        ((kind, numbers),) = scene.items()
+        require_choice("scene", kind, ("uniform", "patches"))
+        given["scene"] = getattr(Scene, kind)(**numbers)
+    if "randomisation" in given:
+        ranges = {name: tuple(ends) for name, ends in given["randomisation"].items()}
+        given["randomisation"] = Randomisation(**ranges)
+    return given

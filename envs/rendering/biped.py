@@ -115,26 +115,15 @@ class BipedFrame:
     weight: float | None = None
     walked: Numbers = np.nan
 
-    def rows(self, before: BipedFrame | None = None) -> BipedFrame:
-        """The same with every number an array [n], finite but for those that may be NaN.
-
-        Others that are not finite are taken from the row before, the first ones from `before` or
-        zero: a walk whose numbers overflow has a last picture, too.
-        """
+    def rows(self) -> BipedFrame:
+        """The same with every number an array [n]; 0 for what is not finite, but where NaN says
+        something: a walk whose numbers overflow has a last picture, too."""
         names = [one.name for one in fields(self) if one.name not in ("status", "floor", "weight")]
-        columns = [np.asarray(getattr(self, name)) for name in names]
-        count = np.broadcast_shapes(*(of.shape for of in columns)) or (1,)
-        found = dict(zip(names, (np.broadcast_to(of, count) for of in columns), strict=True))
-        for name in set(names) - MAY_BE_NAN:
-            holes = ~np.isfinite(found[name])
-            if holes.any():
-                first = 0.0 if before is None else getattr(before, name)[-1]
-                row = np.maximum.accumulate(np.where(holes, 0, np.arange(1, len(holes) + 1)))
-                found[name] = np.append(first, found[name])[row]
+        columns = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in names))
+        found = dict(zip(names, columns, strict=True))
+        for name in {*names} - {"mu_static", "mu_kinetic", "mean_rate", "walked"}:
+            found[name] = np.nan_to_num(found[name], posinf=0.0, neginf=0.0)
         return replace(self, **found)
-
-
-MAY_BE_NAN = {"mu_static", "mu_kinetic", "commanded_rate", "walked"}
 
 
 class SlipMarks:
@@ -240,20 +229,19 @@ class BipedRenderer(Renderer[BipedFrame]):
     ):
         super().__init__(width, height)
         self._sketch = BipedSketch(params, scene)
-        self._marks, self._last = SlipMarks(), None
+        self._marks = SlipMarks()
 
     def reset(self) -> None:
         """Forget the history: a floor without marks."""
         super().reset()
-        self._marks, self._last = SlipMarks(), None
+        self._marks = SlipMarks()
 
     def draw(self, frame: BipedFrame) -> np.ndarray:
         """The picture of a frame: uint8 [height, width, 3], a fresh array."""
-        return super().draw(frame.rows(self._last))
+        return super().draw(frame.rows())
 
     def drawing(self, frame: BipedFrame) -> Drawing:
         """The drawing of one sample, with the marks of slides since `reset`."""
-        self._last = frame
         self._marks.record(frame)
         return self._sketch.drawing(frame, self._marks.rows())
 

@@ -6,20 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-ROLES = (
-    *("ink", "muted", "page", "panel", "hip", "hip-edge", "motor"),
-    *("main", "mid", "slim", "tyre", "rim", "holds", "slides"),
-)
-"""Colours of parts, by name; see theme.DAY and theme.NIGHT."""
-
 
 @dataclass(frozen=True)
 class Part:
     """One shape: exactly one of bars, dots and outline.
 
-    role: its colour, one of ROLES. bars: pairs of indices of points. dots: indices of points.
-    outline: [k, 2] m in the axes of `body`. width: of a bar or a dot, in page units. group: of a
-    leg, None for shapes that are always there, see Drawing.active. edge: role of the edge.
+    role: its colour, by its name in theme.DAY. bars: pairs of indices of points. dots: indices of
+    points. outline: [k, 2] m in the axes of `body`. width: of a bar or a dot, in page units. group:
+    of a leg, None for shapes that are always there, see Drawing.active. edge: role of the edge.
     """
 
     role: str
@@ -30,11 +24,6 @@ class Part:
     width: float = 1.0
     group: int | None = None
     edge: str | None = None
-
-    def __post_init__(self):
-        for role in filter(None, (self.role, self.edge)):
-            if role not in ROLES:
-                raise ValueError(f"role = {role!r}; accepted: {', '.join(ROLES)}")
 
 
 @dataclass(frozen=True)

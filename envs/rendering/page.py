@@ -21,7 +21,6 @@ from stickslip.envs.rendering.drawing import Drawing
 
 MOST_SAMPLES = 20_000
 """Of one episode."""
-EVENTS = ("slip", "stick", "support", "end")
 FOLDER = Path(__file__).parent / "html"
 SCRIPTS = (*("data.js", "draw.js", "scene.js", "charts.js", "card.js", "player.js", "main.js"),)
 """Of a page, in the order in which they stand in it, as one script."""
@@ -50,15 +49,11 @@ class Panel:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened by a sample. kind: one of EVENTS."""
+    """Something that happened by a sample. kind: "slip", "stick", "support" or "end"."""
 
     sample: int
     kind: str
     words: str
-
-    def __post_init__(self):
-        if self.kind not in EVENTS:
-            raise ValueError(f"kind = {self.kind!r}; accepted: {', '.join(EVENTS)}")
 
 
 @dataclass(frozen=True)
@@ -82,12 +77,6 @@ class Episode:
     facts: tuple[tuple[str, str], ...] = ()
     states: tuple[str, str] = ("STICK", "SLIP")
     axis: tuple[str, np.ndarray] | None = None
-
-    def __post_init__(self):
-        if not 0 < self.period < np.inf:
-            raise ValueError(f"period = {self.period}; accepted: > 0 s")
-        if not self.panels or not self.panels[0].lines:
-            raise ValueError("panels is empty; accepted: at least one with a line")
 
     @property
     def samples(self) -> int:

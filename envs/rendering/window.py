@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Window:
     """Shows pictures at a steady pace for `render_mode="human"`.
 
-    title: of the window. fps: pictures a second; `show` waits for its turn, None never waits.
+    title: of the window. fps: pictures a second; `show` waits for its turn.
 
     The window opens with the first picture. Where there is no display (Linux without DISPLAY and
     WAYLAND_DISPLAY) everything works the same on an invisible one; the choice of video driver in
@@ -27,9 +27,9 @@ class Window:
     Window to open has it. Needs the extra `viz`.
     """
 
-    def __init__(self, title: str = "stickslip", *, fps: float | None = 50.0):
-        if fps is not None and not fps > 0:
-            raise ValueError(f"fps = {fps}; accepted: > 0, or None for no pacing")
+    def __init__(self, title: str = "stickslip", *, fps: float = 50.0):
+        if not fps > 0:
+            raise ValueError(f"fps = {fps}; accepted: > 0")
         with _environment(PYGAME_HIDE_SUPPORT_PROMPT="1"):
             self._pygame = require("pygame")
         self._title, self._fps = title, fps
@@ -41,11 +41,6 @@ class Window:
     def is_open(self) -> bool:
         """Whether there is a window, visible or not."""
         return self._surface is not None and self._pygame.display.get_surface() is self._surface
-
-    @property
-    def dismissed(self) -> bool:
-        """Whether someone has closed the window; `close` forgets it."""
-        return self._dismissed
 
     def show(self, picture: np.ndarray) -> bool:
         """Show uint8 [height, width, 3] and wait for the next turn; False once dismissed."""
@@ -65,8 +60,7 @@ class Window:
             self.close()
             self._dismissed = True
             return False
-        if self._fps is not None:
-            self._clock.tick(self._fps)
+        self._clock.tick(self._fps)
         return True
 
     def close(self) -> None:

@@ -20,7 +20,7 @@ from stickslip.dynamics.numeric import compensated
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver
 from stickslip.dynamics.ugv.poses import stand
-from stickslip.envs.functional import FunctionalEnv, keyword_names, with_keywords_of
+from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 from stickslip.envs.rendering import UGVRenderer
 from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
 from stickslip.envs.ugv.options import OPTIONS, episode_params, from_plain, read_by_steps
@@ -143,6 +143,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
+    option_names = OPTIONS
     episode_entries = (
         "odometer",
         "randomisation",
@@ -169,11 +170,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return CRITERIA[self.criterion]
 
     @classmethod
-    def parameter_names(cls) -> tuple[str, ...]:
-        """Arguments of `make_params`."""
-        return keyword_names(make_params)
-
-    @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
         """See FunctionalEnv and stickslip.envs.ugv.options."""
         return from_plain(parameters)
@@ -184,11 +180,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         solver = choices.get("solver")
         given = {} if solver is None else {"solver": PoseSolver(**solver)}
         return {**choices, **given}
-
-    @classmethod
-    def option_names(cls) -> tuple[str, ...]:
-        """See FunctionalEnv."""
-        return OPTIONS
 
     def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
         """See FunctionalEnv."""

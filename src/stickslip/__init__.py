@@ -7,8 +7,7 @@ are loaded when they are used.
 from typing import TYPE_CHECKING
 
 from stickslip.dynamics.lazily import loaded_when_used
-from stickslip.envs.on_import import when_imported
-from stickslip.envs.registration import register
+from stickslip.envs.registration import register, when_imported
 
 if TYPE_CHECKING:
     from stickslip import agents as agents

@@ -118,30 +118,6 @@ def test_one_finished_member_of_a_batch_leaves_the_others_alone(start):
         assert jax.tree.all(jax.tree.map(partial(np.allclose, rtol=1e-6), row, alone))
 
 
-def test_a_traced_action_beyond_its_range_is_clipped(start):
-    step = jax.jit(lambda action: Toy().step(KEY, start, action, PARAMS)[1].place)
-    assert step(jnp.asarray([5.0, 0.0])) == step(jnp.asarray([1.0, 0.0]))
-
-
-@pytest.mark.parametrize(
-    ("action", "message"),
-    [
-        ([0.0], r"shape \(1,\); accepted: \(2,\).*push, idle"),
-        (0.0, r"shape \(\); accepted: \(2,\)"),
-        ([[0.0, 0.0]], r"shape \(1, 2\); accepted: \(2,\)"),
-    ],
-)
-def test_a_bad_action_is_refused_with_what_was_given_and_what_is_accepted(start, action, message):
-    with pytest.raises(ValueError, match=message):
-        Toy().step(KEY, start, jnp.asarray(action), PARAMS)
-
-
-@pytest.mark.parametrize("action", [["a", "b"], [None, 0.0]])
-def test_an_action_that_is_no_number_is_refused(start, action):
-    with pytest.raises(ValueError, match=r"action = .* accepted: finite numbers"):
-        Toy().step(KEY, start, np.asarray(action), PARAMS)  # type: ignore[arg-type]
-
-
 @pytest.mark.parametrize("autoreset", ["sometimes", None, True, ["same_step"]])
 def test_an_unknown_autoreset_is_refused_with_the_known_ones(autoreset):
     with pytest.raises(ValueError, match=r"autoreset = .*'same_step', 'next_step', 'disabled'"):

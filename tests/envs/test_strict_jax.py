@@ -10,9 +10,8 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, step
-from stickslip.dynamics.numeric import same_rank
 from stickslip.envs import BipedEnv, UGVEnv
-from stickslip.envs.tasks import TASKS
+from stickslip.envs.tasks.definition import TASKS
 
 
 @pytest.fixture(autouse=True)
@@ -41,12 +40,6 @@ def test_a_step_with_joint_forces_broadcasts_explicitly():
 
     found = jax.eval_shape(forces, BipedParams.from_bars(), BipedState(crank_rate=3.0), 0.5)
     assert found.shape == (68,)
-
-
-def test_ranks_are_what_numpy_would_make_of_them():
-    row, table, number = same_rank(np.arange(3.0), np.ones((2, 3)), 4.0)
-    assert (row.shape, table.shape, number) == ((1, 3), (2, 3), 4.0)
-    np.testing.assert_array_equal(np.asarray(row) * table, np.arange(3.0) * np.ones((2, 3)))
 
 
 @pytest.mark.parametrize("kind", [BipedEnv, UGVEnv])

@@ -87,8 +87,6 @@ def environments() -> dict[str, Plan]:
                 "scene": (),
                 "randomisation": (),
                 "robot": (),
-                "fidelity": ("none",),
-                "dtype": ("none", "type"),
             },
         ),
         "UGVEnvParams.replace": Plan(

@@ -1,4 +1,4 @@
-"""One seed, one sequence of episodes: in every adapter, two processes, batches of 1 and 1000.
+"""One seed, one sequence of episodes: in every adapter, two processes, batches of 1, 5 and 1000.
 
 Run with -s for what docs/reliability.md quotes.
 """
@@ -8,6 +8,8 @@ from __future__ import annotations
 import hashlib
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import jax
@@ -17,8 +19,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, GymEnv, GymVectorEnv, Randomisation
-
-pytestmark = pytest.mark.long
+from tests.fuzz.environments import HAS_SB3
 
 SEED, MANY, STEPS, CHOSEN = 7, 1000, 40, 3
 OPTIONS = {
@@ -69,7 +70,7 @@ def by_vector(count: int) -> np.ndarray:
     obs, _ = env.reset(seed=first)
     rows = [np.append(obs[at], 0.0)]
     for step in range(STEPS):
-        actions = ACTIONS[step] if count > 1 else ACTIONS[step, CHOSEN : CHOSEN + 1]
+        actions = ACTIONS[step, :count] if count > 1 else ACTIONS[step, CHOSEN : CHOSEN + 1]
         obs, reward, terminated, truncated, infos = env.step(actions)
         over = terminated[at] or truncated[at]
         last = infos["final_obs"][at] if over else obs[at]
@@ -86,7 +87,7 @@ def by_sb3(count: int) -> np.ndarray:
     env = SB3VecEnv(*environment("same_step"), count, seed=first)
     rows = [np.append(env.reset()[at], 0.0)]
     for step in range(STEPS):
-        actions = ACTIONS[step] if count > 1 else ACTIONS[step, CHOSEN : CHOSEN + 1]
+        actions = ACTIONS[step, :count] if count > 1 else ACTIONS[step, CHOSEN : CHOSEN + 1]
         obs, reward, over, infos = env.step(actions)
         last = infos[at]["terminal_observation"] if over[at] else obs[at]
         rows.append(np.append(last, reward[at]))
@@ -95,34 +96,36 @@ def by_sb3(count: int) -> np.ndarray:
     return np.asarray(rows, np.float32)
 
 
-WAYS = {
-    "functional": by_functional,
-    "Gymnasium": by_single,
-    "vector of 1": lambda: by_vector(1),
-    "vector of 1000": lambda: by_vector(MANY),
-    "SB3 of 1": lambda: by_sb3(1),
-    "SB3 of 1000": lambda: by_sb3(MANY),
-}
+def ways(count: int) -> dict[str, Callable[[], np.ndarray]]:
+    """Each adapter, batches alone and of `count`."""
+    found = {"functional": by_functional, "Gymnasium": by_single}
+    for name, way in {"vector": by_vector, "SB3": by_sb3}.items():
+        if name != "SB3" or HAS_SB3:
+            found |= {f"{name} of {n}": partial(way, n) for n in (1, count)}
+    return found
 
 
 def digests() -> dict[str, str]:
-    return {name: hashlib.sha256(way().tobytes()).hexdigest() for name, way in WAYS.items()}
+    rows = {name: way() for name, way in ways(MANY).items()}
+    return {name: hashlib.sha256(one.tobytes()).hexdigest() for name, one in rows.items()}
 
 
-def test_one_seed_is_one_sequence_of_episodes_in_every_adapter():
-    found = {name: way() for name, way in WAYS.items()}
+@pytest.mark.parametrize("count", [5, pytest.param(MANY, marks=pytest.mark.long)])
+def test_one_seed_is_one_sequence_of_episodes_in_every_adapter(count):
+    found = {name: way() for name, way in ways(count).items()}
     first = found["Gymnasium"]
     assert len(first) > STEPS + 2  # some episodes ended
     for name, rows in found.items():
         assert rows.shape == first.shape, name
-        apart = np.abs(rows - first).max()
-        print(f"\n{name}: bitwise {rows.tobytes() == first.tobytes()}, at most {apart:.1e} apart")
+        most = np.abs(rows - first).max()
+        print(f"\n{name}: bitwise {rows.tobytes() == first.tobytes()}, differs by {most:.1e}")
         np.testing.assert_allclose(rows, first, rtol=1e-5, atol=1e-5, err_msg=name)
-    for one, other in (("vector of 1000", "SB3 of 1000"), ("vector of 1", "SB3 of 1")):
-        assert found[one].tobytes() == found[other].tobytes()
+    for n in (1, count) if HAS_SB3 else ():
+        assert found[f"vector of {n}"].tobytes() == found[f"SB3 of {n}"].tobytes()
 
 
-def test_two_processes_play_the_same_episodes_bit_by_bit():
+@pytest.mark.long
+def test_two_processes_step_the_same_episodes_bit_by_bit():
     code = "from tests.fuzz.test_same_episode import digests; print(digests())"
     root = Path(__file__).parents[2]
     runs = [

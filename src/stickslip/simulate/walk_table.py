@@ -13,7 +13,7 @@ from stickslip.dynamics.biped import JOINT_FORCES, floor_position
 from stickslip.dynamics.biped.setting import precision
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.reward import centre_of_mass
+from stickslip.envs.biped.state import centre_of_mass
 from stickslip.records.table import Column, Table
 from stickslip.simulate.output import STATUS
 

@@ -14,13 +14,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAwareObservation
 
-from stickslip.dynamics import Scene
-from stickslip.dynamics.status import Status
-from stickslip.envs import BipedEnv, GymEnv, Randomisation, UGVEnv, registration
+from stickslip.envs import BipedEnv, GymEnv, UGVEnv, registration
 from stickslip.envs.adapters.packing import Shared
 from stickslip.envs.params import horizon
 from tests.envs.helpers import BIPED, make
-from tests.envs.same_as_single import check_vector_env
 from tests.envs.toy import Toy, ToyParams
 
 STILL = np.zeros(1, np.float32)
@@ -37,14 +34,6 @@ def test_check_env_finds_nothing_to_complain_about(name):
         check_env(make(name), skip_render_check=True)
 
 
-def test_make_wraps_a_gym_env_that_passes_the_passive_checker():
-    env = gymnasium.make(BIPED)
-    assert isinstance(env.unwrapped, GymEnv)
-    env.reset(seed=0)
-    env.step(env.action_space.sample())
-    env.close()
-
-
 def test_flags_are_python_bools_and_numbers_python_numbers():
     env = make()
     obs, info = env.reset(seed=0)
@@ -59,18 +48,6 @@ def test_flags_are_python_bools_and_numbers_python_numbers():
     assert type(info["status"]) is int
     assert type(info["episode_length"]) is int
     assert all(isinstance(name, str) for name in info)
-
-
-def test_a_boolean_in_info_stays_a_boolean():
-    env = toy()
-    env.reset(seed=0)
-    info = env.step(np.zeros(2, np.float32))[4]
-    assert {name: type(value) for name, value in info.items()} == {
-        "place": float,
-        "right": bool,
-        "episode_length": int,
-        "episode_return": float,
-    }
 
 
 def test_nothing_that_was_returned_is_used_again():
@@ -105,20 +82,6 @@ def test_a_seed_fixes_the_whole_sequence_of_episodes():
     assert again[0] == again[1]
 
 
-def test_without_a_seed_every_environment_has_episodes_of_its_own():
-    assert set(episodes(toy(), 3)).isdisjoint(episodes(toy(), 3))
-
-
-def test_the_action_does_not_change_which_episodes_come():
-    env, other = toy(), toy()
-    env.reset(seed=1)
-    other.reset(seed=1)
-    env.step(np.ones(2, np.float32))
-    for _ in range(3):
-        other.step(-np.ones(2, np.float32))
-    assert np.array_equal(env.reset()[0], other.reset()[0])
-
-
 def test_stepping_outside_an_episode_is_refused():
     env = toy()
     with pytest.raises(ValueError, match=r"step without an episode; accepted: after reset"):
@@ -135,51 +98,10 @@ def test_stepping_outside_an_episode_is_refused():
     env.step(np.zeros(2))
 
 
-def test_info_says_which_torque_acted():
-    env = make()
-    env.reset(seed=0)
-    assert env.step([-2.5])[4]["torque"] == -4.0
-
-
-def test_stepping_an_ended_episode_says_how_it_ended():
-    env = make()
-    env.reset(seed=0)
-    *_, terminated, _, info = env.step([0.5])
-    assert terminated
-    name = Status(info["status"]).name
-    with pytest.raises(ValueError, match=rf"ended \(terminated after 1 step, status {name}\)"):
-        env.step([0.5])
-
-
 def test_unknown_options_of_reset_are_refused():
     with pytest.raises(ValueError, match=r"'mask' is no option of reset; accepted: none"):
         toy().reset(options={"mask": 1})
     toy().reset(options={})
-
-
-@pytest.mark.parametrize(
-    ("action", "message"),
-    [
-        ([np.nan, 0], r"action = nan"),
-        ([0.0], r"shape \(1,\); accepted: \(2,\)"),
-        (0.0, r"shape \(\); accepted: \(2,\)"),
-        ([[0.0, 0.0]], r"shape \(1, 2\)"),
-        ([0.0, None], r"action = \[0\.0, None\].*accepted: finite numbers"),
-    ],
-)
-def test_a_bad_action_is_refused_and_the_episode_goes_on(action, message):
-    env = toy()
-    obs, _ = env.reset(seed=0)
-    with pytest.raises(ValueError, match=message):
-        env.step(action)
-    assert env.step(np.zeros(2))[0][0] == obs[0]
-
-
-def test_a_word_is_no_action():
-    env = toy()
-    env.reset(seed=0)
-    with pytest.raises(ValueError, match="action"):
-        env.step(["a", "b"])
 
 
 def test_the_core_must_leave_resetting_to_the_user():
@@ -217,30 +139,11 @@ def test_the_spec_says_how_long_an_episode_is(options):
         gymnasium.make_vec(BIPED, num_envs=2, max_episode_steps=0)
 
 
-def test_an_episode_without_end_has_no_length():
-    assert gymnasium.make(BIPED, time_limit=1e9).spec.max_episode_steps is None
-
-
 def test_a_shorter_drive_costs_a_failure_as_much():
     params = UGVEnv().make_params()
     short = params.shortened(7)
     assert (horizon(params), horizon(short)) == (66, 7)
     assert float(short.failure_penalty) == float(params.failure_penalty)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedSteady-v0", "UGVRough-v0"])
-@pytest.mark.parametrize("steps", [7, None])
-def test_a_vector_is_truncated_where_a_single_one_is(name, steps):
-    """By max_episode_steps, and by the environment's own limit, which TimeLimit repeats."""
-    mode = {"autoreset_mode": "same_step", "max_episode_steps": steps}
-    envs = gymnasium.make_vec(f"stickslip/{name}", num_envs=2, **mode)
-    count = 3 * (steps or 500)
-
-    def single() -> gymnasium.Env:
-        return gymnasium.make(f"stickslip/{name}", max_episode_steps=steps)
-
-    assert check_vector_env(envs, single, steps=count, scale=0.01, rtol=2e-3, atol=1e-2) >= 4
 
 
 def test_gymnasiums_wrappers_work():
@@ -281,17 +184,6 @@ def test_parameters_are_kept_without_their_hash():
     assert pickle.loads(kept) == copy.deepcopy(shared) == shared
 
 
-@pytest.mark.long
-def test_asynchronous_copies_in_other_processes_work():
-    fresh = {"context": "spawn"}
-    envs = gymnasium.vector.AsyncVectorEnv([make, make], **fresh)
-    obs, _ = envs.reset(seed=0)
-    assert obs.shape == (2, 6)
-    obs, *_ = envs.step(np.zeros((2, 1), np.float32))
-    assert envs.observation_space.contains(obs)
-    envs.close()
-
-
 @pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedIce-v0"])
 def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch, name):
     """As in a process that was forked after this one had made an environment."""
@@ -300,23 +192,3 @@ def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch
         gymnasium.make(f"stickslip/{name}")
     with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):
         gymnasium.make_vec(f"stickslip/{name}", num_envs=2)
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "message"),
-    [
-        ("option", {"speed": 1}, r"speed"),
-        ("mean_rate", {"mean_rate": -1.0}, r"-1\.0 is not accepted; accepted: finite"),
-        ("substeps", {"substeps": 0}, r"substeps = 0; accepted: an integer >= 1"),
-        ("fidelity", {"fidelity": "exact"}, r"'exact' is unknown; accepted: 'joint', 'reduced'"),
-        ("see_patch", {"see_patch": 1}, r"see_patch = 1; accepted: True or False"),
-        ("scene", {"scene": "ice"}, r"scene = 'ice'.*accepted"),
-        ("robot", {"robot": 3}, r"robot = 3.*accepted"),
-        ("randomisation", {"randomisation": {"mass": (1, 2)}}, r"randomisation = .*accepted"),
-        ("friction", {"scene": Scene.grip(), "randomisation": Randomisation((1.0, 2.0))}, "grip"),
-    ],
-)
-def test_bad_options_of_make_are_named_with_what_is_accepted(name, options, message):
-    with pytest.raises(ValueError, match=message) as caught:
-        make(**options)
-    assert name in str(caught.value)

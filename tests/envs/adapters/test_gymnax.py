@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from stickslip.envs.adapters.gymnax import GymnaxEnv
-from tests.envs.adapters import purejaxrl as pure
 from tests.envs.toy import PARAMS, Toy
 
 KEY = jax.random.key(0)
@@ -73,45 +72,6 @@ def test_without_gymnax_its_spaces_say_what_to_install(monkeypatch):
     assert env.step(KEY, env.reset(KEY)[1], jnp.zeros(2))[2].shape == ()
     with pytest.raises(ModuleNotFoundError, match=r"stickslip\[gymnax\]"):
         env.action_space()
-
-
-def mean_reward(env: GymnaxEnv, act) -> float:
-    """Of a step, over 64 environments that begin together and go on for 50."""
-
-    def step(carry, key):
-        obs, state = carry
-        keys = jax.random.split(key, 64)
-        obs, state, reward, *_ = jax.vmap(env.step)(keys, state, act(obs))
-        return (obs, state), reward.mean()
-
-    begun = jax.vmap(env.reset)(jax.random.split(KEY, 64))
-    return float(jax.lax.scan(step, begun, jax.random.split(KEY, 50))[1].mean())
-
-
-def test_a_purejaxrl_loop_learns_from_five_values():
-    env = toy(values=5)
-    settings = pure.Settings(
-        num_envs=64,
-        rollout_steps=16,
-        minibatches=2,
-        epochs=3,
-        updates=40,
-        learning_rate=5e-3,
-        discount=0.9,
-        hidden=16,
-    )
-    optimiser = pure.optimiser_of(settings)
-    runner = pure.begin(env, settings, optimiser, 0)
-    runner, _ = pure.advance(env, settings, optimiser, settings.updates, runner)
-    policy = runner.networks["actor"]
-
-    def learnt(obs):
-        return jnp.clip(pure.network(policy, pure.normalised(runner.seen, obs)), -1, 1)
-
-    idle = mean_reward(env, lambda obs: jnp.zeros((*obs.shape[:-1], 2)))
-    drift = mean_reward(env, lambda obs: jnp.broadcast_to(jnp.array([0.1, -1.0]), (64, 2)))
-    assert abs(idle) < 0.1
-    assert mean_reward(env, learnt) > max(idle + 0.3, drift)
 
 
 def test_gymnaxs_wrappers_and_spaces_take_it():

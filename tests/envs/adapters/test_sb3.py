@@ -6,13 +6,11 @@ import warnings
 
 import numpy as np
 import pytest
-from stable_baselines3 import PPO
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecMonitor
 
 from stickslip.envs.adapters.sb3 import SB3VecEnv
-from tests.envs.helpers import task
 from tests.envs.toy import Toy, ToyParams
 from tests.extras import SB3
 
@@ -23,10 +21,6 @@ PARAMS = ToyParams()
 
 def toys(count: int = 3, **more) -> SB3VecEnv:
     return SB3VecEnv(Toy("same_step"), PARAMS, count, **more)
-
-
-def bipeds(count: int = 3, **more) -> SB3VecEnv:
-    return SB3VecEnv(*task("random"), count, **more)
 
 
 def stand(count: int = 3) -> np.ndarray:
@@ -119,14 +113,6 @@ def test_seeds_are_counted_up_and_go_on_until_seeded_again():
     assert np.array_equal(env.reset()[:, 0], second)
 
 
-@pytest.mark.parametrize("count", [1, 2])
-def test_seed_zero_is_a_seed(count):
-    env = toys(count, seed=3)
-    env.reset()
-    env.seed(0)
-    assert np.array_equal(env.reset(), toys(count, seed=0).reset())
-
-
 def test_attributes_are_reached():
     env = toys()
     assert env.get_attr("render_mode") == [None] * 3
@@ -193,68 +179,3 @@ def test_its_statistics_are_taken_for_monitors_without_a_warning():
     assert lengths == [PARAMS.limit] * 5
     for reward, start in zip(rewards[:3], starts, strict=True):
         assert reward == pytest.approx(PARAMS.limit * start, rel=1e-5, abs=1e-6)
-
-
-def test_its_wrappers_work():
-    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
-        env = VecNormalize(VecMonitor(bipeds()))
-    env.reset()
-    lengths = []
-    for _ in range(40):
-        obs, _, done, infos = env.step(np.zeros((3, 1), np.float32))
-        assert np.all(np.isfinite(obs))
-        for i in np.flatnonzero(done):
-            lengths.append(infos[i]["episode"]["l"])
-            assert infos[i]["episode"]["l"] == infos[i]["episode_length"]
-            assert np.all(np.isfinite(infos[i]["terminal_observation"]))
-    assert len(lengths) >= 3
-
-
-def test_ppo_learns_without_a_warning():
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        model = PPO(
-            "MlpPolicy", bipeds(), n_steps=64, batch_size=64, n_epochs=2, seed=0, device="cpu"
-        )
-        before = [weight.detach().clone() for weight in model.policy.parameters()]
-        model.learn(2 * 3 * 64)
-    assert model.num_timesteps == 2 * 3 * 64
-    after = list(model.policy.parameters())
-    assert any((one != other).any() for one, other in zip(before, after, strict=True))
-    assert all(weight.isfinite().all() for weight in after)
-    assert len(model.ep_info_buffer) > 0
-
-
-@pytest.mark.parametrize(
-    ("actions", "message"),
-    [
-        (np.full((3, 2), np.nan), r"action of member 0 of 3 = nan"),
-        (np.zeros((3, 1)), r"shape \(3, 1\); accepted: \(3, 2\)"),
-        (np.zeros(2), r"shape \(2,\); accepted: \(3, 2\)"),
-    ],
-)
-def test_bad_actions_are_refused_and_the_episodes_go_on(actions, message):
-    env = toys()
-    start = env.reset()
-    with pytest.raises(ValueError, match=message):
-        env.step(actions)
-    with pytest.raises(ValueError, match="step_wait without actions"):
-        env.step_wait()
-    assert np.array_equal(env.step(stand())[0][:, 0], start[:, 0])
-
-
-@pytest.mark.parametrize("count", [0, -1, 2.5, "two", True, None])
-def test_a_bad_number_of_environments_is_refused(count):
-    with pytest.raises(ValueError, match=r"num_envs = .*accepted: an integer >= 1"):
-        toys(count)
-
-
-@pytest.mark.parametrize("mode", ["next_step", "disabled"])
-def test_the_core_must_reset_in_the_same_step(mode):
-    with pytest.raises(ValueError, match=rf"autoreset = '{mode}'; accepted: 'same_step'"):
-        SB3VecEnv(Toy(mode), PARAMS, 2)
-
-
-def test_a_step_before_the_first_reset_is_refused():
-    with pytest.raises(ValueError, match="reset"):
-        toys().step(stand())

@@ -8,25 +8,11 @@ import pytest
 from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
 
-from stickslip.envs import BipedEnv, GymVectorEnv
+from stickslip.envs import GymVectorEnv
 from tests.envs.helpers import BIPED, make, make_vec
-from tests.envs.same_as_single import check_vector_env
-from tests.envs.toy import PARAMS, Toy, one_toy, pushes, toys
+from tests.envs.toy import PARAMS, Toy, pushes, toys
 
 MODES = list(AutoresetMode)
-
-
-@pytest.mark.long  # test_same_episode.py beside it takes fewer steps of the same
-@pytest.mark.parametrize("mode", MODES)
-def test_bipeds_in_one_call_do_what_single_bipeds_do(mode):
-    env = make_vec(3, mode)
-    assert check_vector_env(env, lambda: make("random"), steps=80, scale=0.3, atol=2e-3) >= 5
-
-
-@pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize("count", [1, 4])
-def test_toys_in_one_call_do_what_single_toys_do(mode, count):
-    assert check_vector_env(toys(count, mode), one_toy, steps=100, seed=9) >= 10 * count
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -47,39 +33,6 @@ def test_make_vec_gives_the_batched_environment_and_keeps_its_spec():
     chosen = gymnasium.make_vec(BIPED, num_envs=2, autoreset_mode=AutoresetMode.SAME_STEP)
     assert isinstance(chosen.unwrapped, GymVectorEnv)
     assert chosen.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
-
-
-def test_shapes_and_types_are_those_of_gymnasium():
-    env = toys()
-    obs, info = env.reset(seed=0)
-    assert info == {}
-    assert env.observation_space.contains(obs)
-    obs, reward, terminated, truncated, info = env.step(pushes(3))
-    assert env.observation_space.contains(obs)
-    assert (reward.shape, reward.dtype) == ((3,), np.float64)
-    for flag in (terminated, truncated):
-        assert (flag.shape, flag.dtype) == ((3,), np.bool_)
-    assert info["right"].dtype == bool
-    assert np.issubdtype(info["episode_length"].dtype, np.integer)
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_one_finished_environment_does_not_stop_the_others(mode):
-    env = toys(3, mode)
-    start = env.reset(seed=0)[0][:, 0]
-    actions = pushes(3, np.sign(start[0]))
-    ends = np.zeros(3, bool)
-    steps = 0
-    while not ends.any():
-        obs, _, terminated, truncated, _ = env.step(actions)
-        ends, steps = terminated | truncated, steps + 1
-    assert ends.tolist() == [True, False, False]
-    if mode is AutoresetMode.DISABLED:
-        env.reset(options={"reset_mask": ends})
-    obs, *_ = env.step(pushes(3, 0, 0.1, 0.2))
-    assert obs[1:, 1].tolist() == [steps + 1, steps + 1]
-    np.testing.assert_allclose(obs[1:, 0], start[1:] + np.asarray([0.03, 0.06]), atol=1e-6)
-    assert obs[0, 1] == (0 if mode is AutoresetMode.NEXT_STEP else 1)
 
 
 def test_nothing_that_was_returned_is_used_again():
@@ -146,9 +99,12 @@ def test_a_picture_is_of_the_present_state_in_every_mode():
         assert shades == [[count] * 2 for count in counts]
 
 
-def test_the_core_is_told_the_mode():
-    for mode, name in zip(MODES, ("NextStep", "SameStep", "Disabled"), strict=True):
-        assert mode.value == name
-        kinds = {"NextStep": "next_step", "SameStep": "same_step", "Disabled": "disabled"}
-        env = GymVectorEnv(BipedEnv(), BipedEnv().default_params, 1, name)
-        assert env.functional.autoreset == kinds[name]
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["Biped-v0", "UGVRough-v1"])
+def test_max_episode_steps_truncates_a_vector(name):
+    limits = {"autoreset_mode": "same_step", "max_episode_steps": 7}
+    envs = gymnasium.make_vec(f"stickslip/{name}", num_envs=2, **limits)
+    envs.reset(seed=0)
+    nothing = np.zeros(envs.action_space.shape, np.float32)
+    truncated = [envs.step(nothing)[3].all() for _ in range(14)]
+    assert np.flatnonzero(truncated).tolist() == [6, 13]

@@ -40,16 +40,6 @@ def test_the_command_changes_after_each_interval_and_only_then():
     assert np.all((seen >= RANGE[0]) & (seen <= RANGE[1]))
 
 
-def test_the_interval_is_drawn_once_an_episode_from_its_range():
-    for seed in range(3):
-        seen, _, state = walk(0.2, 0.5, seed)
-        interval = float(state.drawn.commands.interval)
-        assert 0.2 <= interval <= 0.5
-        due = np.ceil(np.arange(1, int(STEPS * PERIOD / interval) + 1) * interval / PERIOD - 0.02)
-        changes = 1 + np.flatnonzero(np.diff(seen))
-        assert changes.tolist() == [one for one in due.astype(int) if one < STEPS]
-
-
 def test_a_step_is_judged_by_the_command_that_was_observed_before_it():
     env = BipedEnv(autoreset="disabled")
     params = env.make_params(scene="firm", randomisation=ranges((PERIOD, PERIOD)))
@@ -70,8 +60,3 @@ def test_what_is_not_asked_for_leaves_a_reset_as_it_was():
     assert other.drawn.commands is None
     assert float(first.drawn.mean_rate) == float(other.drawn.mean_rate)
     assert len(jax.tree.leaves(first)) == len(jax.tree.leaves(other)) + 4
-
-
-def test_an_interval_without_a_range_of_commands_is_refused():
-    with pytest.raises(ValueError, match=r"command_interval.*without mean_rate"):
-        BipedEnv().make_params(randomisation=Randomisation(command_interval=(1.0, 2.0)))

@@ -139,32 +139,6 @@ def test_runaway_is_the_first_step_beyond_the_greatest_crank_rate():
         assert run.info["status"][i, beyond] == Status.RUNAWAY
 
 
-@pytest.mark.long  # test_same_episode and test_vector compare the mode's steps, too
-def test_the_next_step_mode_ignores_the_action_and_gives_nothing_while_it_resets():
-    env, params = task("random", "same_step")
-    later, _ = task("random", "next_step")
-    given = actions(0.3)
-    same = rollout(env, params, given)
-    for i in range(4):  # the same actions, and a wild one where the reset is
-        ends = np.flatnonzero(same.over[i])
-        padded = np.insert(given[i], ends + 1, 0.9, axis=0)[:STEPS]
-        walker = np.repeat(padded[None], 4, axis=0)
-        run = rollout(later, params, walker)
-        resets = np.flatnonzero(run.info["autoreset"][i])
-        assert np.array_equal(resets, (ends + 1 + np.arange(len(ends)))[: len(resets)])
-        stays = np.setdiff1d(np.arange(STEPS), resets)
-        count = len(stays)
-        final = same.info["final_obs"][i, :count]
-        np.testing.assert_allclose(run.obs[i, stays], final, atol=1e-3)
-        np.testing.assert_allclose(run.reward[i, stays], same.reward[i, :count], atol=1e-3)
-        assert np.array_equal(run.terminated[i, stays], same.terminated[i, :count])
-        assert np.array_equal(run.truncated[i, stays], same.truncated[i, :count])
-        fresh = same.obs[i, ends][: len(resets)]
-        np.testing.assert_allclose(run.obs[i, resets], fresh, atol=1e-5)
-        assert not run.reward[i, resets].any()
-        assert not run.over[i, resets].any()
-
-
 def test_an_action_that_is_not_a_number_ends_the_episode_with_a_finite_reward():
     env = BipedEnv(autoreset="disabled")
     params = env.default_params

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import BipedParams, Table
-from stickslip.envs import BipedEnv
+from stickslip.dynamics.biped import BipedParams
 from tests.envs.helpers import (
     STEPS,
     WALKERS,
@@ -25,10 +24,6 @@ from tests.envs.helpers import (
 pytestmark = pytest.mark.long
 
 GENTLE = 0.1
-
-
-def difference(one: Rollout, other: Rollout, steps: int = STEPS) -> float:
-    return float(np.abs(one.obs[:, :steps] - other.obs[:, :steps]).max())
 
 
 def test_the_table_walks_like_the_exact_functions(float64):
@@ -51,24 +46,6 @@ def test_more_substeps_refine_the_same_walk(float64):
     assert np.array_equal(one.truncated, four.truncated)
 
 
-def test_single_precision_walks_like_double():
-    single = rollout(*task(), actions(GENTLE))
-    with jax.enable_x64(True):
-        double = rollout(*task(dtype="float64"), actions(GENTLE))
-    assert single.obs.dtype == np.float32
-    assert double.obs.dtype == np.float64
-    assert 0 < difference(single, double, 250) < 5e-3
-    assert np.array_equal(single.truncated, double.truncated)
-
-
-def test_a_coarse_table_is_a_choice_of_its_own():
-    fine, coarse = BipedEnv(), BipedEnv(fidelity=Table(4, 3))
-    assert fine != coarse
-    made = [jax.eval_shape(env.make_params) for env in (fine, coarse)]
-    leaves = [jax.tree.leaves(params.robot.inertia)[0].shape for params in made]
-    assert leaves == [(32, 3, 8), (4, 3, 4)]
-
-
 def test_a_one_step_scene_ends_where_support_would_be_exchanged():
     env, params = task("one")
     run = rollout(env, params, constant(0.24, 0.23, 0.25, 0.24))
@@ -79,14 +56,6 @@ def test_a_one_step_scene_ends_where_support_would_be_exchanged():
         walked = run.info["episode_walked"][i, end]
         assert walked == pytest.approx(float(params.robot.step_length), rel=1e-4)
     assert np.all(run.state.biped.steps == 0)
-
-
-def test_a_grip_floor_never_slides():
-    env, params = task("one")
-    run = rollout(env, params, actions(0.3))
-    assert not run.info["slid"].any()
-    assert not run.info["reward_slip"].any()
-    assert np.all(run.obs[..., 4] == 1)
 
 
 def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):
@@ -111,3 +80,17 @@ def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):
             np.testing.assert_allclose(ours, theirs, atol=1e-7, err_msg=name)
         seen.append(alone.info["slid"][i].sum())
     assert seen[0] > seen[1] > seen[2]
+
+
+def difference(one: Rollout, other: Rollout, steps: int = STEPS) -> float:
+    return float(np.abs(one.obs[:, :steps] - other.obs[:, :steps]).max())
+
+
+def test_single_precision_walks_like_double():
+    single = rollout(*task(), actions(GENTLE))
+    with jax.enable_x64(True):
+        double = rollout(*task(dtype="float64"), actions(GENTLE))
+    assert single.obs.dtype == np.float32
+    assert double.obs.dtype == np.float64
+    assert 0 < difference(single, double, 250) < 5e-3
+    assert np.array_equal(single.truncated, double.truncated)

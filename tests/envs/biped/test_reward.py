@@ -39,11 +39,6 @@ def close(given, expected, scale: float = 1.0):
     np.testing.assert_allclose(given, expected, rtol=2e-5, atol=2e-6 * scale)
 
 
-def test_the_reward_is_the_sum_of_its_terms(walks):
-    _, run = walks
-    close(run.reward, sum(run.info[name] for name in TERMS), 5.0)
-
-
 def test_every_term_follows_from_the_physical_entries(walks):
     params, run = walks
     info, drawn, period = run.info, run.before.drawn, 0.02
@@ -57,14 +52,6 @@ def test_every_term_follows_from_the_physical_entries(walks):
     close(info["reward_slip"], -weights["slip_weight"] * info["slid"] / speed)
     close(info["reward_energy"], -weights["energy_weight"] * energy / (mass * 9.81 * speed))
     close(info["reward_fall"], -weights["fall_penalty"] * run.terminated)
-
-
-def test_every_term_plays_a_part(walks):
-    _, run = walks
-    for name in TERMS:
-        assert np.ptp(run.info[name]) > 0
-    assert run.info["reward_slip"].max() <= 0
-    assert run.info["reward_energy"].max() <= 0
 
 
 def test_a_perfect_walk_would_earn_ten_times_the_tracking_weight_in_ten_seconds():
@@ -84,13 +71,6 @@ def test_finishing_a_one_step_scene_is_no_fall():
     assert fell.any()
     assert not run.info["reward_fall"][done].any()
     assert np.all(run.info["reward_fall"][fell] == -5.0)
-
-
-def test_torque_and_losses_are_those_of_the_action(walks):
-    params, run = walks
-    torque = float(params.torque_limit) * actions(0.3)[..., 0].astype(np.float64)
-    close(run.info["torque"], torque)
-    close(run.info["copper_loss"], float(params.copper_loss) * torque**2 * 0.02)
 
 
 def angle_of(state) -> np.ndarray:

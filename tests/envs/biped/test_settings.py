@@ -1,13 +1,12 @@
 """Speed against accuracy in the environment: presets, settings, and what is refused."""
 
-import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import stickslip  # noqa: F401
-from stickslip.dynamics import PRESETS, Scene, Setting
+from stickslip.dynamics import Scene, Setting
 from stickslip.dynamics.biped import EventExact, RK4Split
 from stickslip.envs import BipedEnv, Randomisation
 
@@ -28,13 +27,6 @@ def after_thirty_steps(env: BipedEnv, **options) -> np.ndarray:
     return np.array([float(state.biped.crank_angle), float(state.biped.foot_position)])
 
 
-def test_presets_are_accepted_by_name_and_set_the_precision(float64):
-    for name, setting in PRESETS.items():
-        env = BipedEnv(setting=name)
-        assert env.make_params().robot.total_mass.dtype == setting.dtype
-        assert env.integrator == setting.integrator_over(0.02)
-
-
 def test_finer_settings_come_closer_to_the_finest(float64):
     exact = after_thirty_steps(BipedEnv(setting=FINE))
     missed = [
@@ -49,13 +41,6 @@ def test_dt_is_the_longest_step_in_a_control_period():
     assert BipedEnv(setting=Setting("table", "rk4_split", 0.005)).integrator.substeps == 4
     assert BipedEnv(setting=FINE).integrator == EventExact()
     assert BipedEnv().integrator == RK4Split(1, 3)
-
-
-def test_gymnasium_takes_a_preset_by_name():
-    env = gymnasium.make("stickslip/Biped-v0", setting="fast")
-    observation, _ = env.reset(seed=0)
-    observation, *_ = env.step(np.zeros(1, np.float32))
-    assert np.isfinite(observation).all()
 
 
 @pytest.mark.parametrize(

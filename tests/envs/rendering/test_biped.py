@@ -49,10 +49,6 @@ def rgb(colour: str) -> list[int]:
     return [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
 
 
-def differing(one: np.ndarray, other: np.ndarray) -> float:
-    return float(np.mean(np.any(one != other, axis=-1)))
-
-
 def test_a_frame_brings_its_episodes_own_floor_and_weight(params, renderer):
     bare = renderer.draw(STANDING)
     same = replace(STANDING, floor=tuple(patches_of(SCENE)))
@@ -119,21 +115,6 @@ def test_sliding_shows_in_force_badge_and_marks(renderer):
     assert not has_colour(held[456:460, 16:640], theme.SLIDES)
 
 
-def test_both_legs_the_crank_and_the_hip_are_drawn(renderer):
-    picture = renderer.draw(replace(STANDING, phase=math.pi))[PANEL]
-    parts = *theme.SUPPORT.values(), *theme.SWING.values(), theme.MOTOR, theme.HIP
-    for colour in parts:
-        assert has_colour(picture, colour), colour
-
-
-def test_the_linkage_moves_with_the_phase_and_not_with_whole_turns(renderer):
-    here = renderer.draw(STANDING)[PANEL]
-    there = renderer.draw(replace(STANDING, phase=3.2))[PANEL]
-    assert differing(here, there) > 0.02
-    again = renderer.draw(replace(STANDING, phase=STANDING.phase + 4 * math.pi))[PANEL]
-    assert differing(here, again) < 1e-3  # the crank angle is single precision
-
-
 def test_the_cone_opens_with_friction_and_is_absent_on_a_grip_floor(renderer):
     def tinted(mu: float) -> int:
         frame = replace(STANDING, mu_static=mu, mu_kinetic=mu, normal_force=1e-3)
@@ -181,14 +162,6 @@ def test_batches_and_unreadable_sizes_are_refused(params):
         BipedRenderer(params, Scene.uniform(np.array([0.1, 0.2])))
     with pytest.raises(ValueError, match="too small"):
         BipedRenderer(params, SCENE, width=100)
-
-
-def test_other_proportions_and_a_scene_of_jax_arrays_are_drawn():
-    short = BipedParams.from_bars(crank_length=0.1, heel=0.0, toe=3.0, offset=0.0)
-    scene = Scene.patches(np.array([0.5]), np.array([0.2, 0.6]), payload=2.0)
-    scene = jax.tree.map(jax.numpy.asarray, scene)
-    picture = BipedRenderer(short, scene).draw(STANDING)
-    assert has_colour(picture[PANEL], theme.SUPPORT["main"])
 
 
 def test_the_users_matplotlib_settings_do_not_matter(params, renderer):

@@ -7,10 +7,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
-import pytest
-
-from stickslip.envs.rendering.drawing import Part
-from stickslip.envs.rendering.page import Episode, Event, Page, page_text
+from stickslip.envs.rendering.page import Page, page_text
 from tests.envs.rendering.pages import page, walked
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
@@ -71,20 +68,6 @@ def test_names_cannot_bring_elements():
     assert not any(
         "onerror" in attributes for _, attributes in Elements(page_text(evil_page())).found
     )
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (lambda: Event(3, "jump", ""), "kind = 'jump'; accepted: slip"),
-        (lambda: Part("red"), "role = 'red'; accepted: ink"),
-        (lambda: Episode("x", 0.0, walked().panels), "period = 0.0; accepted: > 0 s"),
-        (lambda: Episode("x", 0.1, ()), "panels is empty"),
-    ],
-)
-def test_what_a_page_cannot_show_is_refused(wrong, said: str):
-    with pytest.raises(ValueError, match=said):
-        wrong()
 
 
 def test_the_page_of_the_documentation_has_the_programs_of_the_package():

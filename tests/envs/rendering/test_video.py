@@ -46,22 +46,6 @@ def test_a_film_has_every_picture_in_its_order(ffmpeg, tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_failure_leaves_the_film_that_was_there(ffmpeg, tmp_path):
-    def breaks():
-        yield from shades(2)
-        raise RuntimeError("drawing failed")
-
-    path = tmp_path / "walk.mp4"
-    path.write_bytes(b"the old one")
-    with pytest.raises(RuntimeError, match="drawing failed"):
-        save_animation(breaks(), path)
-    for frames in ([*shades(1), *shades(1, 50)], [], [np.zeros((4, 4))]):
-        with pytest.raises(ValueError, match="accepted"):
-            save_animation(frames, path)
-    assert path.read_bytes() == b"the old one"
-    assert list(tmp_path.iterdir()) == [path]
-
-
 @pytest.mark.skipif(os.name == "nt", reason="a shell script stands for ffmpeg")
 @pytest.mark.parametrize("lines", ["echo No space left on device >&2; exit 1", "exit 3"])
 def test_an_ffmpeg_that_fails_is_an_error_with_its_last_line(tmp_path, monkeypatch, lines):

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.envs.tasks import TASKS, Known, Scale, known_of
-from stickslip.envs.tasks.known import Earned, bootstrapped
+from stickslip.envs.tasks.definition import TASKS
+from stickslip.envs.tasks.known import Earned, Known, Scale, bootstrapped, known_of
 
 NAMES = list(TASKS)
 

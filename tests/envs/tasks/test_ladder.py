@@ -17,8 +17,6 @@ from stickslip.agents.policy.file import named_task_of
 from stickslip.agents.untrusted import RefusedError
 from stickslip.envs import (
     TASKS,
-    GymEnv,
-    GymVectorEnv,
     TaskDefinition,
     task_by_name,
 )
@@ -100,15 +98,6 @@ def test_a_task_is_solved_from_a_score_of_0_9():
     assert known is not None
     assert spec.reward_threshold is not None
     assert known.scale.score(spec.reward_threshold) == pytest.approx(0.9, abs=1e-4)
-
-
-def test_gymnasium_makes_the_task_single_and_as_a_vector():
-    env = gymnasium.make("stickslip/BipedSprint-v1").unwrapped
-    assert isinstance(env, GymEnv)
-    assert float(env.params.tracking_weight) == pytest.approx(1.2)
-    envs = gymnasium.make_vec("stickslip/BipedSprint-v1", num_envs=2)
-    assert isinstance(envs, GymVectorEnv)
-    assert envs.observation_space.shape == (2, 6)
 
 
 def test_a_task_takes_no_options_and_says_where_they_go():
