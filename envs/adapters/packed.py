@@ -192,11 +192,9 @@ class PackedEnvs:
         if group is not None:
             obs = group.begin(chains, mask, params)
             if self._steps_alike(params):
-                all_of_them = self._usual.carry is None or mask.all()
-                carry = self._usual.carry
-                self._usual.carry = (
-                    group.carry if all_of_them else jnp.where(mask, group.carry, carry)
-                )
+                before = None if mask.all() else self._usual.carry
+                both = group.carry, before
+                self._usual.carry = group.carry if before is None else jnp.where(mask, *both)
                 self._move(mask, self._usual)
             else:
                 self._move(mask, group, params)

@@ -139,23 +139,19 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     def _seed(self, seed: int | list[int | None] | None, mask: np.ndarray | None) -> None:
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
-            seeds: list[int | None] = [int(seed) + i for i in range(self.num_envs)]
-        else:
-            require_kind("seed", seed, (list, tuple, np.ndarray, type(None)), SEEDS)
-            given = [None] * self.num_envs if seed is None else seed
-            seeds = [
-                one if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
-                for one in given
-            ]
+            seed = [int(seed) + i for i in range(self.num_envs)]
+        require_kind("seed", seed, (list, tuple, np.ndarray, type(None)), SEEDS)
+        seeds = [
+            one if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
+            for one in ([None] * self.num_envs if seed is None else seed)
+        ]
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds; accepted: {self.num_envs}, one an environment")
         if mask is not None:
             seeds = [one if chosen else None for one, chosen in zip(seeds, mask, strict=True)]
         if not self._seeded:
-            drawn = self.np_random.integers(2**31, size=self.num_envs)
-            seeds = [
-                int(new) if one is None else one for one, new in zip(seeds, drawn, strict=True)
-            ]
+            drawn = self.np_random.integers(2**31, size=self.num_envs).tolist()
+            seeds = [new if one is None else one for one, new in zip(seeds, drawn, strict=True)]
             self._seeded = True
         if any(one is not None for one in seeds):
             self._envs.seed(seeds)
