@@ -111,7 +111,8 @@ def collect(
     if count == 1:
         return _collect(program, params, policy_params, now)
     size = -(-num_envs // count)
-    parts = [_part(now, slice(at, at + size)) for at in range(0, num_envs, size)]
+    places = [slice(at, at + size) for at in range(0, num_envs, size)]
+    parts = [jax.tree.map(lambda leaf, at=at: leaf[at], now) for at in places]
     with ThreadPoolExecutor(count) as pool:
         run = partial(_collect, program, params, policy_params)
         found = list(pool.map(lambda part: jax.block_until_ready(run(part)), parts))
@@ -217,10 +218,6 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
 def _first(env: FunctionalEnv, params: Any, key: Array) -> Progress:
     obs, state = env.reset_env(key, params)
     return Progress(state, obs, jax.random.key_data(key))
-
-
-def _part(progress: Progress, where: slice) -> Progress:
-    return jax.tree.map(lambda leaf: leaf[where], progress)
 
 
 def _joined(parts: list[Collected]) -> Collected:

@@ -44,7 +44,8 @@ class Compiled(Generic[State, Params]):
         require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
         env.check_params(params)
         num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
-        require_mode(render_mode, modes)
+        if render_mode is not None:
+            require_choice("render_mode", render_mode, modes, also="None")
         env = env if autoreset is None else replace(env, autoreset=autoreset)  # type: ignore[type-var]
         self._functional, self._params, self.render_mode = env, params, render_mode
         self._envs = PackedEnvs(env, params, num_envs)
@@ -102,12 +103,6 @@ class Compiled(Generic[State, Params]):
                 "scene or track that leaves the observation as it is"
             )
         return params
-
-
-def require_mode(given: object, modes: tuple[str, ...]) -> None:
-    """ValueError for a render mode that is none of these, nor None."""
-    if given is not None:
-        require_choice("render_mode", given, modes, also="None")
 
 
 def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Generic
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind
+from stickslip.dynamics.checks import require_integer
+from stickslip.envs.adapters.base import require_autoreset
 from stickslip.envs.functional import FunctionalEnv, Params, State
 from stickslip.envs.rendering.extras import require
 
@@ -15,10 +16,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.numeric import Lists, Number
-
-
-VALUES = (6, 5)
-"""Number of values of a step: gymnax 1.0, and 0.0.9 and purejaxrl."""
 
 
 class GymnaxEnv(Generic[State, Params]):
@@ -37,14 +34,10 @@ class GymnaxEnv(Generic[State, Params]):
     """
 
     def __init__(self, env: FunctionalEnv[State, Params], params: Params, values: int = 6):
-        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
-        if env.autoreset != "same_step":
-            raise ValueError(
-                f"autoreset = {env.autoreset!r}; accepted: 'same_step', as gymnax resets"
-            )
+        require_autoreset(env, "same_step", "as gymnax resets")
         env.check_params(params)
         self.functional, self.default_params = env, params
-        self.values = require_integer("values", values, low=min(VALUES), high=max(VALUES))
+        self.values = require_integer("values", values, low=5, high=6)
 
     @property
     def name(self) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
-from stickslip.envs.adapters.base import Compiled, require_autoreset, require_mode
+from stickslip.envs.adapters.base import Compiled, require_autoreset
 from stickslip.envs.adapters.packing import Results, Shared
 from stickslip.envs.rendering.extras import require
 
@@ -125,30 +125,20 @@ class SB3VecEnv(Compiled, VecEnv):
         raise AttributeError(f"no attribute {attr_name!r}; accepted: those of {self._owners()}")
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Set render_mode, for all environments. The parameters are compiled in: ValueError."""
-        if attr_name != "render_mode":
-            raise ValueError(
-                f"{attr_name!r} cannot be set; accepted: render_mode, set_options for an episode, "
-                "or a new SB3VecEnv with other parameters"
-            )
-        if len(set(self._chosen(indices))) != self.num_envs:
-            raise ValueError("render_mode of some environments; accepted: of all of them")
-        require_mode(value, ("rgb_array",))
-        self.render_mode = value
+        """ValueError: the parameters are compiled in."""
+        raise ValueError(
+            f"{attr_name!r} cannot be set; accepted: set_options for an episode, or a new "
+            "SB3VecEnv with other parameters"
+        )
 
     def env_method(
         self, method_name: str, *method_args: object, indices: Any = None, **method_kwargs: object
     ) -> list[Any]:
         """Call a method of the functional environment, once, and return what it gives for each
         environment asked for. AttributeError for an unknown one."""
-        if method_name == "render":
-            images = self.get_images()
-            return [images[i] for i in self._chosen(indices)]
         method = getattr(self.functional, method_name, None)
         if not callable(method):
-            raise AttributeError(
-                f"no method {method_name!r}; accepted: render, or those of {self._owners()}"
-            )
+            raise AttributeError(f"no method {method_name!r}; accepted: those of {self._owners()}")
         return [method(*method_args, **method_kwargs)] * len(self._chosen(indices))
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:

@@ -13,7 +13,7 @@ from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
 from stickslip.envs.rendering.linkage import BARS, SOLE, Mechanism, plain
-from stickslip.envs.rendering.renderer import Readout, Renderer
+from stickslip.envs.rendering.scene import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class BipedFrame:
         names = [one.name for one in fields(self) if one.name not in ("status", "floor", "weight")]
         columns = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in names))
         found = dict(zip(names, columns, strict=True))
-        for name in {*names} - {"mu_static", "mu_kinetic", "mean_rate", "walked"}:
+        for name in {*names} - {"mu_static", "mu_kinetic", "commanded_rate", "walked"}:
             found[name] = np.nan_to_num(found[name], posinf=0.0, neginf=0.0)
         return replace(self, **found)
 

@@ -39,7 +39,11 @@ class Painter:
     """
 
     def __init__(self, width: int, height: int):
-        require_size(width, height)
+        if width < 480 or height < 270:
+            raise ValueError(
+                f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
+                "height >= 270"
+            )
         self.unit = min(width / 960, height / 540)
         self.width, self.height = width / self.unit, height / self.unit
         agg = require("matplotlib.backends.backend_agg")
@@ -153,15 +157,6 @@ class Painter:
             corners = (side * self.unit for side in self._clip)
             style.set_clip_rectangle(require("matplotlib.transforms").Bbox.from_extents(*corners))
         return style
-
-
-def require_size(width: int, height: int) -> None:
-    """Raise ValueError for a picture that is too small to read."""
-    if width < 480 or height < 270:
-        raise ValueError(
-            f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
-            "height >= 270"
-        )
 
 
 @lru_cache(1024)

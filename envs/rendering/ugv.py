@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
-from stickslip.envs.rendering.renderer import Readout, Renderer
+from stickslip.envs.rendering.scene import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip import envs
-from stickslip.dynamics.plain_checks import require_choice, require_kind, shown
+from stickslip.dynamics.plain_checks import require_choice
 
 if TYPE_CHECKING:
     from typing import Any
@@ -39,7 +39,7 @@ class TaskDefinition:
     stem, version: the name is STEM-vVERSION. title: what is asked, in a few words. about: what
     makes it hard, in a sentence or two. environment: the class, by name. choices: its static
     options. parameters: what `make_params` takes, as plain values (see `from_plain` of the class).
-    unit: of a return. ValueError for names that do not go together.
+    unit: of a return. ValueError for another environment.
     """
 
     stem: str
@@ -53,13 +53,6 @@ class TaskDefinition:
 
     def __post_init__(self) -> None:
         require_choice("environment", self.environment, ENVIRONMENTS)
-        if not (isinstance(self.stem, str) and self.stem.isidentifier()):
-            raise ValueError(
-                f"stem = {shown(self.stem)}; accepted: letters, digits and _, beginning with none "
-                "of the digits"
-            )
-        for name in ("parameters", "choices"):
-            require_kind(name, getattr(self, name), dict, "a dict of plain values")
 
     @property
     def machine(self) -> str:

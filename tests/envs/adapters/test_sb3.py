@@ -126,23 +126,16 @@ def test_attributes_are_reached():
         env.get_attr("spee")
     assert env.env_method("parameter_names", indices=[1]) == [()]
     assert env.env_method("observation_bounds", PARAMS)[2][0].tolist() == [-2.0, 0.0]
-    with pytest.raises(AttributeError, match=r"no method 'x'; accepted: render, or those of"):
+    with pytest.raises(AttributeError, match=r"no method 'x'; accepted: those of"):
         env.env_method("x")
     env.close()
 
 
 def test_attributes_that_are_compiled_in_are_not_set():
-    env = toys()
-    with pytest.raises(ValueError, match=r"'limit' cannot be set; accepted: render_mode, set_opt"):
-        env.set_attr("limit", 1)
-    env.set_attr("render_mode", "rgb_array")
-    assert env.get_attr("render_mode") == ["rgb_array"] * 3
-    with pytest.raises(ValueError, match=r"render_mode of some environments; accepted: of all"):
-        env.set_attr("render_mode", None, indices=[1])
+    with pytest.raises(ValueError, match=r"'limit' cannot be set; accepted: set_options"):
+        toys().set_attr("limit", 1)
     with pytest.raises(ValueError, match=r"render_mode = 'human' is unknown; accepted: None, 'rgb"):
-        env.set_attr("render_mode", "human")
-    with pytest.raises(ValueError, match=r"render_mode = 3 is unknown"):
-        toys(render_mode=3)
+        toys(render_mode="human")
 
 
 def test_every_environment_has_a_picture_and_render_shows_them_in_one():
@@ -158,7 +151,6 @@ def test_every_environment_has_a_picture_and_render_shows_them_in_one():
     whole = env.render("rgb_array")
     assert whole.shape == (8, 12, 3)
     assert np.array_equal(whole, env.render())
-    assert np.array_equal(env.env_method("render", indices=2)[0], images[2])
     with pytest.warns(UserWarning, match="render_mode"):
         assert toys().render() is None
     assert toys().get_images() == [None] * 3

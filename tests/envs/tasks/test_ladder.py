@@ -128,18 +128,3 @@ def test_a_withdrawn_version_is_refused_with_the_reason_and_the_latest(monkeypat
                 "versions": {"stickslip": "1.0"},
             }
         )
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"stem": "My Floor"},
-        {"stem": "../x"},
-        {"environment": "Biped"},
-        {"parameters": None},
-        {"choices": []},
-    ],
-)
-def test_a_definition_whose_parts_do_not_go_together_is_refused_by_name(wrong):
-    with pytest.raises(ValueError, match=f"{next(iter(wrong))} = .*accepted: "):
-        replace(TASKS["BipedSteady-v0"], **wrong)
