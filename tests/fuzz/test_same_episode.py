@@ -86,9 +86,6 @@ class Episodes(NamedTuple):
         obs, _ = env.reset(seed=first)
         rows = [np.append(obs[at], 0.0)]
         for step in range(STEPS):
-            actions = (
-                self.actions[step, :count] if count > 1 else self.actions[step, CHOSEN : CHOSEN + 1]
-            )
             obs, reward, terminated, truncated, infos = env.step(actions[step])
             over = terminated[at] or truncated[at]
             last = infos["final_obs"][at] if over else obs[at]
@@ -104,9 +101,6 @@ class Episodes(NamedTuple):
         env = SB3VecEnv(*self.environment("same_step"), count, seed=first)
         rows = [np.append(env.reset()[at], 0.0)]
         for step in range(STEPS):
-            actions = (
-                self.actions[step, :count] if count > 1 else self.actions[step, CHOSEN : CHOSEN + 1]
-            )
             obs, reward, over, infos = env.step(actions[step])
             last = infos[at]["terminal_observation"] if over[at] else obs[at]
             rows.append(np.append(last, reward[at]))
