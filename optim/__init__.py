@@ -21,10 +21,8 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.gait import Certificate, Gait, GaitResult
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.replay import Replay, replay
-    from stickslip.optim.instances.catalogue import FAMILIES, instance, suite
-    from stickslip.optim.instances.instance import Instance
-    from stickslip.optim.instances.objective import Objective
-    from stickslip.optim.instances.record import BudgetSpent, Record
+    from stickslip.optim.instances.instance import FAMILIES, Instance, instance, suite
+    from stickslip.optim.instances.objective import BudgetSpent, Objective, Record
     from stickslip.optim.posture.bounds.branch import DriveBound, bound_every_drive
     from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
     from stickslip.optim.posture.names import METHODS
@@ -51,10 +49,8 @@ else:
             "result": ("Evaluation", "OptimStatus", "Result"),
             "solving": ("methods_of", "solve"),
             "function_problem": ("FunctionProblem",),
-            "instances.catalogue": ("FAMILIES", "instance", "suite"),
-            "instances.instance": ("Instance",),
-            "instances.objective": ("Objective",),
-            "instances.record": ("BudgetSpent", "Record"),
+            "instances.instance": ("FAMILIES", "Instance", "instance", "suite"),
+            "instances.objective": ("BudgetSpent", "Objective", "Record"),
         },
     )
 

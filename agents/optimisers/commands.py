@@ -49,7 +49,6 @@ def make_parser() -> argparse.ArgumentParser:
     add = report.add_argument
     add("source", nargs="+", type=Path, help="directories of races, tables of others")
     add("--out", type=Path, required=True, metavar="DIR", help="a new directory")
-    add("--ioh", action="store_true", help="also write IOHprofiler's files, into DIR/ioh")
     report.set_defaults(run=_report)
     part("methods", "list the methods").set_defaults(run=_methods)
     return parser
@@ -71,27 +70,21 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(given: argparse.Namespace) -> Content:
-    from stickslip.agents.optimisers.racing import RacePlan, race
+    from stickslip.agents.optimisers.racing import race
     from stickslip.agents.optimisers.report import counted_text, runs_table
     from stickslip.agents.sweeps.cells import StoppedError
-    from stickslip.optim.instances.catalogue import suite
+    from stickslip.optim import suite
     from stickslip.records.files import require_folder
     from stickslip.records.signals import stoppable
     from stickslip.records.table import Content
 
     require_folder(given.out)
     names = list(suite()) if given.instances is None else given.instances
-    limits = {one: getattr(given, one) for one in ("budget", "seconds", "seeds", "limit")}
-    plan = RacePlan.of(given.methods, names, **limits)
-    print(
-        f"{len(plan.tasks)} runs into {given.out}; {len(plan.left_out)} pairs of method and "
-        "instance do not suit each other",
-        flush=True,
-    )
-    how = {one: getattr(given, one) for one in ("out", "resume", "workers")}
+    options = ("budget", "seconds", "seeds", "limit", "out", "resume", "workers")
+    flags = {one: getattr(given, one) for one in options}
     with stoppable() as stop:
         try:
-            runs = race(given.methods, names, **how, progress=True, stop=stop, **limits)
+            runs = race(given.methods, names, **flags, progress=True, stop=stop)
         except StoppedError:
             message = f"Stopped; go on with the same command and --resume ({given.out})"
             raise stop.interrupted(message) from None
@@ -101,7 +94,7 @@ def _run(given: argparse.Namespace) -> Content:
 
 
 def _report(given: argparse.Namespace) -> Content:
-    from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table, write_ioh
+    from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table
     from stickslip.agents.optimisers.runs import read_results, write_results
     from stickslip.records.files import require_folder, write_whole
     from stickslip.records.table import Content
@@ -115,7 +108,6 @@ def _report(given: argparse.Namespace) -> Content:
     written = [write_whole(given.out / "report.md", text, overwrite=False)]
     written += [write_results(runs, given.out / f"results.{kind}") for kind in ("parquet", "csv")]
     written += draw_ecdfs(runs, given.out)
-    written += write_ioh(runs, given.out / "ioh") if given.ioh else []
     print("Written: " + ", ".join(map(str, written)))
     return Content({"runs": runs_table(runs)}, {"written": [str(one) for one in written]})
 

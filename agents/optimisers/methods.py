@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.dynamics.plain_checks import nearest, require_choice, require_kind, shown
+from stickslip.dynamics.plain_checks import require_choice, require_kind, shown
 from stickslip.envs.rendering.extras import require
 from stickslip.records.table import Column, Table
 
@@ -38,9 +38,9 @@ class Method:
 
     about: one line. function: minimises until it ends or the budget ends it. constraints: "native";
     "penalty": it minimises `Objective.penalised`; "structure": it works on the problem itself, so
-    that only its time is comparable (`inside`). slopes: whether it needs gradients. batch: points
-    evaluated at once. seeded: whether seeds differ. goals: fewest and most. families: of instances,
-    all if empty. convex: whether it takes convex instances only. most: free numbers at most.
+    that only its time is comparable (`inside`) and its seeds do not differ. batch: points evaluated
+    at once. goals: fewest and most. families: of instances, all if empty. convex: whether it takes
+    convex instances only. most: free numbers at most.
     """
 
     name: str
@@ -48,13 +48,11 @@ class Method:
     function: Optimiser
     library: str = "yours"
     constraints: Literal["native", "penalty", "structure"] = "penalty"
-    slopes: bool = False
     batch: int = 1
-    seeded: bool = True
     goals: tuple[int, int] = (1, 1)
     families: tuple[str, ...] = ()
     convex: bool = False
-    most: int = 10**9
+    most: int = MANY
 
     @property
     def inside(self) -> bool:
@@ -70,8 +68,6 @@ class Method:
             return f"takes {', '.join(self.families)}, not {instance.family}"
         if self.convex and not instance.flags.convex:
             return "takes convex problems only"
-        if self.slopes and not instance.flags.slopes:
-            return "needs gradients, which it has not"
         return f"takes {self.most} numbers at most" if instance.n > self.most else ""
 
 
@@ -112,12 +108,8 @@ def scipy_local(method: str, options: dict[str, float], objective: Objective, se
         if method == "COBYLA":
             given.pop("jac", None)
             given.get("constraints", {}).pop("jac", None)
-        before = objective.record.evaluations
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # about intermediate points
+        with warnings.catch_warnings(action="ignore"):  # about intermediate points
             minimize(**given, method=method, options=options)
-        if objective.record.evaluations == before:
-            return
 
 
 def cma(objective: Objective, seed: int) -> None:
@@ -126,17 +118,14 @@ def cma(objective: Objective, seed: int) -> None:
     from stickslip.optim.instances.exports import as_cma
 
     for number, start in enumerate(_starts(objective, seed)):
-        given = as_cma(objective, SIGMA, seed=10_000 * seed + number)
+        given = as_cma(objective, seed=10_000 * seed + number)
         strategy = library.CMAEvolutionStrategy(
             objective.to_unit(start), given["sigma0"], given["options"]
         )
-        before = objective.record.evaluations
         while not strategy.stop():
             asked = strategy.ask()
-            values = given["objective_function"].of_rows(np.array(asked))
+            values = given["objective_function"](np.array(asked))
             strategy.tell(asked, np.asarray(values).tolist())
-        if objective.record.evaluations == before:
-            return
 
 
 def differential_evolution(objective: Objective, seed: int) -> None:
@@ -194,8 +183,7 @@ def nevergrad(objective: Objective, seed: int) -> None:
     library = require("nevergrad", "this method", "optimisers")
     where, function = as_nevergrad(objective)
     where.random_state = np.random.RandomState(seed)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # its own
+    with warnings.catch_warnings(action="ignore"):  # its own
         search = library.optimizers.TwoPointsDE(where, budget=objective.budget or MANY)
         while True:
             asked = search.ask()
@@ -208,8 +196,7 @@ def optuna(objective: Objective, seed: int) -> None:
 
     library = require("optuna", "this method", "optimisers")
     library.logging.set_verbosity(library.logging.ERROR)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # about experimental features
+    with warnings.catch_warnings(action="ignore"):  # about experimental features
         study = library.create_study(
             sampler=library.samplers.TPESampler(seed=seed), directions=["minimize"] * objective.k
         )
@@ -217,28 +204,29 @@ def optuna(objective: Objective, seed: int) -> None:
 
 
 def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
-    """The middle of the bounds first with seed 0, uniformly random points else, without end."""
-    rng = np.random.default_rng([seed, 7])
-    if seed == 0:
-        yield objective.middle
-    while True:
-        yield objective.from_unit(rng.random(objective.n))
+    """The middle of the bounds first with seed 0, uniformly random points else, until a search
+    evaluates nothing."""
+    rng, before = np.random.default_rng([seed, 7]), -1
+    start = objective.middle if seed == 0 else objective.from_unit(rng.random(objective.n))
+    while objective.record.evaluations > before:
+        before = objective.record.evaluations
+        yield start
+        start = objective.from_unit(rng.random(objective.n))
 
 
 METHODS = {
     one.name: one
     for one in (
         Method("dp", "dynamic programming over a grid of leg angles", dynamic_programming,
-               "stickslip.optim", "structure", seeded=False, families=("posture",)),
+               "stickslip.optim", "structure", families=("posture",)),
         Method("conic", "cvxpy with Clarabel", conic,
-               "cvxpy", "structure", seeded=False, families=("gait", "split"), convex=True),
+               "cvxpy", "structure", families=("gait", "split"), convex=True),
         Method("cma", "covariance matrix adaptation, sigma 0.2 of the box, with restarts", cma,
                "cma", "penalty", batch=16),
         Method("slsqp", "SLSQP with restarts; differences where there are no gradients",
                partial(scipy_local, "SLSQP", {"maxiter": 1000}), "scipy", "native"),
         Method("trust-constr", "an interior point with trust regions, with restarts",
-               partial(scipy_local, "trust-constr", {"maxiter": 1000}), "scipy", "native",
-               slopes=True),
+               partial(scipy_local, "trust-constr", {"maxiter": 1000}), "scipy", "native"),
         Method("cobyla", "linear models without gradients, with restarts",
                partial(scipy_local, "COBYLA", {"maxiter": 10**6}), "scipy", "native", most=40),
         Method("de", "differential evolution, 32 points", differential_evolution,
@@ -267,58 +255,41 @@ def methods_table() -> Table:
     """A row for each method."""
     rows = []
     for one in METHODS.values():
-        takes = "several goals" if one.goals[0] > 1 else "one goal or several"
-        rest = [takes] if one.goals != (1, 1) else []
-        rest += [", ".join(one.families)] if one.families else []
-        rest += ["convex"] if one.convex else []
-        rest += [f"{one.most} numbers at most"] if one.most < 10**9 else []
-        asks = "gradients" if one.slopes else (f"batches of {one.batch}" if one.batch > 1 else "")
-        row = [f"`{one.name}`", one.library, one.about, asks, one.constraints, "; ".join(rest)]
-        rows.append(row)
+        takes = [", ".join(one.families), "convex" if one.convex else ""]
+        takes += [f"{one.goals[0]} to {one.goals[1]} goals" if one.goals != (1, 1) else ""]
+        takes += [f"{one.most} numbers at most" if one.most < MANY else ""]
+        batch = f"batches of {one.batch}" if one.batch > 1 else ""
+        only = "; ".join(filter(None, takes))
+        rows.append([f"`{one.name}`", one.library, one.about, batch, one.constraints, only])
     heads = ("method", "library", "what", "asks for", "constraints", "takes only")
     return Table([Column(head, words=True) for head in heads], rows)
 
 
-def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str | Method]) -> list[Method]:
+def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str]) -> list[Method]:
     """Methods by names of METHODS, or functions under names of one's own.
 
     ValueError for an unknown name, with the nearest, or for what cannot be called.
     """
-    if isinstance(given, str):
-        given = [given]
     pairs = given if isinstance(given, Mapping) else {name: name for name in given}
-    if not pairs:
-        raise ValueError("no methods; accepted: one at least")
     return [_method(name, one) for name, one in pairs.items()]
 
 
-def _method(name: str, one: Optimiser | str | Method) -> Method:
+def _method(name: str, one: Optimiser | str) -> Method:
     require_kind("method", name, str, "a name")
-    if isinstance(one, Method):
-        return one
     if isinstance(one, str):
         require_choice("method", one, METHODS)
         return METHODS[one]
     if name in METHODS or not name.strip() or len(name) > 80:
         raise ValueError(
-            f"method {shown(name)}{nearest(name, METHODS)}; accepted: a name of your own, of up to "
-            "80 characters, that none of METHODS has"
+            f"method {shown(name)}; accepted: a name of your own, of up to 80 characters, that "
+            "none of METHODS has"
         )
     if not callable(one):
         raise ValueError(f"method {name}: {shown(one)}; accepted: a function of an objective")
-    return Method(name, "a function of the user's", _seeded(one))
-
-
-def _seeded(function: Callable[..., object]) -> Optimiser:
-    """The function, called with the seed if it takes two arguments."""
     try:
-        inspect.signature(function).bind(None, 0)
+        inspect.signature(one).bind(None, 0)
     except TypeError:
-        return partial(_unseeded, function)
+        return Method(name, "a function of the user's", lambda objective, seed: one(objective))
     except ValueError:  # a signature that is not known
-        return function
-    return function
-
-
-def _unseeded(function: Callable[..., object], objective: Objective, seed: int) -> object:
-    return function(objective)
+        pass
+    return Method(name, "a function of the user's", one)

@@ -1,22 +1,16 @@
-"""Results of races: gaps, expected running times, ECDF plots, and files for IOHprofiler."""
+"""Results of races: gaps, expected running times, ECDF plots."""
 
 from __future__ import annotations
 
-import json
-import re
 from collections import Counter
-from importlib.metadata import version
-from itertools import groupby
-from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip.agents.optimisers.runs import FAILED, OUTCOMES
-from stickslip.dynamics.plain_checks import require_choice
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import make_sheet, name_below, save_sheet
-from stickslip.optim.instances.catalogue import suite
-from stickslip.records.files import write_whole
+from stickslip.optim.instances.instance import suite
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -34,24 +28,32 @@ TARGETS = 10.0 ** np.linspace(2, -4, 31)
 """Relative gaps to the best known value: five in each power of ten."""
 LEVEL, RESAMPLES = 0.95, 1000
 LEAST, REFERENCE = 1e-12, 1.1
+CLOSE = 0.01
+"""Relative gap of "close", and of expected running times."""
+FIRST, NAMED = 3, 10
+"""Methods named for an instance; failed runs named."""
+FAMILIES = {
+    "posture": "leg angles of the UGV",
+    "split": "torque split (convex)",
+    "gait": "gaits (convex)",
+    "shooting": "torques through the simulator",
+    "gains": "feedback gains (noisy)",
+    "design": "designs",
+    "goals": "two goals",
+}
+COLOURS = ("#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#111111")
+DASHES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
+LABELS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
+COLUMNS = 3
 
 
-class Target(NamedTuple):
-    """The best known value, and the size that gaps are relative to."""
-
-    best: float
-    scale: float
-
-    @classmethod
-    def of(cls, instance: Instance) -> Target:
-        """The target of an instance; with several goals 0 and 1, see `front_merit`."""
-        if len(instance.goals) > 1:
-            return cls(0.0, 1.0)
-        return cls(instance.best_known, max(abs(instance.best_known), LEAST))
-
-    def gap(self, value: float | np.ndarray) -> np.ndarray:
-        """(value - best) / scale: 0 for the best known, negative for what is better."""
-        return (np.asarray(value, float) - self.best) / self.scale
+def gap(instance: Instance, value: float | np.ndarray) -> np.ndarray:
+    """(value - best known) / |best known|: 0 for the best known, negative for what is better. With
+    several goals the value itself, see `front_merit`."""
+    if len(instance.goals) > 1:
+        return np.asarray(value, float)
+    best = instance.best_known
+    return (np.asarray(value, float) - best) / max(abs(best), LEAST)
 
 
 def front_merit(instance: Instance, values: Float[np.ndarray, "B 2"]) -> float:
@@ -90,13 +92,12 @@ class Expected(NamedTuple):
 def gaps(run: Run) -> Float[np.ndarray, "rows"]:
     """(value - best known) / |best known| by row; infinite before something is feasible. With two
     goals: the missing share of hypervolume."""
-    found = Target.of(suite()[run.instance]).gap(run.values)
+    found = gap(suite()[run.instance], run.values)
     return np.where(np.isfinite(found), found, np.inf)
 
 
 def hits(run: Run, targets: Float[np.ndarray, "T"], of: Cost) -> Float[np.ndarray, "T"]:
     """Cost at which each gap was first reached; infinite where it was not."""
-    require_choice("of", of, COSTS)
     met = gaps(run)[:, None] <= np.asarray(targets, float)[None, :]
     spent = np.asarray(getattr(run, of), float)
     return np.where(met.any(axis=0), spent[np.argmax(met, axis=0)], np.inf)
@@ -110,15 +111,12 @@ def ert(runs: Sequence[Run], target: float, of: Cost = "evaluations", seed: int 
     hit, ends = np.isfinite(found), np.array([float(getattr(run, of)[-1]) for run in runs])
     spent = np.where(hit, found, ends)
     which = np.random.default_rng(seed).integers(len(runs), size=(RESAMPLES, len(runs)))
-    drawn = np.sort(_ratio(spent[which].sum(axis=1), hit[which].sum(axis=1)))
+    which = np.concatenate([[np.arange(len(runs))], which])
+    times, successes = spent[which].sum(axis=1), hit[which].sum(axis=1)
+    value, *drawn = np.where(successes > 0, times / np.maximum(successes, 1), np.inf)
     tail = (1 - LEVEL) / 2
-    low, high = (drawn[round(share * (RESAMPLES - 1))] for share in (tail, 1 - tail))
-    value = _ratio(spent.sum(), hit.sum())
+    low, high = (np.sort(drawn)[round(at * (RESAMPLES - 1))] for at in (tail, 1 - tail))
     return Expected(float(value), float(low), float(high), int(hit.sum()), len(runs))
-
-
-def _ratio(spent: np.ndarray, hit: np.ndarray) -> np.ndarray:
-    return np.where(hit > 0, spent / np.maximum(hit, 1), np.inf)
 
 
 def ecdf(
@@ -128,43 +126,21 @@ def ecdf(
 
     Evaluations are divided by the instance's free numbers, as is usual; seconds are not.
     """
-    each = [hits(run, targets, of) / scale_of(run, of) for run in runs]
-    if not each:
-        return np.zeros(0), np.zeros(0)
-    ordered = np.sort(np.concatenate(each))
+    each = [hits(run, targets, of) / _scale(run, of) for run in runs]
+    ordered = np.sort(np.concatenate([*each, np.zeros(0)]))
     known = np.isfinite(ordered)
-    return ordered[known], (np.flatnonzero(known) + 1) / len(ordered)
+    return ordered[known], (np.flatnonzero(known) + 1) / max(len(ordered), 1)
 
 
-def scale_of(run: Run, of: Cost) -> int:
-    """Scale of the costs in an ECDF."""
+def _scale(run: Run, of: Cost) -> int:
     return suite()[run.instance].n if of == "evaluations" else 1
-
-
-CLOSE = 0.01
-"""Relative gap of "close", and of expected running times."""
-FIRST, NAMED = 3, 10
-"""Methods named for an instance; failed runs named."""
-FAMILIES = {
-    "posture": "leg angles of the UGV",
-    "split": "torque split (convex)",
-    "gait": "gaits (convex)",
-    "shooting": "torques through the simulator",
-    "gains": "feedback gains (noisy)",
-    "design": "designs",
-    "goals": "two goals",
-}
-COLOURS = ("#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#111111")
-DASHES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
-LABELS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
-COLUMNS = 3
 
 
 def report_text(runs: Sequence[Run]) -> str:
     """The report in Markdown."""
     heading = f"Median gap at the end (share of runs within {CLOSE:.0%}):\n"
     parts = [counted_text(runs), heading, closeness_table(runs).markdown(aligned=True)]
-    if single := [run for run in runs if len(suite()[run.instance].goals) == 1]:
+    if single := _of_one_goal(runs):
         heading = f"The first {FIRST} methods (interval, runs that hit it / runs):\n"
         parts += [heading, first_table(single).markdown(aligned=True)]
     return "\n".join(parts)
@@ -205,21 +181,17 @@ def runs_table(runs: Sequence[Run]) -> Table:
 
 def closeness_table(runs: Sequence[Run]) -> Table:
     """Median gap at the end and the share of runs within CLOSE, by method and family."""
-    names = _families(runs)
-    columns = [Column("method", words=True)]
-    columns += [Column(FAMILIES[name], words=True) for name in names]
+    families = _by_family(runs)
+    columns = [Column(name, words=True) for name in ("method", *(FAMILIES[at] for at in families))]
     rows = [
-        [
-            method,
-            *(_closeness([one for one in runs if one.method == method], name) for name in names),
-        ]
-        for method in _methods(runs)
+        [name, *(_closeness(_by_method(here).get(name, [])) for here in families.values())]
+        for name in _by_method(runs)
     ]
     return Table(columns, rows)
 
 
-def _closeness(runs: Sequence[Run], family: str) -> str:
-    ends = np.array([gaps(run)[-1] for run in runs if suite()[run.instance].family == family])
+def _closeness(runs: Sequence[Run]) -> str:
+    ends = np.array([gaps(run)[-1] for run in runs])
     if not len(ends):
         return ""
     known, close = np.isfinite(ends), f"({np.mean(ends <= CLOSE):.0%})"
@@ -240,25 +212,21 @@ def first_table(runs: Sequence[Run]) -> Table:
     rows = []
     for name in dict.fromkeys(run.instance for run in runs):
         here = [run for run in runs if run.instance == name]
-        cells = (_first(comparable(here, cost), cost) for cost in COSTS)
-        rows.append([f"`{name}`", *cells])
+        rows.append([f"`{name}`", *(_first(_comparable(here, cost), cost) for cost in COSTS)])
     return Table([Column(head, words=True) for head in heads], rows)
 
 
 def _first(runs: Sequence[Run], cost: Cost) -> str:
-    found = {
-        method: ert([run for run in runs if run.method == method], CLOSE, cost)
-        for method in _methods(runs)
-    }
-    hit = sorted((one.value, name) for name, one in found.items() if np.isfinite(one.value))
-    words = []
-    for _, name in hit[:FIRST]:
-        value, low, high, successes, count = found[name]
-        words.append(f"{name} {value:.3g} ({low:.3g} to {high:.3g}, {successes}/{count})")
+    found = [(ert(mine, CLOSE, cost), name) for name, mine in _by_method(runs).items()]
+    hit = sorted((one.value, name, one) for one, name in found if np.isfinite(one.value))
+    words = (
+        f"{name} {one.value:.3g} ({one.low:.3g} to {one.high:.3g}, {one.successes}/{one.runs})"
+        for _, name, one in hit[:FIRST]
+    )
     return "; ".join(words) or "none"
 
 
-def comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
+def _comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
     """Runs whose cost says something: evaluations unless the method works on the problem itself,
     seconds where they are known."""
     if cost == "evaluations":
@@ -266,106 +234,56 @@ def comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
     return [run for run in runs if np.all(np.isfinite(run.seconds))]
 
 
+def _of_one_goal(runs: Sequence[Run]) -> list[Run]:
+    return [run for run in runs if len(suite()[run.instance].goals) == 1]
+
+
+def _by_family(runs: Sequence[Run]) -> dict[str, list[Run]]:
+    """Runs by family, in the order of FAMILIES."""
+    found = {
+        name: [one for one in runs if suite()[one.instance].family == name] for name in FAMILIES
+    }
+    return {name: here for name, here in found.items() if here}
+
+
+def _by_method(runs: Sequence[Run]) -> dict[str, list[Run]]:
+    """Runs by method, in the order of the runs."""
+    names = dict.fromkeys(run.method for run in runs)
+    return {name: [run for run in runs if run.method == name] for name in names}
+
+
 def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
     """Write ecdf_evaluations.png and ecdf_seconds.png, a panel for each family: the share
     of pairs of run and target that are hit; a cross where the runs end. Return the paths."""
-    single = [run for run in runs if len(suite()[run.instance].goals) == 1]
-    styles = {
+    single = _of_one_goal(runs)
+    styles: dict[str, dict[str, Any]] = {
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
-        for i, name in enumerate(_methods(runs))
+        for i, name in enumerate(_by_method(runs))
     }
-    found = []
-    for cost in COSTS:
-        shown = comparable(single, cost)
-        if not shown:
-            continue
-        names = _families(shown)
-        columns = min(COLUMNS, len(names))
-        rows = -(-len(names) // columns)
-        title = (
-            f"Targets hit, by {cost}: {len(TARGETS)} gaps from {TARGETS[0]:g} to {TARGETS[-1]:g}"
-        )
-        figure, axes = make_sheet(rows, columns, (max(3.7 * columns + 1.9, 8), 3 * rows), title)
-        for axis in axes[len(names) :]:
-            axis.set_axis_off()
-        for axis, name in zip(axes, names, strict=False):
-            here = [run for run in shown if suite()[run.instance].family == name]
-            for method in _methods(here):
-                mine = [run for run in here if run.method == method]
-                at, share = ecdf(mine, cost)
-                last = max(float(getattr(one, cost)[-1]) / scale_of(one, cost) for one in mine)
-                end = share[-1] if len(share) else 0.0
-                x = np.append(at, max([last, *at[-1:]]))
-                axis.step(x, np.append(share, end), where="post", lw=1.4, **styles[method])
-                axis.plot(x[-1], end, "x", color=styles[method]["color"], markersize=4)
-            axis.set_xscale("log")
-            axis.set_ylim(0, 1.02)
-            axis.set_title(FAMILIES[name], loc="left", fontsize=9.5, color=theme.INK)
-            name_below(axis, LABELS[cost])
-        lines = [axes[0].plot([], [], lw=1.4, **styles[name])[0] for name in _methods(shown)]
-        figure.legend(lines, _methods(shown), loc="outside right center", fontsize=8.5,
-                      frameon=False)  # fmt: skip
-        found.append(save_sheet(figure, folder / f"ecdf_{cost}.png"))
-    return found
+    shown = {cost: _comparable(single, cost) for cost in COSTS}
+    return [_draw(here, cost, styles, folder) for cost, here in shown.items() if here]
 
 
-def _families(runs: Sequence[Run]) -> list[str]:
-    """Families of the runs, in the order of FAMILIES."""
-    here = {suite()[run.instance].family for run in runs}
-    return [name for name in FAMILIES if name in here]
-
-
-def _methods(runs: Sequence[Run]) -> list[str]:
-    return list(dict.fromkeys(run.method for run in runs))
-
-
-NOTHING = 1e300
-"""Value of a run that found nothing feasible: the format has no word for it."""
-ATTRIBUTES = ["evaluations", "raw_y"]
-
-
-def write_ioh(runs: Sequence[Run], path: Path) -> list[Path]:
-    """Write a folder for each method into a new one; their paths. ValueError where `path` exists.
-
-    A function is an instance, numbered by its place in the suite; its runs are those of the seeds.
-    Methods that work on the problem itself, whose evaluations say nothing, are left out.
-    """
-    if path.exists():
-        raise ValueError(f"{path} exists; accepted: a new folder")
-    numbers = {name: place for place, name in enumerate(suite(), start=1)}
-    ordered = sorted(runs, key=lambda one: (one.method, numbers[one.instance], one.seed))
-    ordered = [one for one in ordered if not one.inside]
-    found: list[Path] = []
-    for (method, name), group in groupby(ordered, lambda one: (one.method, one.instance)):
-        folder = path / re.sub(r"[^\w.-]", "_", method)
-        found += [] if folder in found else [folder]
-        stem, n = f"f{numbers[name]}_{name}", suite()[name].n
-        data = f"data_{stem}/IOHprofiler_{stem}_DIM{n}.dat"
-        ends, lines = [], list[str]()
-        for run in group:
-            rows = _rows(run)
-            best = next(row for row in rows if row[1] == rows[-1][1])
-            last = {"evals": best[0], "y": best[1], "x": []}
-            ends.append({"instance": 1, "evals": rows[-1][0], "best": last})
-            lines += [" ".join(ATTRIBUTES), *(f"{at} {value:.10g}" for at, value in rows)]
-        content = {
-            "version": version("stickslip"),
-            "suite": "stickslip",
-            "function_id": numbers[name],
-            "function_name": name,
-            "maximization": False,
-            "algorithm": {"name": method, "info": "from a table of stickslip"},
-            "attributes": ATTRIBUTES,
-            "scenarios": [{"dimension": n, "path": data, "runs": ends}],
-        }
-        write_whole(folder / data, "\n".join(lines) + "\n")
-        write_whole(folder / f"IOHprofiler_{stem}.json", json.dumps(content, indent=1) + "\n")
-    return found
-
-
-def _rows(run: Run) -> list[tuple[int, float]]:
-    """Evaluations and best values, each evaluation once."""
-    pairs = zip(run.evaluations, run.values, strict=True)
-    rows = {max(1, int(at)): float(value) for at, value in pairs if np.isfinite(value)}
-    last = max(1, int(run.evaluations[-1]))
-    return list({**rows, last: rows.get(last, rows[max(rows)] if rows else NOTHING)}.items())
+def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], folder: Path) -> Path:
+    families = _by_family(runs)
+    columns = min(COLUMNS, len(families))
+    rows = -(-len(families) // columns)
+    title = f"Targets hit, by {cost}: {len(TARGETS)} gaps from {TARGETS[0]:g} to {TARGETS[-1]:g}"
+    figure, axes = make_sheet(rows, columns, (max(3.7 * columns + 1.9, 8), 3 * rows), title)
+    for axis in axes[len(families) :]:
+        axis.set_axis_off()
+    for axis, (family, here) in zip(axes, families.items(), strict=False):
+        for method, mine in _by_method(here).items():
+            at, share = ecdf(mine, cost)
+            ends = [float(getattr(one, cost)[-1]) / _scale(one, cost) for one in mine]
+            x, y = np.append(at, max([*ends, *at])), np.append(share, max([0.0, *share]))
+            axis.step(x, y, where="post", lw=1.4, **styles[method])
+            axis.plot(x[-1], y[-1], "x", color=styles[method]["color"], markersize=4)
+        axis.set_xscale("log")
+        axis.set_ylim(0, 1.02)
+        axis.set_title(FAMILIES[family], loc="left", fontsize=9.5, color=theme.INK)
+        name_below(axis, LABELS[cost])
+    names = list(_by_method(runs))
+    lines = [axes[0].plot([], [], lw=1.4, **styles[name])[0] for name in names]
+    figure.legend(lines, names, loc="outside right center", fontsize=8.5, frameon=False)
+    return save_sheet(figure, folder / f"ecdf_{cost}.png")

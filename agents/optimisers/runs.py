@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,7 @@ from stickslip.agents.untrusted import (
     refusing,
 )
 from stickslip.dynamics.plain_checks import nearest, shown
-from stickslip.optim.instances.catalogue import suite
+from stickslip.optim.instances.instance import suite
 from stickslip.records.files import writing
 
 if TYPE_CHECKING:
@@ -29,8 +28,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
     from jaxtyping import Float, Int
 
-    Cell = str | int | float | bool | None
-    Row = Mapping[str, Any]
+    Row = dict[str, Any]
 
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
 """The budget ended it, it ended by itself, it raised, it was killed, its process ended."""
@@ -63,7 +61,7 @@ COLUMNS = {
 """Type and meaning of each column; those that are not REQUIRED may be empty or missing."""
 DIGITS, SHORT = 6, 12
 """Digits of seconds after the point, and of digests."""
-MOST_ROWS, LARGEST = 5_000_000, 1e300
+MOST_ROWS = 5_000_000
 BELOW_BOUND, CLOCK = 1e-6, 1e-5
 """Tolerance of values below a proved bound, and of seconds that decrease: roundings."""
 
@@ -101,22 +99,18 @@ class Run:
     def rows(self) -> list[Row]:
         """Its rows of the table."""
         own = {name: getattr(self, name) for name in COLUMNS if hasattr(self, name)}
-        own |= {"digest": self.digest[:SHORT], **{name: self.counts[name] for name in COUNTED}}
-        point = "" if self.point is None else json.dumps(self.point.tolist())
+        own |= {"digest": self.digest[:SHORT], **self.counts}
         found = []
-        for i, count in enumerate(self.evaluations):
-            at = own | {
-                "evaluations": int(count),
-                "seconds": round(float(self.seconds[i]), DIGITS),
-                "value": float(self.values[i]),
-                "point": point if i == len(self.values) - 1 else "",
-            }
-            found.append({name: _finite(at[name]) for name in COLUMNS})
+        for count, seconds, value in zip(self.evaluations, self.seconds, self.values, strict=True):
+            at = {"evaluations": int(count), "seconds": _cell(round(float(seconds), DIGITS))}
+            found.append({**own, **at, "value": _cell(float(value)), "point": ""})
+        found[-1]["point"] = "" if self.point is None else json.dumps(self.point.tolist())
         return found
 
 
-def _finite(cell: Cell) -> Cell:
-    return None if isinstance(cell, float) and not np.isfinite(cell) else cell
+def _cell(number: float) -> float | None:
+    """The number, None for one that is not finite."""
+    return number if np.isfinite(number) else None
 
 
 def table_of(runs: Iterable[Run]) -> pa.Table:
@@ -127,8 +121,7 @@ def table_of(runs: Iterable[Run]) -> pa.Table:
         pa.field(name, getattr(pa, kind)(), metadata={"meaning": meaning})
         for name, (kind, meaning) in COLUMNS.items()
     ]
-    rows = [dict(row) for run in runs for row in run.rows()]
-    return pa.Table.from_pylist(rows, schema=pa.schema(fields))
+    return pa.Table.from_pylist([row for run in runs for row in run.rows()], pa.schema(fields))
 
 
 def write_results(runs: Sequence[Run], path: str | Path) -> Path:
@@ -180,12 +173,8 @@ def read_runs(path: Path) -> list[Run]:
                     _require_row(row)
                 except RefusedError as error:
                     raise RefusedError(f"row {number}: {error}") from error
-            by_run = sorted(enumerate(rows), key=lambda one: (*_key(one[1]), one[0]))
-            groups = groupby((row for _, row in by_run), key=_key)
-            runs = [_run_of_rows(list(group)) for _, group in groups]
-            for run in runs:
-                _require_run(run)
-            return runs
+            by_run = groupby(sorted(rows, key=_key), key=_key)  # rows of a run keep their order
+            return [_run_of_rows(list(group)) for _, group in by_run]
     except ValueError as error:
         raise ValueError(
             f"{path}: {error}; accepted: a table as docs/optimisers.md has it, in .parquet or .csv"
@@ -200,16 +189,16 @@ def _rows(path: Path) -> list[Row]:
     names = table.column_names
     if missing := [name for name in REQUIRED if name not in names]:
         raise RefusedError(f"no column {missing[0]!r}; its columns are {', '.join(names)[:300]}")
-    columns: dict[str, list[object]] = {name: [None] * table.num_rows for name in COLUMNS}
-    for name in names:
-        if name not in COLUMNS or names.count(name) > 1:
-            raise RefusedError(f"column {shown(name)} is unknown or twice{nearest(name, COLUMNS)}")
-        kind = COLUMNS[name][0]
+    if unknown := [name for name in names if name not in COLUMNS]:
+        raise RefusedError(f"column {shown(unknown[0])} is unknown{nearest(unknown[0], COLUMNS)}")
+    columns = {}
+    for name, (kind, _) in COLUMNS.items():
+        column = table[name] if name in names else pa.nulls(table.num_rows)
         try:
-            columns[name] = table[name].cast(getattr(pa, kind)()).to_pylist()
+            columns[name] = column.cast(getattr(pa, kind)())
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError) as error:
             raise RefusedError(f"column {name} does not hold {kind}: {error}") from error
-    return [dict(zip(columns, cells, strict=True)) for cells in zip(*columns.values(), strict=True)]
+    return pa.table(columns).to_pylist()
 
 
 def _table(raw: bytes, suffix: str) -> pa.Table:
@@ -218,19 +207,17 @@ def _table(raw: bytes, suffix: str) -> pa.Table:
 
     if suffix == ".parquet":
         file = parquet.ParquetFile(pa.BufferReader(raw))
-        count, read = file.metadata.num_rows, partial(file.read, use_threads=False)
-    elif suffix == ".csv":
-        words = {name: pa.string() for name, (kind, _) in COLUMNS.items() if kind == "string"}
-        options = csv.ConvertOptions(
-            column_types=words, null_values=["", "nan", "NaN"], strings_can_be_null=True
-        )
-        count, threads = raw.count(b"\n"), csv.ReadOptions(use_threads=False)
-        read = partial(csv.read_csv, pa.BufferReader(raw), threads, convert_options=options)
-    else:
+        if file.metadata.num_rows > MOST_ROWS:
+            raise RefusedError(f"{file.metadata.num_rows} rows, at most {MOST_ROWS} are read")
+        return file.read(use_threads=False)
+    if suffix != ".csv":
         raise RefusedError(f"its name ends in {suffix!r}")
-    if count > MOST_ROWS:
-        raise RefusedError(f"{count} rows, at most {MOST_ROWS} are read")
-    return read()
+    words = {name: pa.string() for name, (kind, _) in COLUMNS.items() if kind == "string"}
+    options = csv.ConvertOptions(
+        column_types=words, null_values=["", "nan", "NaN"], strings_can_be_null=True
+    )
+    threads = csv.ReadOptions(use_threads=False)
+    return csv.read_csv(pa.BufferReader(raw), threads, convert_options=options)
 
 
 def _require_row(row: Row) -> None:
@@ -244,7 +231,10 @@ def _require_row(row: Row) -> None:
         raise RefusedError(f"outcome = {shown(outcome)} is none of {', '.join(OUTCOMES)}")
     if row["point"]:
         n, found = suite()[name].n, parse_json(row["point"], "point")
-        if not isinstance(found, list) or len(found) != n or not all(map(_is_number, found)):
+        if (
+            not isinstance(found, list)
+            or [type(one) in (int, float) for one in found] != [True] * n
+        ):
             raise RefusedError(f"point = {shown(row['point'])}, a list of {n} numbers")
     for entry in ("seed", "evaluations", "value", "seconds", *COUNTED):
         cell = row[entry]
@@ -256,12 +246,24 @@ def _require_row(row: Row) -> None:
             raise RefusedError(f"{entry} = {cell}, at least 0")
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
-
-
-def _require_run(run: Run) -> None:
-    """Refuse rows that contradict each other or what is known of the instance."""
+def _run_of_rows(rows: list[Row]) -> Run:
+    """A run from its checked rows, in their order; refuses rows that contradict each other or what
+    is known of the instance."""
+    last = rows[-1]
+    run = Run(
+        instance=last["instance"],
+        method=last["method"],
+        seed=int(last["seed"]),
+        outcome=last["outcome"] or OUTCOMES[1],
+        message=last["message"] or "",
+        inside=bool(last["inside"]),
+        counts={name: int(last[name] or 0) for name in COUNTED},
+        digest=last["digest"] or "",
+        evaluations=np.array([row["evaluations"] for row in rows], np.int64),
+        seconds=np.array([row["seconds"] for row in rows], float),
+        values=np.array([row["value"] for row in rows], float),
+        point=np.array(json.loads(last["point"]), float) if last["point"] else None,
+    )
     what, one = f"{run.method} on {run.instance} with seed {run.seed}", suite()[run.instance]
     if np.any(np.diff(run.evaluations) < 0) or np.any(np.diff(run.seconds) < -CLOCK):
         raise RefusedError(f"{what}: evaluations or seconds fall from row to row")
@@ -272,31 +274,8 @@ def _require_run(run: Run) -> None:
         raise RefusedError(f"{what}: value {known[-1]:g} is below the proved bound {bound:g}")
     if run.digest and one.known and not one.known.digest.startswith(run.digest[:SHORT]):
         raise RefusedError(f"{what}: digest {run.digest} is not that of the instance here")
-
-
-def _run_of_rows(rows: list[Row]) -> Run:
-    """A run from its checked rows, in their order."""
-    last = rows[-1]
-    instance, method, seed = _key(last)
-    return Run(
-        instance=instance,
-        method=method,
-        seed=seed,
-        outcome=last["outcome"] or OUTCOMES[1],
-        message=last["message"] or "",
-        inside=bool(last["inside"]),
-        counts={name: int(last[name] or 0) for name in COUNTED},
-        digest=last["digest"] or "",
-        evaluations=np.array([row["evaluations"] for row in rows], np.int64),
-        seconds=np.array([_number(row["seconds"]) for row in rows]),
-        values=np.array([_number(row["value"]) for row in rows]),
-        point=np.array(json.loads(last["point"]), float) if last["point"] else None,
-    )
+    return run
 
 
 def _key(row: Row) -> tuple[str, str, int]:
     return row["instance"], row["method"], int(row["seed"])
-
-
-def _number(cell: float | None) -> float:
-    return np.nan if cell is None else float(cell)

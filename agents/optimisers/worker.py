@@ -1,8 +1,8 @@
 """A process that makes runs for another one and can be killed at any time.
 
-`python -m` this module serves: pickled tasks come in on standard input, pickled messages go out on
-standard output; what optimisers print goes to standard error. It ends with its input or, on Linux,
-with its parent, also from within C code.
+`serve` runs in it: pickled tasks come in on standard input, pickled messages go out on standard
+output; what optimisers print goes to standard error. It ends with its input or, on Linux, with its
+parent, also from within C code.
 """
 
 from __future__ import annotations
@@ -14,29 +14,29 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Literal, NamedTuple
 
-from stickslip.agents.optimisers.runs import COUNTED
-from stickslip.agents.optimisers.task import (
-    Ending,
-    Event,
-    Task,
-    prepare,
-    run_of,
-    run_task,
-    try_out,
-)
+import numpy as np
+
+from stickslip.agents.optimisers.report import front_merit, gap
+from stickslip.agents.optimisers.runs import COUNTED, Run
 from stickslip.agents.sweeps.cells import POLL, StoppedError
 from stickslip.envs.rendering.extras import require
+from stickslip.optim.instances.instance import instance
+from stickslip.optim.instances.objective import BudgetSpent, Record
 from stickslip.records.signals import ENDING
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.agents.optimisers.runs import Run
+    from stickslip.agents.optimisers.methods import Method
+    from stickslip.optim.instances.instance import Instance
+    from stickslip.optim.instances.objective import Objective
 
 MAKING = 900.0
 """Time limit for building and compiling an instance [s]."""
@@ -45,6 +45,45 @@ STEP = 1.0
 DIES_WITH_PARENT = 1
 """Linux's PR_SET_PDEATHSIG."""
 NEXT, LOST = "next", "lost"
+TRIED = 6
+"""Evaluations of a trial before the first run, besides two batches."""
+MESSAGE = 200
+RAISED = (Exception, SystemExit, KeyboardInterrupt)
+"""Exceptions of an optimiser; sys.exit() in it must not end the process that serves it."""
+A_DECADE, LEAST_GAP = 10, 1e-8
+"""Events in each power of ten of the gap; smaller gaps are one event."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A run to be made. budget: evaluations; seconds: of processor time; outside: see Objective."""
+
+    instance: str
+    method: Method
+    seed: int
+    budget: int | None
+    seconds: float | None
+    outside: Literal["clip", "refuse"] = "clip"
+
+
+class Event(NamedTuple):
+    """Progress of a run. evaluations, seconds: so far. value: NaN where nothing is feasible.
+    point: the free numbers of `value`; None where there are none, and of a front."""
+
+    evaluations: int = 0
+    seconds: float = 0.0
+    value: float = np.nan
+    point: np.ndarray | None = None
+
+
+class Ending(NamedTuple):
+    """End of a run: an outcome and a message, the last event, counters, the instance's digest."""
+
+    outcome: str
+    message: str
+    last: Event
+    counts: dict[str, int]
+    digest: str = ""
 
 
 class Worker:
@@ -66,16 +105,14 @@ class Worker:
         doing, allowed = next(stages)
         events, used = list[Event](), 0.0
         while True:
-            before = time.monotonic()
-            try:
+            before, message = time.monotonic(), None
+            with suppress(Empty):
                 message = self._messages.get(timeout=POLL)
-            except Empty:
-                message = None
             used += min(time.monotonic() - before, STEP)
             if isinstance(message, Event):
                 events.append(message)
             elif isinstance(message, Ending):
-                return run_of(task, events, message)
+                return _run_of(task, events, message)
             elif message == NEXT:
                 (doing, allowed), used = next(stages), 0.0
             elif message == LOST:
@@ -110,7 +147,7 @@ class Worker:
             paths = [str(Path(one).resolve()) if one else str(Path.cwd()) for one in sys.path]
             self._messages = SimpleQueue()
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "stickslip.agents.optimisers.worker"],
+                [sys.executable, "-c", f"from {__name__} import serve; serve()"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=os.environ | {"PYTHONPATH": os.pathsep.join(paths)},
@@ -123,12 +160,6 @@ class Worker:
             self._process.stdin.flush()  # pyright: ignore[reportOptionalMemberAccess]
 
 
-def _failed(task: Task, events: list[Event], outcome: str, why: str) -> Run:
-    """A run without an end: its last event is what is known."""
-    last = events[-1] if events else Event(0, 0.0, float("nan"))
-    return run_of(task, events, Ending(outcome, why, last, dict.fromkeys(COUNTED, 0), ""))
-
-
 def _forward(pipe: IO[bytes], messages: SimpleQueue[object]) -> None:
     """Pass messages on; LOST at the end."""
     try:
@@ -137,6 +168,30 @@ def _forward(pipe: IO[bytes], messages: SimpleQueue[object]) -> None:
                 messages.put(pickle.load(pipe))
     finally:
         messages.put(LOST)
+
+
+def _failed(task: Task, events: list[Event], outcome: str, why: str) -> Run:
+    """A run without an end: its last event is what is known."""
+    last = events[-1] if events else Event()
+    return _run_of(task, events, Ending(outcome, why, last, dict.fromkeys(COUNTED, 0)))
+
+
+def _run_of(task: Task, events: list[Event], ending: Ending) -> Run:
+    rows = [*events, ending.last]
+    return Run(
+        instance=task.instance,
+        method=task.method.name,
+        seed=task.seed,
+        outcome=ending.outcome,
+        message=ending.message,
+        inside=task.method.inside,
+        counts=ending.counts,
+        digest=ending.digest,
+        evaluations=np.array([row.evaluations for row in rows], np.int64),
+        seconds=np.array([row.seconds for row in rows], float),
+        values=np.array([row.value for row in rows], float),
+        point=ending.last.point,
+    )
 
 
 def serve() -> None:
@@ -157,14 +212,11 @@ def serve() -> None:
         pickle.dump(message, out)
         out.flush()
 
-    tried = set()
     while True:
         task: Task = pickle.loads(tasks.get())
-        prepare(task.instance, task.method.batch, task.method.slopes)
+        _compile(task.instance, task.method.batch)
         send(NEXT)
-        if (kind := (task.instance, task.method.name)) not in tried:
-            try_out(task)
-            tried.add(kind)
+        _try_out(task.instance, task.method)
         send(NEXT)
         send(run_task(task, send))
 
@@ -177,5 +229,110 @@ def _listen(tasks: SimpleQueue[bytes]) -> None:
     os._exit(0)
 
 
-if __name__ == "__main__":
-    serve()
+@cache
+def _compile(name: str, batch: int) -> None:
+    """Compile what the objective needs."""
+    one = instance(name)
+    objective = one.objective()
+    objective(objective.middle)
+    if batch > 1:
+        objective.batch(np.tile(objective.middle, (batch, 1)))
+    if objective.has_slopes:
+        objective.gradient(objective.middle)
+        objective.jacobian(objective.middle)
+    if one.flags.noisy:
+        one.value(objective.middle)
+
+
+_tried = set[tuple[str, str]]()
+
+
+def _try_out(name: str, method: Method) -> None:
+    """Run a method on an objective that is not counted, so that it compiles its programs."""
+    if (name, method.name) in _tried:
+        return
+    _tried.add((name, method.name))
+    few = TRIED + 2 * method.batch * (method.batch > 1)
+    with suppress(*RAISED):  # the run itself will report it
+        method.function(instance(name).objective(budget=few), 0)
+
+
+@dataclass
+class EventRecord(Record):
+    """The counters of an objective; sends an event for each tenth of a power of ten of the gap.
+
+    Of a noisy instance a point's value is the mean over draws of other seeds; with two goals it is
+    the share of the known front's hypervolume that is missing. Time is processor time of this
+    process, without that of computing these.
+    """
+
+    instance: Instance = field(kw_only=True)
+    send: Callable[[Event], None] = field(kw_only=True)
+    last: Event = field(default_factory=Event)
+    _started: float = field(default_factory=time.process_time)
+    _level: float = np.inf
+
+    @property
+    def seconds(self) -> float:
+        """Processor time since this was made [s]."""
+        return time.process_time() - self._started
+
+    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
+        """Keep a point, and send an event if it is better."""
+        best, front = len(self.improvements), self.front
+        super().note(x, values, violation, feasible)
+        if len(self.improvements) > best or self.front is not front:
+            began, seconds = time.process_time(), self.seconds
+            self._judge(x, float(values[0]), seconds)
+            self._started += time.process_time() - began
+
+    def end(self) -> Event:
+        """The last event."""
+        return self.last._replace(evaluations=self.evaluations, seconds=self.seconds)
+
+    def _judge(self, x: np.ndarray, value: float, seconds: float) -> None:
+        several = len(self.instance.goals) > 1
+        if several:
+            value = front_merit(self.instance, np.array([one for _, one in self.front]))
+        elif self.instance.flags.noisy:
+            value = float(self.instance.value(x)[0][0])
+        if value >= self.last.value:
+            return
+        point = None if several else np.array(x)
+        self.last = Event(self.evaluations, seconds, value, point)
+        left = float(gap(self.instance, value))
+        level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
+        if level < self._level:
+            self._level = level
+            self.send(self.last)
+
+
+def run_task(task: Task, send: Callable[[Event], None]) -> Ending:
+    """Make the run, sending events on the way."""
+    one = instance(task.instance)
+    record = EventRecord(instance=one, send=send)
+    limits = {name: getattr(task, name) for name in ("budget", "seconds", "outside", "seed")}
+    outcome, message = _outcome(task, one.objective(record=record, **limits))
+    counts = {name: int(getattr(record, name)) for name in COUNTED}
+    return Ending(outcome, message, record.end(), counts, one.digest())
+
+
+def _outcome(task: Task, objective: Objective) -> tuple[str, str]:
+    try:
+        task.method.function(objective, task.seed)
+    except RAISED as error:
+        if _is_spent(error):
+            return "spent", ""
+        return "raised", " ".join(f"{type(error).__name__}: {error}".split())[:MESSAGE]
+    return "ended", ""
+
+
+def _is_spent(error: BaseException) -> bool:
+    """True if the end of the budget is the error, or its cause."""
+    seen: list[BaseException] = []
+    while error not in seen:
+        if isinstance(error, BudgetSpent):
+            return True
+        seen.append(error)
+        error = error.__cause__ or error.__context__ or error
+    return False

@@ -153,7 +153,7 @@ def _gaits() -> Iterator[Instance]:
 def _shots() -> Iterator[Instance]:
     for scene, n, limit in SHOTS:
         rest = "" if limit is None else f", sliding {limit:g} m at most"
-        slips, integrator = scene not in ("grip", "firm"), FINE if scene == "firm" else None
+        integrator = FINE if scene == "firm" else None
         yield made(
             f"shoot-{scene}{'' if limit is None else '-limited'}-d{n}",
             partial(shooting_problem, scene, n, slide_limit=limit, integrator=integrator),
@@ -161,7 +161,6 @@ def _shots() -> Iterator[Instance]:
             family="shooting",
             what=f"motor torques of a walk on {scene} through the simulator{rest}",
             goals=("cost [-]",),
-            flags=Flags(smooth=False, lipschitz=not slips),
             n=n,
         )
 
@@ -174,7 +173,7 @@ def _gains() -> Iterator[Instance]:
             family="gains",
             what=f"a feedback for walking at {rate:g} rad/s on floors that are drawn",
             goals=("mean cost [-]",),
-            flags=Flags(smooth=False, lipschitz=False, noisy=True),
+            flags=Flags(noisy=True),
             n=n,
         )
 
@@ -190,7 +189,6 @@ def _designs() -> Iterator[Instance]:
             family="design",
             what=f"the lengths {'and masses ' if masses else ''}of PASIBOT: least {goal}",
             goals=(f"{goal} [{unit}]",),
-            flags=Flags(smooth=False, lipschitz=False),
             n=n,
         )
 
@@ -204,7 +202,7 @@ def _goals() -> Iterator[Instance]:
         family="goals",
         what="the biped's periodic step without slip: its time against its energy, mu 0.2",
         goals=(f"time [{UNITS['time']}]", f"energy [{UNITS['energy']}]"),
-        flags=Flags(convex=True, smooth=False),
+        flags=Flags(convex=True),
         n=32,
     )
 

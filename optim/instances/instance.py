@@ -1,25 +1,27 @@
-"""Instance of the suite: a problem with a fixed id, and its known solution."""
+"""The suite: problems with fixed ids, and their known solutions.
+
+A definition never changes: a change gets a new version.
+"""
 
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
 from stickslip.optim.options import refuse_after_fork
 from stickslip.optim.problem import given_state
-from stickslip.records.files import write_whole
-from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,15 +30,16 @@ if TYPE_CHECKING:
 
     from stickslip.optim.problem import AnyProblem
 
+FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
+"""Families of instances (docs/suite.md)."""
+MACHINES = ("stickslip.optim.instances.ugv", "stickslip.optim.instances.biped")
+"""Modules whose `instances()` the suite holds, and whose WITHDRAWN it refuses."""
 HERE = Path(__file__).parent
-VALUES, POINTS = "known.json", "best.npz"
+VALUES, POINTS = HERE / "known.json", HERE / "best.npz"
 DRAWS_FROM = 2**32 - 1
 """The first draw of a noisy instance's value; the others count down from it."""
 QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
-
-SAME = 1e-6
-"""Relative tolerance of a recorded value: roundings of another machine."""
 DIGITS = 7
 """Digits of the numbers in a digest."""
 
@@ -44,15 +47,11 @@ DIGITS = 7
 @dataclass(frozen=True)
 class Flags:
     """Guaranteed properties. convex: objective and feasible set; smooth: slopes are continuous;
-    lipschitz: no jumps; noisy: each evaluation draws; separable: the objective is a sum (or the
-    largest) of terms of one number each; slopes: gradient and jacobian can be asked for."""
+    noisy: each evaluation draws."""
 
     convex: bool = False
     smooth: bool = False
-    lipschitz: bool = True
     noisy: bool = False
-    separable: bool = False
-    slopes: bool = True
 
 
 @dataclass(frozen=True)
@@ -77,17 +76,17 @@ class Instance:
     """A problem of the suite. `suite()` has them all.
 
     id: family, machine, scene, criterion, size and version; a definition never changes under its
-    id. what: it in a sentence. goals: name and unit of each value. flags: see Flags. n: its free
-    numbers. build: makes its problems, one for each goal.
+    id. what: it in a sentence. goals: name and unit of each value. n: its free numbers. build:
+    makes its problems, one for each goal.
     """
 
     id: str
     family: str
     what: str
     goals: tuple[str, ...]
-    flags: Flags
     n: int
     build: Callable[[], tuple[AnyProblem, ...]]
+    flags: Flags = Flags()
 
     def __getstate__(self) -> dict[str, Any]:
         return given_state(self)
@@ -123,7 +122,12 @@ class Instance:
     @property
     def known(self) -> Known | None:
         """The best value known and what is proved; None where nothing was recorded."""
-        return known_of(self.id)
+        if self.id not in _entries():
+            return None
+        given, points = dict(_entries()[self.id]), _points()
+        value = given.pop("value")
+        x, front = points.get(self.id), points.get(f"{self.id} front")
+        return Known(np.nan if value is None else value, **given, x=x, front=front)
 
     @property
     def best_known(self) -> float:
@@ -155,24 +159,40 @@ def _built(builds: tuple[Callable[[], AnyProblem], ...]) -> tuple[AnyProblem, ..
     return tuple(build() for build in builds)
 
 
-def verified(instance: Instance) -> str:
-    """ "as recorded", with what is, or what differs: the instance, its value, its feasibility."""
-    known = instance.known
-    if known is None:
-        return "nothing is recorded"
-    if instance.digest() != known.digest:
-        return "another instance than the recorded one: its numbers differ"
-    if known.x is None:
-        return "no point is recorded"
-    found = [instance.value(one) for one in np.atleast_2d(known.x)]
-    values = np.array([at[0] for at in found])
-    wanted = known.value if known.front is None else known.front
-    if not all(at[1] for at in found):
-        return "the recorded point is not feasible"
-    if not np.allclose(values, wanted, rtol=SAME, atol=SAME):
-        return f"{values} at the recorded point, recorded {wanted}"
-    bound = known.bound
-    return "as recorded" + ("" if bound is None else f", {bound:.8g} at least: {known.bound_how}")
+def suite(*families: str) -> dict[str, Instance]:
+    """All instances by id, or those of some of FAMILIES.
+
+    Making them costs nothing: problems are built when they are used.
+    """
+    for one in families:
+        require_choice("family", one, FAMILIES)
+    return {name: one for name, one in _all().items() if not families or one.family in families}
+
+
+def instance(name: str) -> Instance:
+    """One of them by its id. ValueError, with the nearest ids, for an unknown one, and with the
+    reason for a withdrawn one."""
+    if name in withdrawn():
+        stem = name.rpartition("-v")[0]
+        latest = [one for one in _all() if one.rpartition("-v")[0] == stem]
+        raise ValueError(
+            f"id = {name} is withdrawn: {withdrawn()[name]}; accepted: "
+            f"{', '.join(latest) or 'another one'}"
+        )
+    require_choice("id", name, tuple(_all()))
+    return _all()[name]
+
+
+def withdrawn() -> dict[str, str]:
+    """Reasons of withdrawn instances, by id. They are listed and refused."""
+    return {
+        name: why for machine in MACHINES for name, why in import_module(machine).WITHDRAWN.items()
+    }
+
+
+@cache
+def _all() -> dict[str, Instance]:
+    return {one.id: one for machine in MACHINES for one in import_module(machine).instances()}
 
 
 def parts_of(value: object) -> list[bytes]:
@@ -208,48 +228,12 @@ def parts_of(value: object) -> list[bytes]:
     return [name.encode()]
 
 
-def known_of(name: str) -> Known | None:
-    """Recorded solution of an instance; None where there is none."""
-    entry = _entries().get(name)
-    if entry is None:
-        return None
-    points = _points()
-    x, front = points.get(name), points.get(f"{name} front")
-    value = np.nan if entry["value"] is None else entry["value"]
-    rest = {key: given for key, given in entry.items() if key not in ("value", "cost")}
-    return Known(value, **rest, cost=dict(entry["cost"]), x=x, front=front)
-
-
-def keep(name: str, known: Known, here: Path = HERE) -> None:
-    """Write what is known of an instance beside the others, whole."""
-    entries, points = dict(_entries(here)), dict(_points(here))
-    entry = {one: getattr(known, one) for one in ("how", "bound", "bound_how", "digest", "cost")}
-    value = None if np.isnan(known.value) else known.value
-    entries[name] = {"value": value, **entry}
-    for key, array in ((name, known.x), (f"{name} front", known.front)):
-        points.pop(key, None)
-        if array is not None:
-            points[key] = array
-    stream = io.BytesIO()
-    np.savez_compressed(stream, allow_pickle=False, **dict(sorted(points.items())))
-    write_whole(here / POINTS, stream.getvalue())
-    write_whole(
-        here / VALUES, json_text({"format": "stickslip known optima", "instances": entries})
-    )
-    _entries.cache_clear()
-    _points.cache_clear()
+@cache
+def _entries() -> dict[str, dict[str, Any]]:
+    return json.loads(VALUES.read_text("utf-8"))["instances"]
 
 
 @cache
-def _entries(here: Path = HERE) -> dict[str, dict[str, Any]]:
-    file = here / VALUES
-    return json.loads(file.read_text("utf-8"))["instances"] if file.is_file() else {}
-
-
-@cache
-def _points(here: Path = HERE) -> dict[str, np.ndarray]:
-    file = here / POINTS
-    if not file.is_file():
-        return {}
-    with np.load(file, allow_pickle=False) as content:
+def _points() -> dict[str, np.ndarray]:
+    with np.load(POINTS, allow_pickle=False) as content:
         return {name: read_only(content[name]) for name in content.files}

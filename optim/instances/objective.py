@@ -6,16 +6,15 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
-from zlib import crc32
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 
 from stickslip.dynamics.checks import as_real, require_choice, require_integer
+from stickslip.dynamics.numeric import read_only
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.instances.record import BudgetSpent, Record, Seen, reported
 from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, given_state, shortfall
+from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -27,6 +26,80 @@ PENALTY = 1e3
 """Penalty of a violated scaled constraint, in the objective's unit."""
 A_DRAW = 1_000_003
 """Draws of one seed begin so far from those of the next."""
+
+
+class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
+    """An optimiser asked for more than its budget, or after its time; what it found is kept.
+
+    `Objective.minimise` takes it as the end; a loop of one's own may do the same.
+    """
+
+
+class Improvement(NamedTuple):
+    """A feasible point better than all before. evaluations, seconds: by then; value: its own."""
+
+    evaluations: int
+    seconds: float
+    value: float
+
+
+@dataclass
+class Record:
+    """Counters, and the best so far. Grows while an `Objective` is used.
+
+    values, gradients: points at which these were computed, each once; batches: calls that computed
+    many. clipped, refused, not_numbers: points that lay out of bounds and were moved in or refused,
+    and points that were no numbers. improvements: of feasible points, for one goal alone. hits:
+    (evaluations, seconds) by target. least_violation: of the points seen. front: with several
+    goals, unbeaten points and their values.
+    """
+
+    values: int = 0
+    gradients: int = 0
+    batches: int = 0
+    clipped: int = 0
+    refused: int = 0
+    not_numbers: int = 0
+    improvements: list[Improvement] = field(default_factory=list)
+    hits: dict[float, tuple[int, float]] = field(default_factory=dict)
+    best_x: np.ndarray | None = None
+    least_violation: float = np.inf
+    front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    began: float = field(default_factory=time.perf_counter)
+    targets: tuple[float, ...] = ()
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations that a budget counts: values and gradients."""
+        return self.values + self.gradients
+
+    @property
+    def seconds(self) -> float:
+        """Since the first evaluation, or since the objective was made."""
+        return time.perf_counter() - self.began
+
+    @property
+    def best(self) -> float:
+        """The least feasible value; infinite where there is none. Of a noisy instance it is the
+        luckiest draw, as a rule far below what `Instance.value(best_x)` says, the mean of 256."""
+        return self.improvements[-1].value if self.improvements else np.inf
+
+    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
+        """Keep the point that was counted last, if it is better."""
+        self.least_violation = min(self.least_violation, violation)
+        if not feasible or not np.all(np.isfinite(values)):
+            return
+        if len(values) > 1:
+            if not any(np.all(other <= values) for _, other in self.front):
+                kept = [one for one in self.front if not np.all(values <= one[1])]
+                self.front = [*kept, (read_only(x), read_only(values))]
+        elif values[0] < self.best:
+            now = self.evaluations, self.seconds
+            self.improvements.append(Improvement(*now, float(values[0])))
+            self.best_x = read_only(x)
+            for target in self.targets:
+                if target not in self.hits and self.best <= target:
+                    self.hits[target] = now
 
 
 class _Last(NamedTuple):
@@ -55,7 +128,7 @@ class Objective:
     evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
     draw that its value had.
 
-    A copy in another process counts here: see record.py.
+    It counts in one process: it cannot be pickled, an Instance can.
     """
 
     problems: tuple[AnyProblem, ...]
@@ -77,8 +150,11 @@ class Objective:
         require_integer("seed", self.seed, low=0, high=2**31 - 1)
         self.record.targets = self.targets
 
-    def __getstate__(self) -> dict[str, Any]:
-        return given_state(self)
+    def __reduce__(self) -> NoReturn:
+        raise TypeError(
+            "an Objective counts evaluations in one process; accepted: an Instance, which each "
+            "process makes its own objective of, or batch(X)"
+        )
 
     @cached_property
     def free(self) -> tuple[FreeProblem, ...]:
@@ -130,22 +206,16 @@ class Objective:
         """The problem's own decision vector."""
         return self.free[0].expand(x)
 
-    @reported
     def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
         """The value, or values [k]; infinite where there is none, never NaN."""
-        x, sound = self._inside(x)
-        if not sound:
-            self._spend(1)
-            return np.inf if self.k == 1 else np.full(self.k, np.inf)
-        values = self._look(x, again=self.noisy).values
+        seen = self._value_at(x)
+        values = np.full(self.k, np.inf) if seen is None else seen.values
         return float(values[0]) if self.k == 1 else values.copy()
 
-    @reported
     def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
         """Values of a batch: [B], or [B, k]."""
         return self.batch_with_constraints(X)[0]
 
-    @reported
     def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
         """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
         X = np.atleast_2d(_numbers(X))
@@ -155,69 +225,56 @@ class Objective:
         sound = np.array([ok for _, ok in inside[:left]], bool)
         values = np.full((left, self.k), np.inf)
         margins = np.full((left, self.m), -1.0)
-        self.record.count("batches")
+        self.record.batches += 1
         if np.any(sound):
             values[sound], margins[sound] = self._all(points[sound], np.flatnonzero(sound))
         for x, value, margin, ok in zip(points, values, margins, sound, strict=True):
-            self.record.count("values")
+            self.record.values += 1
             if ok:
                 self._note(x, value, margin)
         if left < len(X):
-            raise self.record.spent()
+            raise self._spent()
         return (values[:, 0] if self.k == 1 else values), margins
 
-    @reported
-    def gradient(self, x: Float[np.ndarray, "n"], goal: int = 0) -> Float[np.ndarray, "n"]:
-        """A goal's slope; NotImplementedError where the instance has none."""
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """The first goal's slope; NotImplementedError where the instance has none."""
         x, sound = self._inside(x)
-        draw = self._draw(x)
-        self._spend(1, "gradients")
+        draw = self._draw()
+        self._left(1)
+        self.record.gradients += 1
         if not sound:
             return np.zeros(self.n)
         seen = self._seen_at(x)
-        return self._drawn(self.free[goal], draw if seen is None else seen.draw).gradient(x)
+        return self._drawn(self.free[0], draw if seen is None else seen.draw).gradient(x)
 
-    @reported
     def value_and_grad(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "n"]]:
         """Both, for one goal; counted as two evaluations."""
         return self(x), self.gradient(x)
 
-    @reported
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """Constraint margins, satisfied where >= 0, scaled to about 1."""
         x, sound = self._inside(x)
-        if not sound:
-            return np.full(self.m, -1.0)
-        return self._look(x).margins.copy()
+        return self._look(x).margins.copy() if sound else np.full(self.m, -1.0)
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; not counted."""
         x, sound = self._inside(x)
         return self.free[0].jacobian(x) if sound else np.zeros((self.m, self.n))
 
-    @reported
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
         """Sum of a point's constraint violations; 0 where it is feasible."""
         return float(shortfall(self.constraints(x)))
 
-    @reported
-    def penalised(self, x: Float[np.ndarray, "n"], weight: float = PENALTY) -> float:
-        """The value plus `weight` times scaled violations, for optimisers that take no
+    def penalised(self, x: Float[np.ndarray, "n"]) -> float:
+        """The value plus PENALTY times scaled violations, for optimisers that take no
         constraints. A feasible point's value is its own."""
-        x, sound = self._inside(x)
-        if not sound:
-            self._spend(1)
-            return np.inf
-        seen = self._look(x, again=self.noisy)
-        return float(seen.values[0] + weight * shortfall(seen.margins))
+        seen = self._value_at(x)
+        return np.inf if seen is None else float(seen.values[0] + PENALTY * shortfall(seen.margins))
 
-    @reported
-    def penalised_batch(
-        self, X: Float[np.ndarray, "B n"], weight: float = PENALTY
-    ) -> Float[np.ndarray, "B"]:
+    def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """The same of a batch."""
         values, margins = self.batch_with_constraints(X)
-        return values + weight * shortfall(margins)
+        return values + PENALTY * shortfall(margins)
 
     def minimise(self, optimiser: Callable[[Objective], object]) -> Record:
         """Run optimiser(self) until it ends or the budget is spent; what was counted and found."""
@@ -231,22 +288,31 @@ class Objective:
         if x.shape != (self.n,):
             raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
         if not np.all(np.isfinite(x)):
-            self.record.count("not_numbers")
+            self.record.not_numbers += 1
             if self.outside == "refuse":
                 raise ValueError("x holds what is no finite number; accepted: finite numbers")
             return x, False
         low, high = self.bounds
         out = (x < low) | (x > high)
-        if np.any(out):
+        if not np.any(out):
+            return x, True
+        if self.outside == "refuse":
+            self.record.refused += 1
             i = int(np.argmax(out))
-            if self.outside == "refuse":
-                self.record.count("refused")
-                raise ValueError(
-                    f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
-                )
-            self.record.count("clipped")
-            x = np.clip(x, low, high)
-        return x, True
+            raise ValueError(
+                f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
+            )
+        self.record.clipped += 1
+        return np.clip(x, low, high), True
+
+    def _value_at(self, x: object) -> _Last | None:
+        """Evaluation of a point whose value is asked for; None for what is no number."""
+        x, sound = self._inside(x)
+        if sound:
+            return self._look(x, again=self.noisy)
+        self._left(1)
+        self.record.values += 1
+        return None
 
     def _seen_at(self, x: np.ndarray) -> _Last | None:
         """Evaluation of the last point, if that is this one."""
@@ -258,8 +324,9 @@ class Objective:
         seen = None if again else self._seen_at(x)
         if seen is not None:
             return seen
-        draw = self._draw(x)
-        self._spend(1)
+        draw = self._draw()
+        self._left(1)
+        self.record.values += 1
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])
@@ -273,16 +340,14 @@ class Objective:
         first, *others = (one.problem for one in self.free)
         whole = self.expand(X)
         if self.noisy and isinstance(first, FunctionProblem):
-            value, margins = first.evaluate_all(whole, (self._draw(X) + places) % 2**32)
+            value, margins = first.evaluate_all(whole, (self._draw() + places) % 2**32)
         else:
             value, margins = first.evaluate_all(whole)
         return np.stack([value, *(one.objectives(whole) for one in others)], axis=1), margins
 
-    def _draw(self, x: np.ndarray) -> int:
-        """The number of the next evaluation's draw; elsewhere, where several processes count from
-        the same number, of the point as well."""
-        number = self.seed * A_DRAW + self.record.evaluations
-        return (number + (0 if self.record.home.here else crc32(x.tobytes()))) % 2**32
+    def _draw(self) -> int:
+        """The number of the next evaluation's draw."""
+        return (self.seed * A_DRAW + self.record.evaluations) % 2**32
 
     def _drawn(self, free: FreeProblem, draw: int) -> FreeProblem:
         if not self.noisy or not isinstance(free.problem, FunctionProblem):
@@ -291,7 +356,7 @@ class Objective:
 
     def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
         feasible = self.free[0].meets(x, margins)
-        self.record.note(Seen(np.array(x), np.array(values), float(shortfall(margins)), feasible))
+        self.record.note(x, values, float(shortfall(margins)), feasible)
 
     def _left(self, wanted: int) -> int:
         """Number of these evaluations that the budget allows; BudgetSpent for none."""
@@ -301,12 +366,12 @@ class Objective:
         late = self.seconds is not None and record.seconds > self.seconds
         left = wanted if self.budget is None else self.budget - record.evaluations
         if wanted and (late or left <= 0):
-            raise self.record.spent()
+            raise self._spent()
         return min(wanted, left)
 
-    def _spend(self, count: int, name: str = "values") -> None:
-        self._left(count)
-        self.record.count(name, count)
+    def _spent(self) -> BudgetSpent:
+        record = self.record
+        return BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
 
 
 def _numbers(x: Any) -> np.ndarray:

@@ -101,7 +101,6 @@ def _postures() -> Iterator[Instance]:
                 family="posture",
                 what=f"leg angles over {track}: {criterion}, {ENDS_IN_WORDS[ends]}",
                 goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
-                flags=Flags(smooth=False),
                 n=n,
                 version=2,
             )
@@ -115,7 +114,7 @@ def _splits() -> Iterator[Instance]:
             family="split",
             what=f"torque split over {track} with straight legs: {criterion}",
             goals=(f"{criterion} [{SPLIT_CRITERIA[criterion].unit}]",),
-            flags=Flags(convex=True, smooth=criterion == "squared_torque", separable=True),
+            flags=Flags(convex=True, smooth=criterion == "squared_torque"),
             n=n,
         )
 
@@ -128,7 +127,6 @@ def _designs() -> Iterator[Instance]:
             family="design",
             what=f"wheelbase, leg length and fixed legs of the UGV on {', '.join(tracks)}",
             goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
-            flags=Flags(smooth=False),
             n=4,
             version=2,
         )
@@ -142,7 +140,6 @@ def _goals() -> Iterator[Instance]:
             family="goals",
             what=f"leg angles over {track}: {' against '.join(criteria)}",
             goals=tuple(f"{one} [{CRITERIA[one].unit}]" for one in criteria),
-            flags=Flags(smooth=False),
             n=n,
             version=2,
         )
@@ -153,9 +150,7 @@ def track_named(name: str) -> Track:
     return Track.named(name, **(ROUGH if name == "rough" else {}))
 
 
-def posture_problem(
-    track: str, criterion: str, free: int, ends: str = "start", friction: float = 0.8
-) -> PostureProblem:
+def posture_problem(track: str, criterion: str, free: int, ends: str = "start") -> PostureProblem:
     """`free` numbers to choose over the whole of a track.
 
     ends: "start": legs straight down at the first waypoint, the last free; "both": straight down at
@@ -170,7 +165,7 @@ def posture_problem(
         ground,
         np.linspace(first, last, free // 2 + given),
         criterion,
-        friction=friction,
+        friction=FRICTION,
         leg_rate=LEG_RATE,
         start_angles=STRAIGHT if given else None,
         end_angles=STRAIGHT if ends == "both" else None,

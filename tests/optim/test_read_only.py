@@ -12,20 +12,21 @@ import pytest
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import Track
 from stickslip.envs.tasks import TASKS
-from stickslip.optim import GaitProblem, OptimStatus, Result, suite
-from tests.optim.instances.test_processes import X, toy
-from tests.optim.instances.toys import toy as toy_instance
+from stickslip.optim import FunctionProblem, GaitProblem, Objective, OptimStatus, Result, suite
+from tests.optim.instances.toys import HIGH, LOW, bowl, toy
 from tests.optim.posture.helpers import tiny
+
+X = np.array([0.5, -0.5])
 
 
 def evaluated():
-    it = toy()
+    it = toy().objective()
     it(X)
     return it
 
 
 def recorded_front():
-    it = toy_instance(goals=2).objective()
+    it = toy(goals=2).objective()
     it([0.0, 0.0])
     return it.record
 
@@ -92,7 +93,7 @@ def test_what_glue_does_to_an_answer_changes_no_other():
         answer = ask(X)
         answer *= -1
         np.testing.assert_array_equal(ask(X), before)
-    several = toy_instance(goals=2).objective()
+    several = toy(goals=2).objective()
     values = several(X)
     values *= 2
     np.testing.assert_array_equal(several(X), values / 2)
@@ -101,7 +102,7 @@ def test_what_glue_does_to_an_answer_changes_no_other():
 def test_a_problem_keeps_what_it_was_given():
     friction, data = np.full(4, 0.5), np.array(0.25)
     problem = tiny(friction=friction)
-    it = toy(data=data)
+    it = Objective((FunctionProblem(bowl, data, LOW, HIGH),))
     before = it(X)
     friction[:] = data[()] = 0.0
     assert np.all(problem.friction == 0.5)

@@ -45,17 +45,16 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     mine = write_results([*runs, several], tmp_path / "mine.parquet")
     theirs = write_results([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs.csv")
     out = tmp_path / "report"
-    arguments = ["report", str(mine), str(theirs), "--out", str(out), "--ioh"]
+    arguments = ["report", str(mine), str(theirs), "--out", str(out)]
     found = command(arguments)
     printed = capsys.readouterr().out
     assert "4 runs of 2 methods on 2 instances" in printed
     assert "mine 9 (9 to 9, 2/2)" in printed
     assert "| theirs | 0.1 (0%)" in printed
-    names = {"report.md", "results.csv", "results.parquet", "ioh"}
+    names = {"report.md", "results.csv", "results.parquet"}
     names |= {"ecdf_evaluations.png", "ecdf_seconds.png"}
     assert {one.name for one in out.iterdir()} == names
     assert len(read_results(out / "results.csv")) == 4
-    assert (out / "ioh" / "mine").is_dir()
     rows = json.loads(found.json("bench"))["runs"]
     assert [row["seed"] for row in rows] == [0, 1, 0, 0]
     assert (rows[0]["gap"], rows[0]["evaluations"]) == (pytest.approx(0.005), 50)

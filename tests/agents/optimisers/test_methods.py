@@ -1,13 +1,10 @@
 """Every method by name runs until its budget ends it, and finds what is on paper."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import METHODS
-from stickslip.optim import suite
-from stickslip.optim.instances.record import BudgetSpent
+from stickslip.optim import BudgetSpent, suite
 from tests.optim.instances.toys import LEAST, toy
 
 QUICK = {"cma": "cma", "slsqp": "", "cobyla": "", "de": "", "random": "", "pymoo-isres": "pymoo"}
@@ -60,8 +57,6 @@ def test_all_are_tried_and_each_says_what_it_takes():
         assert any(not one.unsuited(instance) for instance in instances.values()), name
     gait = instances["gait-time-d16-v2"]
     assert METHODS["dp"].unsuited(gait) == "takes posture, not gait"
-    rough = replace(gait, flags=replace(gait.flags, slopes=False))
-    assert METHODS["trust-constr"].unsuited(rough) == "needs gradients, which it has not"
     assert METHODS["conic"].unsuited(instances["gait-friction-d32-v2"]) == (
         "takes convex problems only"
     )

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import read_results, write_results
-from stickslip.agents.optimisers.report import NOTHING, write_ioh
 from stickslip.agents.optimisers.runs import COLUMNS
 from stickslip.optim import suite
 from tests.agents.optimisers.table import BEST, NAME, run
@@ -76,7 +75,7 @@ def test_five_columns_are_enough(tmp_path):
         ([{"value": "inf"}], "row 1: value = inf, a finite number or empty"),
         ([{"outcome": "won"}], "row 1: outcome = 'won' is none of spent, ended"),
         ([{"digest": "0123"}], "digest 0123 is not that of the instance here"),
-        ([{"walue": 1}], "column 'walue' is unknown or twice .did you mean value"),
+        ([{"walue": 1}], "column 'walue' is unknown .did you mean value"),
         ([{"method": ""}], "row 1: method = "),
         ([{"point": "[1.0, 2.0]"}], "row 1: point = .*, a list of 16 numbers"),
         ([{"point": "[NaN]"}], "NaN is not a finite number"),
@@ -105,23 +104,3 @@ def test_damage_is_named(tmp_path):
         read_results(tmp_path)
     with pytest.raises(ValueError, match="no file; accepted: one at least"):
         read_results()
-
-
-def test_a_folder_for_ioh_analyzer(tmp_path):
-    import json
-
-    runs = [run([(3, 1.0), (9, 0.1)], 100), run([], 7, seed=1), run([(1, 0)], 1, method="b/c")]
-    folders = write_ioh(runs, tmp_path / "ioh")
-    assert [one.name for one in folders] == ["b_c", "mine"]
-    (meta,) = folders[1].glob("*.json")
-    content = json.loads(meta.read_text())
-    assert content["algorithm"]["name"] == "mine"
-    assert content["function_id"] == list(suite()).index(NAME) + 1
-    (scenario,) = content["scenarios"]
-    assert [one["best"]["evals"] for one in scenario["runs"]] == [9, 7]
-    lines = (folders[1] / scenario["path"]).read_text().splitlines()
-    first = [f"3 {2 * BEST:.10g}", f"9 {1.1 * BEST:.10g}", f"100 {1.1 * BEST:.10g}"]
-    head = "evaluations raw_y"
-    assert lines == [head, *first, head, f"7 {NOTHING:.10g}"]
-    with pytest.raises(ValueError, match="exists; accepted: a new folder"):
-        write_ioh(runs, tmp_path / "ioh")

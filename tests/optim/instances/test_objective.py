@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import BudgetSpent
+from stickslip.optim.instances.objective import PENALTY
 from tests.optim.instances.toys import LEAST, toy
 
 X = np.array([0.5, -0.5])
@@ -92,8 +93,8 @@ def test_penalties_leave_feasible_points_alone():
     it = toy().objective()
     points = np.array([X, [1.0, 0.5]])
     assert it.penalised(X) == it(X)
-    assert it.penalised_batch(points, 10.0) == pytest.approx([0.5, 0.25 + 10])
-    assert it.penalised(points[1], 10.0) == pytest.approx(10.25)
+    assert it.penalised_batch(points) == pytest.approx([0.5, 0.25 + PENALTY])
+    assert it.penalised(points[1]) == pytest.approx(0.25 + PENALTY)
 
 
 def test_noise_is_of_the_seed_and_the_evaluation():

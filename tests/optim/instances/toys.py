@@ -24,7 +24,7 @@ def toy(goals: int = 1, noise: float = 0.0) -> Instance:
         return tuple(FunctionProblem(bowl, noise, LOW, HIGH, goal=i) for i in range(goals))
 
     flags = Flags(convex=True, smooth=True, noisy=noise > 0)
-    return Instance("toy-d2-v1", "toy", "a bowl", ("value [-]",) * goals, flags, 2, build)
+    return Instance("toy-d2-v1", "toy", "a bowl", ("value [-]",) * goals, 2, build, flags)
 
 
 LEAST = 0.125

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimisers.methods import methods_of
-from stickslip.agents.optimisers.report import Target, front_merit
-from stickslip.agents.optimisers.task import EventRecord, Task, run_task
+from stickslip.agents.optimisers.report import front_merit, gap
+from stickslip.agents.optimisers.worker import EventRecord, Task, run_task
 from stickslip.optim import suite
 from tests.agents.optimisers.table import BEST, NAME
 
@@ -22,9 +22,8 @@ def test_events_are_steps_of_the_gap_and_the_end_has_the_best():
     (method,) = methods_of({"walks": walks})
     ending = run_task(Task(NAME, method, 0, 100, None), told.append)
     assert (ending.outcome, ending.counts["values"]) == ("ended", 30)
-    values = told
-    assert [one.evaluations for one in values] == sorted({one.evaluations for one in values})
-    assert np.all(np.diff([one.value for one in values]) < 0)
+    assert [one.evaluations for one in told] == sorted({one.evaluations for one in told})
+    assert np.all(np.diff([one.value for one in told]) < 0)
     assert ending.last.value == pytest.approx(BEST, rel=1e-6)
     assert ending.last.evaluations == 30
     np.testing.assert_array_equal(ending.last.point, known.x)
@@ -52,11 +51,11 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
     best = noisy.best_known
     for number, (mean, drawn) in enumerate([(3.0, 2.0), (4.0, 1.0), (2.0, 0.5), (1.0, 5.0)], 1):
         record.values = number
-        record.see(np.full(4, mean * best), np.array([drawn]), 0.0, True, number)
+        record.note(np.full(4, mean * best), np.array([drawn]), 0.0, True)
     assert [one.value / best for one in told] == pytest.approx([3.0, 2.0])
     assert record.end().value == pytest.approx(2 * best)
     assert record.end().point[0] == 2 * best  # of the mean, not of the luckiest draw
-    assert Target.of(noisy).gap(2 * best) == pytest.approx(1.0)
+    assert gap(noisy, 2 * best) == pytest.approx(1.0)
 
 
 def test_the_known_front_misses_nothing_and_a_part_of_it_more():
