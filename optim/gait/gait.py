@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.biped.links import SUPPORT_START
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.gait import between
 from stickslip.optim.gait.between import Polynomials
@@ -85,29 +84,6 @@ class Gait:
         """True if it is one step that ends as it begins."""
         begins, ends = float(self.b[0, 0]), float(self.b[-1, -1])
         return self.grid.steps == 1 and begins > 0 and abs(ends - begins) <= 1e-9 * begins
-
-    def at(self, crank_angle: Float[np.ndarray, "m"]) -> tuple[np.ndarray, np.ndarray]:
-        """a [rad/s^2] and b [rad^2/s^2] at crank angles counted on from the gait's beginning, at
-        pi/2, without wrapping [rad]; a periodic gait's step repeats itself."""
-        turned = np.asarray(crank_angle, float) - SUPPORT_START
-        step = np.floor(turned / np.pi).astype(int)
-        step = np.where((turned == np.pi * self.grid.steps) & (step > 0), step - 1, step)
-        theta = turned - np.pi * step + SUPPORT_START
-        row = step % self.grid.steps if self.repeats else step
-        if np.any((row < 0) | (row >= self.grid.steps)):
-            raise ValueError(
-                f"crank_angle outside the gait's {self.grid.steps} steps; accepted: "
-                f"pi/2 to pi/2 + {self.grid.steps} pi"
-            )
-        nodes = self.theta
-        cell = np.empty(theta.shape, int)
-        for j in np.unique(row):
-            mine = row == j
-            found = np.searchsorted(nodes[j], theta[mine], side="right") - 1
-            cell[mine] = np.clip(found, 0, self.grid.cells - 1)
-        x, h = theta - nodes[row, cell], self.grid.h[row, cell]
-        a, rise = self.a[row, cell], (self.a[row, cell + 1] - self.a[row, cell]) / h
-        return a + rise * x, self.b[row, cell] + 2 * a * x + rise * x**2
 
     @cached_property
     def samples(self) -> tuple[Float[np.ndarray, "n K D+1"], Float[np.ndarray, "n K D+1"]]:

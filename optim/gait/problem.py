@@ -228,27 +228,22 @@ class GaitProblem(Problem[GaitResult]):
 
     def evaluate_gait(self, gait: Gait) -> Evaluation:
         """Value and constraints of a gait on the problem's grid."""
-        at, b = self.on_grid, self.on_grid.units.b
-        rows = at.rows
-        excess = rows.excess(gait.a, gait.b)
-        spent = gait.spent_on_grid
+        at, spent = self.on_grid, gait.spent_on_grid
         value = gait.friction_at_nodes if self.goal.is_friction else self.goal.of(spent)
-        margins: list[np.ndarray] = [np.ravel(-excess / rows.size[:, None, None])]
+        margins = at.margins(gait.a, gait.b, np.asarray(spent["time"]))
+        margins = np.nan_to_num(margins, nan=-1.0, posinf=1e9, neginf=-1e9)
+        excess = np.max(at.rows.excess(gait.a, gait.b), axis=(1, 2))
         residuals: dict[str, float] = {}
-        for name, worst in zip(rows.names, np.max(excess, axis=(1, 2)), strict=True):
+        for name, worst in zip(at.rows.names, excess, strict=True):
             residuals[name] = max(residuals.get(name, 0.0), float(worst))
         if at.longest is not None:
-            margins.append(np.array([1 - spent["time"] / at.longest]))
-            residuals["time"] = max(0.0, float(spent["time"]) - at.longest)
-        end, (low, high) = float(gait.b[-1, -1]), at.last
-        if self.is_periodic:
-            low = high = float(gait.b[0, 0])
-        margins.append(np.array([(end - low) / b, (high - end) / b]))
+            residuals["time"] = max(0.0, spent["time"] - at.longest)
+        end, start = float(gait.b[-1, -1]), float(gait.b[0, 0])
+        low, high = (start, start) if self.is_periodic else at.last
         residuals["end"] = max(0.0, low - end, end - high)
-        flat = np.nan_to_num(np.concatenate(margins), nan=-1.0, posinf=1e9, neginf=-1e9)
         sound = bool(np.isfinite(value))
-        feasible = sound and bool(np.all(flat >= -FEASIBLE))
-        return Evaluation(float(value) if sound else np.inf, flat, feasible, residuals)
+        feasible = sound and bool(np.all(margins >= -FEASIBLE))
+        return Evaluation(float(value) if sound else np.inf, margins, feasible, residuals)
 
 
 RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2"}

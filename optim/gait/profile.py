@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -186,38 +186,33 @@ class Profiles:
     robot: Robot
     grid: Grid
 
-    @property
+    @cached_property
     def nodes(self) -> Profile:
         """At the nodes [n, K+1]."""
-        return self._both[0]
+        return self.at(self.grid.theta)
 
-    @property
+    @cached_property
     def inside(self) -> Profile:
         """At `grid.inside` [n, K, Q]."""
-        return self._both[1]
+        return self.at(self.grid.theta[:, :-1, None] + self.grid.inside[0])
 
     @cached_property
     def samples(self) -> Profile:
         """At `grid.samples` [n, K, D+1]."""
-        return profile_of(self.params, self.robot, self.grid.samples)
+        return self.at(self.grid.samples)
 
-    def finer(self, times: int) -> Profiles:
-        """Those on a grid of so many times the cells."""
-        return replace(self, grid=replace(self.grid, cells=times * self.grid.cells))
-
-    @cached_property
-    def _both(self) -> tuple[Profile, Profile]:
-        theta = self.grid.theta
-        inside = theta[:, :-1, None] + self.grid.inside[0]
-        both = np.concatenate([theta.ravel(), inside.ravel()])
-        columns = _columns(self.params, both)
-        parts = zip(
-            (theta, inside), (columns[:, : theta.size], columns[:, theta.size :]), strict=True
-        )
-        nodes, within = (
-            Profile(self.robot, read_only(at), *part.reshape(-1, *at.shape)) for at, part in parts
-        )
-        return nodes, within
+    def at(self, theta: Float[np.ndarray, "..."]) -> Profile:
+        """At any crank angles of the supporting leg, exact (`inertia_and_moment`)."""
+        angles, where = np.unique(np.ravel(theta), return_inverse=True)
+        blocks = -(-len(angles) // BLOCK)
+        padded = np.pad(angles, (0, blocks * BLOCK - len(angles)), mode="edge")
+        rows = [_numbers(self.params, block) for block in np.split(padded, blocks)]
+        columns = read_only(np.concatenate(rows, axis=1)[:, where])
+        if not np.all(np.isfinite(columns)):
+            raise ValueError(
+                "params give inertia functions that are not finite in double precision"
+            )
+        return Profile(self.robot, read_only(theta), *columns.reshape(-1, *np.shape(theta)))
 
 
 def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
@@ -238,24 +233,6 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     names = ("gravity", "heel", "toe", "crank")
     rest = {name: float(np.asarray(getattr(params, name))) for name in names}
     return Robot(mass=mass, step_length=length, **rest)
-
-
-def profile_of(params: BipedParams, robot: Robot, theta: Float[np.ndarray, "..."]) -> Profile:
-    """The profile at any crank angles of the supporting leg, exact (`inertia_and_moment`)."""
-    columns = _columns(params, np.ravel(theta))
-    return Profile(robot, read_only(theta), *columns.reshape(-1, *np.shape(theta)))
-
-
-def _columns(params: BipedParams, theta: Float[np.ndarray, "m"]) -> Float[np.ndarray, "9 m"]:
-    """Numbers of a profile from M to X."""
-    angles, where = np.unique(theta, return_inverse=True)
-    blocks = -(-len(angles) // BLOCK)
-    padded = np.pad(angles, (0, blocks * BLOCK - len(angles)), mode="edge")
-    rows = [_numbers(params, block) for block in np.split(padded, blocks)]
-    columns = read_only(np.concatenate(rows, axis=1)[:, where])
-    if not np.all(np.isfinite(columns)):
-        raise ValueError("params give inertia functions that are not finite in double precision")
-    return columns
 
 
 @float64_program

@@ -1,33 +1,31 @@
-"""The method "conic": solve a gait problem, prove its result, or name the limit that fails."""
+"""The method "conic": solve a gait problem, prove its result, or name the limit that fails.
+
+Where all weights of the objective are 0, a bound above 0 (`certificate.py`) is a contradiction: a
+gait within the limits would have the value 0.
+"""
 
 from __future__ import annotations
 
 import time
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim.gait.between import peak
-from stickslip.optim.gait.convex.answer import (
-    Answer,
-    answered,
-    certificate_of,
-    excluded,
-    least_demand,
-    nothing_left,
-    relaxed,
-)
+from stickslip.optim.gait.convex.certificate import Multipliers, Polygons, every_bound, grid_bound
 from stickslip.optim.gait.convex.limits import FRICTION, NORMAL, TORQUE, ZMP
-from stickslip.optim.gait.convex.program import Solved
+from stickslip.optim.gait.convex.program import Solved, program_of
 from stickslip.optim.gait.convex.tighten import held_between
-from stickslip.optim.gait.gait import GaitResult
+from stickslip.optim.gait.gait import Certificate, GaitResult
 from stickslip.optim.gait.objective import goal_of
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stickslip.optim.gait.convex.grid_problem import GridProblem
+    from stickslip.optim.gait.gait import Gait
     from stickslip.optim.gait.problem import GaitProblem
 
 GAP = 1e-6
@@ -36,8 +34,144 @@ to which a gait counts as proved optimal on its grid."""
 CERTIFY = ("every", "grid")
 FREE_TORQUE = 100.0
 """Multiple of the torque limit that counts as unlimited in the diagnosis."""
-FINER = 4
-"""Times as many cells for a torque or a normal force that a message names."""
+SLOW = 0.1
+"""If the greatest b is less than this of its unit, the unit is reduced and all is solved
+again: the solver's accuracy is that of the largest numbers."""
+ROUNDS = 30
+NO_DEMAND = 1e-9
+"""A friction demand below this is none."""
+SHORTFALLS = tuple(10.0**-k for k in range(9, 0, -1))
+HALVINGS = 4
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The gait on the grid, its certificate, a bound on every gait (None: none proved), how the
+    solver ended and how often it ran. problem: what was solved. relaxed: the limit that the
+    program minimised the excess of, if it did."""
+
+    gait: Gait
+    certificate: Certificate
+    every: float | None
+    solved: Solved
+    problem: GridProblem
+    solves: int = 1
+    relaxed: str = ""
+
+
+def answered(problem: GridProblem, solves: int = 1, *, every: bool = True) -> Answer | Solved:
+    """Solve and certify; the bare outcome without a point. every: bound every gait, too."""
+    numbers = problem.numbers()
+    solved = program_of(problem.structure).solve(numbers)
+    if solved.a is None or solved.b is None or solved.duals is None:
+        return solved
+    units, scale = problem.units, problem.scale
+    if solves < 3 and np.max(solved.b) < SLOW:
+        rate = units.rate * float(np.sqrt(max(np.max(solved.b), 1e-6)))
+        return answered(replace(problem, rate_unit=rate), solves + 1, every=every)
+    gait = problem.gait_of(solved)
+    value = problem.goal.of(gait.spent_on_grid)
+    multipliers, at = Multipliers.of(solved.duals), (solved.a, gait.b / units.b)
+    bound = grid_bound(problem, problem.sample(inside=False), numbers, multipliers, at) * scale
+    proved = None
+    if every:
+        inside = problem.sample(inside=True)
+        proved = max(every_bound(problem, inside, numbers, multipliers) * scale, 0.0)
+    certificate = certificate_of(problem, gait, solved, value, max(bound, 0.0))
+    return Answer(gait, certificate, proved, solved, problem, solves)
+
+
+def certificate_of(
+    problem: GridProblem, gait: Gait, solved: Solved, value: float, bound: float
+) -> Certificate:
+    """The certificate of a value and a bound: with violation, sign and complementarity."""
+    excess = problem.rows.scaled_excess(gait.a, gait.b)
+    violation = max(float(np.max(excess)), 0.0)
+    if solved.duals is None:
+        return Certificate(value, bound, violation, -np.inf, np.inf)
+    multipliers = solved.duals.rows
+    total = max(1.0, float(np.sum(np.abs(multipliers))))
+    products = float(np.max(np.abs(multipliers * -excess.reshape(multipliers.shape)))) / total
+    sign = min(float(np.min(multipliers)) / total, 0.0)
+    return Certificate(value, bound, violation, sign, products)
+
+
+def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Solved:
+    """The least |friction| / normal force, by Dinkelbach's method: at the demand t reached so far
+    the gait with the least excess of |friction| over t N has a lower one, and these fall faster
+    than geometrically to the least.
+
+    The bound is the greatest t' tried for which the last multipliers prove that no gait gets by
+    with t'. every: look for one on every gait, too.
+    """
+    demand, best, solves = 1.0, None, 0
+    solved = Solved(OptimStatus.FAILED, "nothing was solved")
+    for _ in range(ROUNDS):
+        at = _with_friction(problem, demand)
+        solved = relaxed(at, FRICTION)
+        solves += 1
+        if solved.a is None or solved.b is None:
+            break
+        gait = at.gait_of(solved)
+        lower = gait.friction_at_nodes
+        if best is not None and lower >= demand * (1 - 1e-9):
+            break
+        best, demand = (gait, solved, at), lower
+        if demand < NO_DEMAND:
+            break
+    if best is None:
+        return solved
+    gait, solved, at = best
+    bounds = [
+        _greatest_proved(
+            demand, lambda t, whole=whole: excluded(_with_friction(problem, t), solved, whole)
+        )
+        for whole in (False, True)[: 1 + every]
+    ]
+    certificate = certificate_of(at, gait, solved, demand, bounds[0])
+    return Answer(gait, certificate, bounds[1] if every else None, solved, at, solves, FRICTION)
+
+
+def relaxed(problem: GridProblem, limit: str) -> Solved:
+    """Least necessary violation r of a limit, in its unit of size, and the solution."""
+    numbers = replace(problem.numbers(relaxed=limit), weights={})
+    return program_of(problem.structure._replace(terms=())).solve(numbers)
+
+
+def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
+    """True if multipliers prove that no gait keeps to the problem's limits: no gait of the grid,
+    or no gait whatever. solved: of `relaxed`, of this problem or one that differs in its rows."""
+    if solved.duals is None or solved.a is None or solved.b is None:
+        return False
+    numbers = replace(problem.numbers(), weights={})
+    sample, multipliers = problem.sample(inside=every), Multipliers.of(solved.duals)
+    if every:
+        return every_bound(problem, sample, numbers, multipliers) > 0
+    return grid_bound(problem, sample, numbers, multipliers, (solved.a, solved.b)) > 0
+
+
+def nothing_left(problem: GridProblem) -> bool:
+    """True if the limits leave no acceleration and no rate at all at some node."""
+    polygons = Polygons.of(problem.sample(inside=False))
+    return bool(np.any(polygons.low > polygons.high))
+
+
+def _with_friction(problem: GridProblem, demand: float) -> GridProblem:
+    return problem.limited(mu=np.full(problem.grid.steps, demand))
+
+
+def _greatest_proved(demand: float, proved: Callable[[float], bool]) -> float:
+    """About the greatest demand that is proved to be too low."""
+    before = 0.0
+    for shortfall in SHORTFALLS:
+        if proved(demand * (1 - shortfall)):
+            low, high = before, shortfall
+            for _ in range(HALVINGS if before else 0):
+                middle = float(np.sqrt(low * high))
+                low, high = (low, middle) if proved(demand * (1 - middle)) else (middle, high)
+            return demand * (1 - high)
+        before = shortfall
+    return 0.0
 
 
 def solve_conic(
@@ -65,7 +199,9 @@ def solve_conic(
             method="conic", status=status, began=began, message=message, evaluations=solves
         )
     evaluation = problem.evaluate_gait(answer.gait)
-    held, held_value, more = held_between(answer) if every else (None, np.inf, 0)
+    held, held_value, more = (
+        held_between(answer.problem, answer.gait, answer.relaxed) if every else (None, np.inf, 0)
+    )
     status, message = _judged(answer, evaluation.feasible)
     if every and held is None:
         message += "; no gait was found that keeps its limits between the nodes, too"
@@ -109,7 +245,7 @@ def _diagnosed(problem: GridProblem, ended: Solved) -> tuple[OptimStatus, str, i
     if ended.status is OptimStatus.LIMIT:
         return ended.status, ended.message, 1
     if problem.longest is not None:
-        fastest = answered(_fastest(problem))
+        fastest = answered(_fastest(problem), every=False)
         if isinstance(fastest, Answer):
             return _too_fast(problem, problem.longest, fastest)
     needed, proved, solves = _needed_values(replace(problem, longest=None))
@@ -119,44 +255,41 @@ def _diagnosed(problem: GridProblem, ended: Solved) -> tuple[OptimStatus, str, i
     return status, f"no gait keeps within the limits: {'; or '.join(needed)}", solves
 
 
-def _fastest(problem: GridProblem) -> GridProblem:
-    return replace(problem, goal=goal_of("time", 0.0), longest=None)
-
-
 def _too_fast(
     problem: GridProblem, longest: float, fastest: Answer
 ) -> tuple[OptimStatus, str, int]:
     """The mean rate is above the fastest one within the other limits."""
     turn, limits = np.pi * problem.grid.steps, problem.limits
     asked, most = turn / longest, turn / fastest.certificate.value
-    held_by, solves = [], 2
-    unlimited = {"torque": limits.torque * FREE_TORQUE} if limits.motor else {}
-    for name, change in (
-        ("the torque limit", unlimited),
-        ("the friction's limit", {"mu": None} if limits.mu is not None else {}),
-        ("the foot's edges", {"zmp": False} if limits.zmp else {}),
-    ):
-        if not change:
-            continue
-        rate, solves = _rate(problem.limited(**change)), solves + 1
-        if rate is not None and rate > most * (1 + 1e-3):
-            held_by.append(f"{rate:.6g} rad/s without {name}")
-    rate = most
-    if limits.motor or limits.zmp or limits.mu is not None:
-        rate = _rate(problem.limited(torque=limits.torque * FREE_TORQUE, mu=None, zmp=False))
+    free: dict[str, dict[str, Any]] = {}
+    if limits.motor:
+        free["the torque limit"] = {"torque": limits.torque * FREE_TORQUE}
+    if limits.mu is not None:
+        free["the friction's limit"] = {"mu": None}
+    if limits.zmp:
+        free["the foot's edges"] = {"zmp": False}
+    rates = {name: _rate(problem.limited(**change)) for name, change in free.items()}
+    held_by = [f"{rate:.6g} rad/s without {name}" for name, rate in rates.items()
+               if rate is not None and rate > most * (1 + 1e-3)]  # fmt: skip
+    together = {name: value for change in free.values() for name, value in change.items()}
+    rate = _rate(problem.limited(**together)) if free else most
     if rate is not None and rate < asked:
         held_by = [f"above {rate:.6g} rad/s the foot lifts off whatever the motor and the floor"]
-    words = f" ({', '.join(held_by)})" if held_by else ""
+    words, solves = f" ({', '.join(held_by)})" if held_by else "", 3 + len(free)
     if fastest.certificate.bound <= longest:
         text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
-        return OptimStatus.INACCURATE, text + words, solves + 1
+        return OptimStatus.INACCURATE, text + words, solves
     text = f"mean_rate = {asked:.6g} rad/s cannot be met: at most {most:.6g} rad/s within the"
-    return OptimStatus.INFEASIBLE, f"{text} limits{words}", solves + 1
+    return OptimStatus.INFEASIBLE, f"{text} limits{words}", solves
+
+
+def _fastest(problem: GridProblem) -> GridProblem:
+    return replace(problem, goal=goal_of("time", 0.0), longest=None)
 
 
 def _rate(problem: GridProblem) -> float | None:
     """Greatest mean rate within the limits [rad/s]."""
-    found = answered(_fastest(problem))
+    found = answered(_fastest(problem), every=False)
     if isinstance(found, Solved):
         return None
     return np.pi * problem.grid.steps / found.certificate.value
@@ -183,10 +316,8 @@ def _needed_values(problem: GridProblem) -> tuple[list[str], bool, int]:
 
 
 def _needed(problem: GridProblem, limit: str) -> tuple[str, bool, int]:
-    """Needed value of a limit, empty where it alone changes nothing; see `_needed_values`.
-
-    Of a torque what a gait between the nodes takes, too.
-    """
+    """Needed value of a limit at the nodes, empty where it alone changes nothing; see
+    `_needed_values`."""
     limits = problem.limits
     solved = relaxed(problem, limit)
     if solved.a is None or solved.b is None:
@@ -195,26 +326,14 @@ def _needed(problem: GridProblem, limit: str) -> tuple[str, bool, int]:
     if limit == ZMP:
         return "zmp: the foot's edges cannot hold the robot", proved, 1
     if limit == FRICTION and limits.mu is not None:
-        least = least_demand(problem.limited(mu=None))
-        if not isinstance(least, Answer):
+        least = least_demand(problem.limited(mu=None), every=False)
+        if isinstance(least, Solved):
             return "", proved, 2
         text = f"mu = {np.min(limits.mu):.6g}: {least.certificate.value:.6g} is needed"
         return text, proved, 1 + least.solves
-    problem = replace(problem, profiles=problem.profiles.finer(FINER))
-    cells = f" ({problem.grid.cells} cells a step)"
-    solved = relaxed(problem, limit)
-    if solved.a is None or solved.b is None:
-        return "", proved, 2
-    gait = problem.gait_of(solved)
-    if limit == NORMAL:  # a crank that stands still may have it, too
-        normal = gait.ground_between[1]
-        least = -float(np.max(peak(lambda at: -normal(at))))
-        text = f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had"
-        return text + cells, proved, 2
-    certificate = certificate_of(problem, gait, solved, 0.0, 0.0)
-    answer = Answer(gait, certificate, None, solved, problem, 1, limit)
-    held, _, solves = held_between(answer)
-    torque = (gait if held is None else held).torque_between
-    most = float(np.max(peak(lambda at: np.abs(torque(at)))))
-    text = f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed"
-    return text + cells, proved, 2 + solves
+    missed = solved.relaxation * problem.rows.size[problem.limits.names.index(limit)]
+    if limit == NORMAL:
+        least = limits.min_normal - missed
+        return f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had", proved, 1
+    most = limits.torque + missed
+    return f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed", proved, 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -18,9 +18,11 @@ from stickslip.optim.options import float64_program
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from types import ModuleType
 
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.numeric import Number
     from stickslip.optim.gait.convex.program import Solved
     from stickslip.optim.gait.objective import Goal
     from stickslip.optim.gait.profile import Grid, Profiles
@@ -185,75 +187,50 @@ class GridProblem:
         """The same with some limits changed."""
         return replace(self, limits=replace(self.limits, **changes))
 
+    def margins(
+        self,
+        a: Float[Number, "n K+1"],
+        b: Float[Number, "n K+1"],
+        time: Float[Number, ""],
+        xp: ModuleType = np,
+    ) -> Float[Number, "m"]:
+        """Scaled margins: the rows at the nodes, the time, and both sides of the end. xp: numpy, or
+        jax.numpy for arrays that are traced."""
+        low, high = (b[0, 0], b[0, 0]) if self.periodic else self.last
+        late = [] if self.longest is None else [1 - time / self.longest]
+        ends = [(b[-1, -1] - low) / self.units.b, (high - b[-1, -1]) / self.units.b]
+        rows = -self.rows.scaled_excess(a, b)
+        return xp.concatenate([xp.ravel(rows), xp.stack([*late, *ends])])
+
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """Gradient of the value; a subgradient at kinks, 0 where there is none."""
-        return self._along(self._value_slope, x)
+        return np.nan_to_num(self._slopes[0](x), posinf=0.0, neginf=0.0)
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """Jacobian of GaitProblem's margins, in their order."""
-        squares = self._squares
-        count = squares.shape[0]
-        size = self.rows.size[:, None]
-        A, B = (-of.reshape(-1, count) / size for of in (self.rows.A, self.rows.B))
-        whole = B[:, :, None] * squares
-        node = np.arange(count)
-        whole[:, node, 1 + node] += A
-        parts = [whole.reshape(-1, len(x))]
-        if self.longest is not None:
-            parts.append(-self._along(self._time_slope, x)[None] / self.longest)
-        end = squares[-1] / self.units.b
-        if self.periodic:
-            end = end - squares[0] / self.units.b
-        return np.concatenate([*parts, end[None], -end[None]])
+        """Jacobian of `margins`; of the time 0 where there is none."""
+        return np.nan_to_num(self._slopes[1](x), posinf=0.0, neginf=0.0)
 
     @cached_property
-    def _squares(self) -> Float[np.ndarray, "nodes n"]:
-        """Derivatives of b at the nodes by the decision vector, in which it is linear."""
-        shape = self.grid.theta.shape
-        columns = [squares_of(self.grid, np.zeros(shape), 1.0)]
-        for one in np.eye(self.grid.theta.size):
-            columns.append(squares_of(self.grid, one.reshape(shape), 0.0))
-        return np.stack([of.ravel() for of in columns], axis=1)
-
-    def _along(self, slope: Callable[..., tuple[np.ndarray, ...]], x: np.ndarray) -> np.ndarray:
-        """Chain rule from the slopes in b, and in quantities affine in a and b: the torque, or the
-        ground's forces."""
+    def _slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+        """Programs of the gradient and of the jacobian."""
         p = self.profiles.nodes
-        a = x[1:].reshape(self.grid.theta.shape)
-        b = squares_of(self.grid, a, float(x[0]))
-        if self.goal.is_friction and slope is self._value_slope:
-            given = p.friction(a, b), p.normal(a, b)
-            affine = (p.P, p.dP), (p.Y, p.dY)
-        else:
-            given, affine = (p.torque(a, b),), ((p.M, p.dM / 2),)
-        on_b, *on_each = slope(b, *given)
-        on_a = np.zeros_like(a)
-        with np.errstate(invalid="ignore"):
-            for on_it, (by_a, by_b) in zip(on_each, affine, strict=True):
-                on_a, on_b = on_a + on_it * by_a, on_b + on_it * by_b
-            found = on_b.ravel() @ self._squares
-            found[1:] += on_a.ravel()
-        return np.where(np.isfinite(found), found, 0.0)
 
-    @cached_property
-    def _value_slope(self) -> Callable[..., tuple[np.ndarray, ...]]:
-        def demand(b: Array, friction: Array, normal: Array) -> Float[Array, ""]:
-            return jnp.max(jnp.asarray(friction_uses(friction, normal, jnp)))
+        def walk(x: Array) -> tuple[Array, Array, dict[str, Any]]:
+            a = x[1:].reshape(self.grid.theta.shape)
+            b = squares_of(self.grid, a, x[0], jnp)
+            return a, b, terms_on_grid(self.grid, b, p.torque(a, b), jnp)
 
-        def value(b: Array, torque: Array) -> Float[Array, ""]:
-            spent = terms_on_grid(self.grid, b, torque, jnp)
-            return jnp.asarray(self.goal.of(cast("dict[str, float]", spent)))
+        def value(x: Array) -> Array:
+            a, b, spent = walk(x)
+            if self.goal.is_friction:
+                return jnp.max(friction_uses(p.friction(a, b), p.normal(a, b), jnp))
+            return jnp.asarray(self.goal.of(spent))
 
-        if self.goal.is_friction:
-            return float64_program(jax.grad(demand, argnums=(0, 1, 2)))
-        return float64_program(jax.grad(value, argnums=(0, 1)))
+        def margins(x: Array) -> Array:
+            a, b, spent = walk(x)
+            return self.margins(a, b, spent[TIME], jnp)
 
-    @cached_property
-    def _time_slope(self) -> Callable[..., tuple[np.ndarray, ...]]:
-        def time(b: Array, torque: Array) -> Float[Array, ""]:
-            return jnp.asarray(terms_on_grid(self.grid, b, torque, jnp)[TIME])
-
-        return float64_program(jax.grad(time, argnums=(0, 1)))
+        return float64_program(jax.grad(value)), float64_program(jax.jacfwd(margins))
 
 
 def _end(given: tuple[float, float]) -> str:
@@ -263,10 +240,10 @@ def _end(given: tuple[float, float]) -> str:
 
 
 def squares_of(
-    grid: Grid, a: Float[np.ndarray, "n K+1"], first: float
-) -> Float[np.ndarray, "n K+1"]:
+    grid: Grid, a: Float[Number, "n K+1"], first: Float[Number, ""], xp: ModuleType = np
+) -> Float[Number, "n K+1"]:
     """b at the nodes from the accelerations, the same on both sides of an exchange."""
     gained = grid.h * (a[:, :-1] + a[:, 1:])
-    within = np.concatenate([np.zeros((grid.steps, 1)), np.cumsum(gained, axis=1)], axis=1)
-    before = np.concatenate([[0.0], np.cumsum(within[:, -1])[:-1]])
+    within = xp.concatenate([np.zeros((grid.steps, 1)), xp.cumsum(gained, axis=1)], axis=1)
+    before = xp.concatenate([np.zeros(1), xp.cumsum(within[:, -1])[:-1]])
     return first + before[:, None] + within

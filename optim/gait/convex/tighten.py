@@ -13,7 +13,6 @@ from stickslip.optim.gait.convex.program import program_of
 from stickslip.optim.gait.objective import TIME
 
 if TYPE_CHECKING:
-    from stickslip.optim.gait.convex.answer import Answer
     from stickslip.optim.gait.convex.grid_problem import GridProblem
     from stickslip.optim.gait.convex.program import Numbers
     from stickslip.optim.gait.gait import Gait
@@ -34,15 +33,16 @@ MORE = 1.1
 """Factor between tightening and violation: the gait found next bulges elsewhere."""
 
 
-def held_between(answer: Answer) -> tuple[Gait | None, float, int]:
-    """The gait, its value between the nodes, and how often the program was solved.
+def held_between(
+    problem: GridProblem, gait: Gait, free: str = ""
+) -> tuple[Gait | None, float, int]:
+    """The gait, its value between the nodes, and how often the program was solved. free: a limit
+    whose excess is minimised.
 
     The walk's time between the nodes is kept to the longest one, too, by asking for less. It is
     known once the crank stands still nowhere.
     """
-    problem, gait = answer.problem, answer.gait
-    numbers = problem.numbers(relaxed=answer.relaxed)
-    structure, free = problem.structure, answer.relaxed
+    numbers, structure = problem.numbers(relaxed=free), problem.structure
     if free:
         numbers = replace(numbers, weights={})
         structure = structure._replace(terms=())

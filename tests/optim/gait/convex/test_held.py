@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, PPoly
 
 from stickslip.optim import GaitProblem, replay, solve
 from stickslip.optim.gait.convex.limits import STANDING, rows_of
 from stickslip.optim.gait.gait import Gait
-from stickslip.optim.gait.profile import profile_of
 from tests.optim.gait.helpers import robot, transfer
 
 FINE = 201
@@ -27,9 +26,7 @@ def problem_of(objective: str, given: dict, limits: dict) -> GaitProblem:
 def sampled(problem: GaitProblem, gait: Gait):
     """The profile, a and b at FINE places in each cell, the profile exact."""
     x = gait.grid.h[..., None] * np.linspace(0.0, 1.0, FINE)
-    profile = profile_of(
-        problem.params, problem.on_grid.profiles.robot, gait.theta[:, :-1, None] + x
-    )
+    profile = problem.on_grid.profiles.at(gait.theta[:, :-1, None] + x)
     c = (np.diff(gait.a, axis=1) / gait.grid.h)[..., None]
     a = gait.a[:, :-1, None]
     return profile, a + c * x, gait.b[:, :-1, None] + 2 * a * x + c * x**2
@@ -54,9 +51,11 @@ def integrated(problem: GaitProblem, gait: Gait) -> dict[str, float]:
     profile, a, b = sampled(problem, gait)
     theta, at = np.unique(profile.theta[0].ravel(), return_index=True)
     torque = CubicSpline(theta, profile.torque(a, b)[0].ravel()[at])
+    rise = np.diff(gait.a[0]) / gait.grid.h[0]
+    squared = PPoly(np.stack([rise, 2 * gait.a[0, :-1], gait.b[0, :-1]]), gait.theta[0])
 
     def rates(time: float, now: np.ndarray) -> list[float]:
-        T, rate = float(torque(now[0])), float(np.sqrt(gait.at(now[:1])[1][0]))
+        T, rate = float(torque(now[0])), float(np.sqrt(squared(now[0])))
         return [rate, T**2, max(T, 0.0) * rate, T**2 * rate]
 
     def over(time: float, now: np.ndarray) -> float:
