@@ -27,28 +27,28 @@ USEFUL = 0.1
 """Largest error of a point of a front, in its own unit: beyond it, the answer is but a guess."""
 
 
-def front(costs: Sequence[float], errors: Sequence[float]) -> list[int]:
-    """Indices of the points that no other beats in both, the cheapest first; error <= USEFUL."""
-    found: list[int] = []
-    for index in sorted(range(len(costs)), key=lambda i: (costs[i], errors[i])):
-        best = errors[found[-1]] if found else USEFUL * (1 + 1e-12)
-        if errors[index] < best:
-            found.append(index)
+def front_of(points: Sequence[P]) -> list[P]:
+    """Points that no other beats in cost and error, the cheapest first; error <= USEFUL."""
+    found: list[P] = []
+    for point in sorted(points, key=lambda p: (p.cost, p.error)):
+        if point.error < (found[-1].error if found else USEFUL * (1 + 1e-12)):
+            found.append(point)
     return found
 
 
-def knee(costs: Sequence[float], errors: Sequence[float]) -> int:
-    """Index of the knee of a front: farthest below the chord of its ends, in log-log.
+def knee_of(points: Sequence[P]) -> P:
+    """The knee of the front: farthest below the chord of its ends, in log-log.
 
     Both axes are scaled to the front's extent first. Of a front of one or two points, its last.
     ValueError if no error is within USEFUL.
     """
-    along = front(costs, errors)
+    along = front_of(points)
     if not along:
         raise ValueError(f"no front: every error exceeds {USEFUL:g}; accepted: one within")
     if len(along) < 3:
         return along[-1]
-    x, y = ([math.log(max(values[i], 1e-300)) for i in along] for values in (costs, errors))
+    costs, errors = ([p.cost for p in along], [p.error for p in along])
+    x, y = ([math.log(max(value, 1e-300)) for value in each] for each in (costs, errors))
     across, down = x[-1] - x[0], y[0] - y[-1]
     below = [1 - (a - x[0]) / across - (b - y[-1]) / down for a, b in zip(x, y, strict=True)]
     return along[max(range(len(along)), key=lambda i: below[i])]
@@ -63,16 +63,6 @@ def rank(count: int, quantile: float, confidence: float) -> int:
     from scipy.stats import binom
 
     return int(binom.ppf(confidence, count, quantile)) + 1
-
-
-def front_of(points: Sequence[P]) -> list[P]:
-    """Points that no other beats in cost and error, the cheapest first."""
-    return [points[i] for i in front([p.cost for p in points], [p.error for p in points])]
-
-
-def knee_of(points: Sequence[P]) -> P:
-    """The front's knee."""
-    return points[knee([p.cost for p in points], [p.error for p in points])]
 
 
 def unbeaten(

@@ -184,16 +184,6 @@ def put_between(path: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
     write_whole(path, f"{before}{marks[0]}\n{text}\n{marks[1]}{after}")
 
 
-def pyplot() -> Any:
-    """matplotlib.pyplot, drawing into files without a display."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
-    return plt
-
-
 def _version(name: str) -> str | None:
     try:
         return version(name)

@@ -1,12 +1,11 @@
 """Environment steps per second of every interface, beside Gymnasium's own environments.
 
-    python -m benchmarks.throughput [--quick] [--update] [--out FILE]
+    python -m benchmarks.throughput [--only PART ...] [--quick] [--update] [--out FILE]
 
 Each row is measured warm and blocks on its outputs; compile time is separate. A core-second is one
 of processor time, of all threads together. "No kernels" is the same program as XLA takes it.
 Accuracy is measured in the same run: the default environment's integrator against one sixteen times
-finer, over one second of the same actions. The printed table's last column is each row's rate a
-core-second over that of the file's run before. --update writes the table of docs/performance.md.
+finer, over one second of the same actions. --update writes the table of docs/performance.md.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import markdown, measured_parts, options, put_between, read_json, where
+from benchmarks.report import markdown, measured_by_command, put_between, where
 from benchmarks.timing import without_kernels
 from stickslip.dynamics.biped import RK4Split, simulate
 from stickslip.envs import BipedEnv, UGVEnv, collect
@@ -220,11 +219,10 @@ def accuracy(quick: bool) -> Iterator[dict[str, float]]:
     yield {f"{name}_error": value for name, value in worst.items()}
 
 
-def body(content: dict[str, Any], before: dict[tuple, float] | None = None) -> str:
-    """The table, with each row's ratio to the run before."""
-    lines = []
-    for one in content["rows"]:
-        line = {
+def body(content: dict[str, Any]) -> str:
+    """The table of the page."""
+    lines = [
+        {
             "interface": one["interface"],
             "environment": one["environment"],
             "batch": one["batch"],
@@ -232,10 +230,8 @@ def body(content: dict[str, Any], before: dict[tuple, float] | None = None) -> s
             "a core-second": f"{one['per_core_second']:,.0f}",
             "compile [s]": f"{one['compile_seconds']:.1f}",
         }
-        if before is not None:
-            then = before.get(_name(one))
-            line["to the run before"] = f"{one['per_core_second'] / then:.2f}" if then else ""
-        lines.append(line)
+        for one in content["rows"]
+    ]
     (errors,) = content["accuracy"]
     return (
         f"{markdown(lines)}\n\nMeasured on {where(content, 'rows')}. After one second of slipping, "
@@ -245,23 +241,13 @@ def body(content: dict[str, Any], before: dict[tuple, float] | None = None) -> s
     )
 
 
-def _name(one: dict[str, Any]) -> tuple[str, str, int]:
-    return one["interface"], one["environment"], one["batch"]
-
-
 def main(arguments: list[str] | None = None) -> None:
-    """Measure, print the table, write the JSON."""
-    parser = options("throughput", __doc__)
-    parser.add_argument("--quick", action="store_true", help="shorter runs, noisier numbers")
-    parser.add_argument("--update", action="store_true", help="also the table of the page")
-    given = parser.parse_args(arguments)
+    """Run the command."""
     register()
-    before = {_name(one): one["per_core_second"] for one in read_json(given.out).get("rows", ())}
     parts = {"rows": rows, "accuracy": accuracy}
-    content = measured_parts(parts, parts, given.quick, given.out)
-    print("\n" + body(content, before))
-    if given.update:
-        put_between(PAGE, body(content))
+    measured_by_command(
+        "throughput", __doc__, parts, lambda content: put_between(PAGE, body(content)), arguments
+    )
 
 
 if __name__ == "__main__":

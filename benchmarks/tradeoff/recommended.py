@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from benchmarks.points import USEFUL, front, front_of, knee, knee_of
-from benchmarks.report import called, markdown, pyplot, rows_json, three, where
+from matplotlib.figure import Figure
+
+from benchmarks.points import USEFUL, front_of, knee_of
+from benchmarks.report import called, markdown, rows_json, three, where
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
 from stickslip.dynamics.biped.recommendation import PRESET_BATCH, PRESET_SCENE, QUANTILES
 
@@ -117,6 +118,10 @@ def family(integrator: str) -> str:
 def source(content: dict[str, Any]) -> str:
     """Text of dynamics/biped/measured.json; the same content gives the same text."""
     settings, costs, errors = _rows(content)
+    presets = [
+        [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
+        for name, p in presets_of(content).items()
+    ]
     samples = [
         [s["scene"], s["robots"], s["count"], three(s["sensitive"]), three(s["sensitivity"][1])]
         for s in content["samples"]
@@ -129,42 +134,26 @@ def source(content: dict[str, Any]) -> str:
             "costs": costs,
             "samples": samples,
             "errors": errors,
-            "presets": _presets(content),
+            "presets": presets,
         }
     )
 
 
-def _presets(content: dict[str, Any]) -> list[list]:
-    """Name and index of the setting of each preset."""
-    settings, _, _ = _rows(content)
-    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
-    columns = zip(*((p.cost, p.error, p.dtype) for p in points), strict=True)
-    chosen = {name: points[i] for name, i in preset_indices(*columns).items()}
-    return [
-        [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
-        for name, p in chosen.items()
-    ]
-
-
-def preset_indices(
-    costs: Sequence[float], errors: Sequence[float], dtypes: Sequence[str]
-) -> dict[str, int]:
-    """Indices of the presets among the points of a front.
+def presets_of(content: dict[str, Any]) -> dict[str, Promise]:
+    """The presets by name.
 
     fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
     exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.
     """
+    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
 
-    def cheapest(tolerance: float, among: Sequence[int]) -> int:
-        along = [among[i] for i in front([costs[i] for i in among], [errors[i] for i in among])]
-        within = [i for i in along if errors[i] <= tolerance]
-        return within[0] if within else along[-1]
+    def cheapest(tolerance: float, among: list[Promise]) -> Promise:
+        along = front_of(among)
+        return next((p for p in along if p.error <= tolerance), along[-1])
 
-    everything = range(len(costs))
-    single = [i for i in everything if dtypes[i] == "float32" and errors[i] <= USEFUL] or everything
-    bend = single[knee([costs[i] for i in single], [errors[i] for i in single])]
-    fast, exact = cheapest(2e-2, single), cheapest(1e-8, everything)
-    return {"fast": fast, "balanced": bend, "exact": exact}
+    single = [p for p in points if p.dtype == "float32" and p.error <= USEFUL] or points
+    fast, exact = cheapest(2e-2, single), cheapest(1e-8, points)
+    return {"fast": fast, "balanced": knee_of(single), "exact": exact}
 
 
 def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
@@ -202,9 +191,8 @@ def presets(content: dict[str, Any]) -> str:
     points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
     if not front_of([p for p in points if p.dtype == "float32"]):
         return "Not measured."
-    columns = zip(*((p.cost, p.error, p.dtype) for p in points), strict=True)
-    chosen = preset_indices(*columns)
-    return markdown([{"preset": name} | _columns(points[i]) for name, i in chosen.items()])
+    chosen = presets_of(content)
+    return markdown([{"preset": name} | _columns(point) for name, point in chosen.items()])
 
 
 def fronts(content: dict[str, Any]) -> str:
@@ -243,9 +231,8 @@ COLOURS = {"float32": "#0b6e4f", "float64": "#4b2e83"}
 
 def draw(content: dict[str, Any], path: Path) -> None:
     """Write the PNG: bars from what half of the default robot's walks keep to what 99 % keep."""
-    plt = pyplot()
-    size = (11, 3.4 * len(FLOORS))
-    figure, axes = plt.subplots(len(FLOORS), len(COSTS), figsize=size, layout="constrained")
+    figure = Figure((11, 3.4 * len(FLOORS)), layout="constrained")
+    axes = figure.subplots(len(FLOORS), len(COSTS))
     for line, floor in zip(axes, FLOORS, strict=True):
         for axis, batch in zip(line, COSTS, strict=True):
             points = promises_of(content, floor, ROBOTS[0], batch)
@@ -267,4 +254,3 @@ def draw(content: dict[str, Any], path: Path) -> None:
     shown = dict(zip(names, handles, strict=True))
     figure.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=4, fontsize=8)
     figure.savefig(path, dpi=110)
-    plt.close(figure)
