@@ -73,47 +73,6 @@ def test_differential_evolution_in_batches():
     assert whole.record.best == pytest.approx(LEAST, abs=1e-2)
 
 
-def test_nevergrad():
-    ng = pytest.importorskip("nevergrad")
-
-    def run(objective):
-        where, function = exports.as_nevergrad(objective)
-        ng.optimizers.OnePlusOne(where, budget=400).minimize(function)
-
-    record = toy().objective(budget=400).minimise(run)
-    assert record.best < 0.3
-    assert record.values == 400
-
-
-def test_optuna():
-    optuna = pytest.importorskip("optuna")
-    optuna.logging.set_verbosity(optuna.logging.ERROR)
-    sampler = optuna.samplers.RandomSampler(seed=0)
-    study = optuna.create_study(sampler=sampler)
-    it = toy().objective()
-    study.optimize(exports.as_optuna(it), n_trials=40)
-    assert it.record.values == 40
-    assert study.best_value == pytest.approx(it.record.best)
-
-
-def test_evosax():
-    pytest.importorskip("evosax")
-    import jax
-    from evosax.algorithms import CMA_ES
-
-    it = toy().objective()
-    first, fitness = exports.as_evosax(it)
-    with jax.numpy_dtype_promotion("standard"):
-        strategy = CMA_ES(population_size=16, solution=first)
-        params = strategy.default_params.replace(std_init=0.2)
-        state = strategy.init(jax.random.key(0), first, params)
-        for key in jax.random.split(jax.random.key(1), 25):
-            population, state = strategy.ask(key, state, params)
-            state, _ = strategy.tell(key, population, fitness(population), state, params)
-    assert it.record.best < 0.2
-    assert (it.record.batches, it.record.values) == (25, 400)
-
-
 def test_ioh():
     pytest.importorskip("ioh")
     it = toy().objective()
