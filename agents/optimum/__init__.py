@@ -5,22 +5,18 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.agents.optimum.best_known import Known, Replay, known, replay
     from stickslip.agents.optimum.file import load_value_policy, save_value_policy
     from stickslip.agents.optimum.grid import Axis, Grid, Place, Sheet
-    from stickslip.agents.optimum.improved import Improved
     from stickslip.agents.optimum.policy import Ahead, StateMap, ValuePolicy
-    from stickslip.agents.optimum.solution import Solution, solve
+    from stickslip.agents.optimum.solution import Known, Replay, Solution, known, replay, solve
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "best_known": ("Known", "Replay", "known", "replay"),
             "file": ("load_value_policy", "save_value_policy"),
             "grid": ("Axis", "Grid", "Place", "Sheet"),
-            "improved": ("Improved",),
             "policy": ("Ahead", "StateMap", "ValuePolicy"),
-            "solution": ("Solution", "solve"),
+            "solution": ("Known", "Replay", "Solution", "known", "replay", "solve"),
         },
     )
 
@@ -28,7 +24,6 @@ __all__ = [
     "Ahead",
     "Axis",
     "Grid",
-    "Improved",
     "Known",
     "Place",
     "Replay",

@@ -15,17 +15,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_integer,
-    require_kind,
-    require_number,
-    shown,
-)
+from stickslip.dynamics.checks import is_concrete, require_integer, require_number, shown
 from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterator
 
     from jaxtyping import Array, Bool, Float, Int
 
@@ -50,8 +44,6 @@ class Axis:
 
     def validate(self) -> Axis:
         """Return self, or raise ValueError naming the axis and its error."""
-        require_kind("name", self.name, str, "a name")
-        require_kind("periodic", self.periodic, bool, "True or False")
         accepted = "finite numbers in ascending order, at least two"
         require_number(f"nodes of {self.name}", self.nodes, accepted=accepted)
         nodes, shape = self.nodes, np.shape(self.nodes)
@@ -122,17 +114,6 @@ class Sheet:
     name: str = field(metadata={"static": True})
     axes: tuple[Axis, ...]
 
-    def validate(self) -> Sheet:
-        """Return self, or raise ValueError naming the sheet or the axis."""
-        require_kind("name", self.name, str, "a name")
-        require_kind(f"axes of {self.name}", self.axes, tuple, "a tuple of Axis")
-        for axis in self.axes:
-            require_kind(f"axes of {self.name}", axis, Axis, "a tuple of Axis")
-            axis.validate()
-        if not 1 <= len(self.axes) <= MOST_RANK:
-            raise ValueError(f"{len(self.axes)} axes of {self.name}; accepted: 1 to {MOST_RANK}")
-        return self
-
     @property
     def shape(self) -> tuple[int, ...]:
         """Nodes along each axis."""
@@ -163,14 +144,15 @@ class Grid:
 
     def validate(self) -> Grid:
         """Return self, or raise ValueError naming the sheet or the axis."""
-        accepted = "a tuple of Sheet, at least one"
-        require_kind("sheets", self.sheets, tuple, accepted)
-        for sheet in self.sheets or (None,):
-            require_kind("sheets", sheet, Sheet, accepted)
         for sheet in self.sheets:
-            sheet.validate()
-        if self.size >= 2**31:
-            raise ValueError(f"a grid of {self.size:.3g} nodes; accepted: fewer than 2^31")
+            for axis in sheet.axes:
+                axis.validate()
+            if not 1 <= len(sheet.axes) <= MOST_RANK:
+                raise ValueError(
+                    f"{len(sheet.axes)} axes of {sheet.name}; accepted: 1 to {MOST_RANK}"
+                )
+        if not 0 < self.size < 2**31:
+            raise ValueError(f"a grid of {self.size:.3g} nodes; accepted: 1 to 2^31 - 1")
         return self
 
     @property
@@ -219,7 +201,7 @@ class Grid:
 
     def corners(
         self, base: Int[Array, "*n"], share: Float[Array, "*n rank"]
-    ) -> Iterable[tuple[Int[Array, "*n"], Float[Array, "*n"]]]:
+    ) -> Iterator[tuple[Int[Array, "*n"], Float[Array, "*n"]]]:
         """Index offset and weight of each corner of the cells; a corner along an axis that a sheet
         lacks is the one before it."""
         bounds = jnp.asarray(self.offsets, jnp.int32)

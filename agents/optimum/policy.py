@@ -17,7 +17,7 @@ import numpy as np
 from stickslip.agents.optimum.grid import Grid, Place
 from stickslip.agents.optimum.value_iteration import Transition
 from stickslip.agents.protocol import Memoryless, Params, Params_contra, State
-from stickslip.dynamics.checks import is_concrete, require_integer, require_kind, require_number
+from stickslip.dynamics.checks import is_concrete, require_integer, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import FunctionalEnv, pure_step
 
@@ -103,20 +103,9 @@ class Ahead:
     def validate(self) -> Ahead:
         """Return self, or raise ValueError naming the field."""
         if is_concrete(self.depth):
-            depth = self.depth if isinstance(self.depth, int) else np.asarray(self.depth)[()]
-            require_integer("depth", depth, high=1000)
+            require_integer("depth", np.asarray(self.depth)[()], high=1000)
         require_integer("beam", self.beam, high=10**5)
         return self
-
-
-class Found(NamedTuple):
-    """Result of a search."""
-
-    action: Float[Array, " act"]
-    value: Float[Array, ""]
-    """Reward of the best sequence plus the grid's value at its end."""
-    outside: Bool[Array, ""]
-    """True if that path leaves the grid: the value is then a guess."""
 
 
 class _Paths(NamedTuple):
@@ -129,7 +118,6 @@ class _Paths(NamedTuple):
     worth: Float[Array, " paths"]
     """Reward so far, and the value at the end."""
     over: Bool[Array, " paths"]
-    outside: Bool[Array, " paths"]
 
 
 def look_ahead(
@@ -138,15 +126,16 @@ def look_ahead(
     state: State,
     outside: Float[Array, ""] | float,
     ahead: Ahead,
-) -> Found:
-    """The best first action from a state. outside: what a state off the grid is worth."""
-    kind, size = values.dtype, (ahead.beam,)
+) -> tuple[Float[Array, " act"], Float[Array, ""]]:
+    """The best first action from a state, and the reward of the best sequence plus the grid's value
+    at its end. outside: what a state off the grid is worth."""
+    size = (ahead.beam,)
     one = jnp.arange(ahead.beam) == 0  # the others are copies, which are not counted
-    nothing, false = jnp.where(one, 0, -jnp.inf).astype(kind), jnp.zeros(size, bool)
+    nothing, false = jnp.where(one, 0, -jnp.inf).astype(values.dtype), jnp.zeros(size, bool)
     begun = jax.tree.map(
         lambda leaf: jnp.broadcast_to(jnp.asarray(leaf), size + jnp.shape(leaf)), state
     )
-    paths = _Paths(begun, jnp.zeros(size, jnp.int32), nothing, nothing, false, false)
+    paths = _Paths(begun, jnp.zeros(size, jnp.int32), nothing, nothing, false)
 
     def further(depth: Int[Array, ""], paths: _Paths) -> _Paths:
         found = _further(process, values, paths, outside)
@@ -157,7 +146,7 @@ def look_ahead(
         return jax.tree.map(lambda leaf: leaf[kept], found)
 
     best = jax.lax.fori_loop(0, ahead.depth, further, paths)
-    return Found(process.actions[best.first[0]], best.worth[0], best.outside[0])
+    return process.actions[best.first[0]], best.worth[0]
 
 
 def _further(
@@ -179,7 +168,7 @@ def _further(
         off = jnp.asarray(outside, values.dtype)
         beyond = jnp.where(cell.outside, off, process.grid.read(values, cell))
         worth = earned + jnp.where(over, 0, beyond)
-        return _Paths(after, path.first, earned, worth, over, cell.outside & ~over)
+        return _Paths(after, path.first, earned, worth, over)
 
     return jax.vmap(one)(paths, actions)
 
@@ -204,9 +193,7 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
 
     def validate(self) -> ValuePolicy[State, Params]:
         """Return self, or raise ValueError naming what does not fit."""
-        require_kind("ahead", self.ahead, Ahead, "an Ahead")
         self.ahead.validate()
-        require_kind("grid", self.grid, Grid, "a Grid")
         self.grid.validate()
         names = tuple(tuple(axis.name for axis in sheet.axes) for sheet in self.grid.sheets)
         if names != self.states.axes:
@@ -214,10 +201,8 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
         width = len(self.env.action_names)
         wanted = {"values": (self.grid.size,), "actions": (len(self.actions), width)}
         for name, shape in wanted.items():
-            if np.shape(getattr(self, name)) != shape:
-                raise ValueError(
-                    f"{name} has shape {np.shape(getattr(self, name))}; accepted: {shape}"
-                )
+            if (given := np.shape(getattr(self, name))) != shape:
+                raise ValueError(f"{name} has shape {given}; accepted: {shape}")
         if is_concrete(self.values):
             require_number("values", self.values, accepted="finite numbers")
             accepted = "numbers in [-1, 1]"
@@ -234,12 +219,8 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
         self, memory: None, obs: Float[Array, " obs"], env_state: State, env_params: Params
     ) -> tuple[None, Float[Array, " act"]]:
         """See Controller."""
-        return memory, self.search(env_state, env_params).action
-
-    def search(self, env_state: State, env_params: Params) -> Found:
-        """The action, what is expected of it, and whether that lies off the grid."""
-        process = self.process(env_params)
-        return look_ahead(process, jnp.asarray(self.values), env_state, self.outside, self.ahead)
+        process, values = self.process(env_params), jnp.asarray(self.values)
+        return memory, look_ahead(process, values, env_state, self.outside, self.ahead)[0]
 
     def value(self, env_state: State, env_params: Params) -> Float[Array, ""]:
         """The grid's value at a state; at the nearest node of it where it is not covered."""

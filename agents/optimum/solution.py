@@ -1,56 +1,60 @@
-"""Dynamic programming for an environment: from a task to a value function and its policy."""
+"""Dynamic programming for an environment: a value function, its policy, and bounds by replay."""
 
 from __future__ import annotations
 
-import hashlib
-import io
-import time
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic
+from typing import TYPE_CHECKING, Generic, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.rollout import episode_key, horizon, without_resets
+from stickslip.agents.evaluation.rollout import (
+    episode_key,
+    horizon,
+    require_room,
+    rollout,
+    seeds_of,
+    without_resets,
+)
+from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.evaluation.table import fraction_interval, mean_interval
+from stickslip.agents.optimum.file import Checkpoint, digest_of
 from stickslip.agents.optimum.grid import Grid
 from stickslip.agents.optimum.policy import Ahead, EnvProcess, StateMap, ValuePolicy
-from stickslip.agents.optimum.value_iteration import (
-    Counts,
-    Values,
-    finite_horizon,
-    greedy,
-    transitions,
-)
+from stickslip.agents.optimum.value_iteration import Counts, Values, finite_horizon, transitions
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.registry import machine_of_env
-from stickslip.agents.untrusted import LARGEST, RefusedError, arrays_in, read_bytes, refusing
-from stickslip.dynamics.checks import require_integer, require_kind
-from stickslip.records.files import write_whole
+from stickslip.dynamics.checks import require_integer, require_kind, require_number
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Int
+    from collections.abc import Sequence
 
+    from jaxtyping import Array, Float, PRNGKeyArray
+
+    from stickslip.agents.evaluation.table import Interval
     from stickslip.envs.functional import FunctionalEnv
+
+TOLERANCE = 0.02
+"""Share of the highest return by which an estimate may differ from what its policy earns."""
 
 
 @dataclass(frozen=True)
 class Solution(Generic[State, Params]):
-    """A value function and how it was found.
+    """A value function and its policy.
 
     values.value: the most that can be earned from a node in `values.sweeps` steps, on the grid.
-    chosen: number of the action that is best at each node, one step ahead. counts: of the
-    transitions. None of it is proved for the environment: `known` replays the policy.
+    counts: of the transitions. None of it is proved for the environment: `known` replays the
+    policy.
     """
 
     policy: ValuePolicy[State, Params]
     params: Params
     values: Values
-    chosen: Int[Array, " nodes"]
     counts: Counts
-    seconds: float
 
 
 def solve(
@@ -77,7 +81,6 @@ def solve(
     ValueError for a task whose rewards depend on more than the coordinates, for a grid that memory
     does not hold, and for a checkpoint of another definition.
     """
-    began = time.perf_counter()
     env.check_params(params)
     env = without_resets(env)
     actions = require_integer("actions", actions, low=2, high=10**4)
@@ -103,73 +106,163 @@ def solve(
         )
     table = transitions(process, outside, progress=progress)
     values = finite_horizon(table, steps, start=before, report=report, progress=progress)
-    chosen = greedy(table, values.value)[1]
     policy = ValuePolicy(values.value, tried, outside, grid, env, states, ahead or Ahead())
-    policy.validate()
-    seconds = time.perf_counter() - began
-    return Solution(policy, params, values, chosen, table.counts, seconds)
+    return Solution(policy.validate(), params, values, table.counts)
 
 
-def digest_of(*parts: object) -> str:
-    """Of static things by their repr and of pytrees by structure and numbers, to the last bit."""
-    found = hashlib.sha256()
-    for part in parts:
-        leaves, structure = jax.tree.flatten(part)
-        found.update(repr(structure).encode())
-        for leaf in leaves:
-            if isinstance(leaf, jax.Array | np.ndarray | np.generic | float | int):
-                array = np.asarray(leaf)
-                found.update(f"{array.dtype} {array.shape}".encode())
-                found.update(array.tobytes())
-            else:
-                found.update(repr(leaf).encode())
-    return found.hexdigest()
+class Replay(NamedTuple, Generic[State]):
+    """Episodes of a value function's policy; every entry [episodes]."""
+
+    reward: Array | np.ndarray
+    """Return of the episode."""
+    terminated: Array | np.ndarray
+    """True if it ended otherwise than by the time limit."""
+    expected: Array | np.ndarray
+    """Value of the episode's start on the grid."""
+    off_grid: Array | np.ndarray
+    """Share of the episode's states that the grid does not cover."""
+    start: State
+    """The states that the episodes begin in."""
+
+
+def replay(
+    policy: ValuePolicy[State, Params], params: Params, seeds: Sequence[int]
+) -> Replay[State]:
+    """The seeds' episodes under the policy."""
+    count = horizon(params)
+    require_room(len(seeds), count)
+    keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
+    return jax.tree.map(np.asarray, _replay(count, policy.validate(), params, keys))
+
+
+@partial(jax.jit, static_argnums=0)
+def _replay(
+    count: int, policy: ValuePolicy[State, Params], params: Params, keys: PRNGKeyArray
+) -> Replay[State]:
+    def one(key: PRNGKeyArray) -> Replay[State]:
+        played = rollout(policy.env, policy, params, key, count)
+        standard = keep_of(played, params)
+        place = policy.process(params).place
+        off = jax.vmap(lambda state: policy.grid.cell(place(state)).outside)(played.state)
+        real = jnp.arange(len(played.reward)) < played.length
+        return Replay(
+            reward=standard.reward,
+            terminated=standard.terminated,
+            expected=policy.value(played.start_state, params),
+            off_grid=jnp.sum(off & real) / played.length,
+            start=played.start_state,
+        )
+
+    return jax.vmap(one)(keys)
+
+
+@jax.jit
+def _values_at(
+    policy: ValuePolicy[State, Params], states: State, params: Params
+) -> Float[Array, " n"]:
+    """Values on the grid of states [n] of the policy's environment."""
+    return jax.vmap(lambda state: policy.value(state, params))(states)
 
 
 @dataclass(frozen=True)
-class Checkpoint:
-    """A file of the values after some sweeps. definition: digest of task, grid and actions."""
+class Known:
+    """Bounds and estimate of the best policy's mean return over the same episodes.
 
-    path: Path
-    definition: str
-    nodes: int
+    upper_bound: no policy earns more over any episodes, by the reward's definition. coarser: the
+    estimate of a grid with half the cells, None where none was solved. tolerance: see `holds`.
+    """
 
-    def write(self, now: Values) -> None:
-        """Write the values atomically."""
-        file = io.BytesIO()
-        np.savez(
-            file,
-            allow_pickle=False,
-            definition=np.array(self.definition),
-            sweeps=np.array(now.sweeps),
-            value=np.asarray(now.value),
-        )
-        write_whole(self.path, file.getvalue())
+    replay: Replay
+    upper_bound: float
+    coarser: float | None
+    tolerance: float
 
-    def read(self) -> Values | None:
-        """The values in the file; None where there is none.
-
-        ValueError, naming the file, for one that is damaged or of another definition.
+    @property
+    def earned(self) -> Interval:
+        """The policy's mean return, replayed in the environment: a lower bound of the optimum over
+        these episodes, since there is a policy that earns it; over all starts its interval holds.
         """
-        if not self.path.exists():
-            return None
-        largest = max(LARGEST, 16 * self.nodes)
-        try:
-            with refusing("it"):
-                return self._values(arrays_in(read_bytes(self.path, largest), largest))
-        except ValueError as error:
-            raise ValueError(
-                f"{self.path}: {error}; accepted: what an earlier run of the same task, grid and "
-                "actions wrote there, or a new path"
-            ) from error
+        return mean_interval(self.replay.reward)
 
-    def _values(self, arrays: dict[str, np.ndarray]) -> Values:
-        wanted = {"definition": ((), "U"), "sweeps": ((), "i"), "value": ((self.nodes,), "f")}
-        if set(arrays) != set(wanted) or str(arrays["definition"]) != self.definition:
-            raise RefusedError("it is of another task, grid or set of actions")
-        if any((arrays[name].shape, arrays[name].dtype.kind) != wanted[name] for name in wanted):
-            raise RefusedError("its arrays are of other shapes")
-        value, sweeps = arrays["value"], int(arrays["sweeps"])
-        if sweeps < 0 or not np.all(np.isfinite(value)):
-            raise RefusedError("its values hold what is no number")
-        return Values(jnp.asarray(value), sweeps)
+    @property
+    def lower_bound(self) -> float:
+        """Of the optimum over these episodes."""
+        return self.earned.value
+
+    @property
+    def falls(self) -> Interval:
+        """Share of episodes that ended before their time."""
+        return fraction_interval(self.replay.terminated)
+
+    @property
+    def estimate(self) -> float:
+        """The grid's value of the same starts, which bounds nothing."""
+        return float(np.mean(self.replay.expected))
+
+    @property
+    def off_grid(self) -> float:
+        """Share of all states that the grid does not cover; there its nearest node was asked."""
+        return float(np.mean(self.replay.off_grid))
+
+    @property
+    def refinement(self) -> float | None:
+        """By how much the estimate changed when the cells were halved."""
+        return None if self.coarser is None else abs(self.estimate - self.coarser)
+
+    @property
+    def holds(self) -> bool:
+        """True if the policy earns what the grid says, within `tolerance` of the upper bound, and
+        stays where the grid knows something. Only then is the estimate worth a mention."""
+        off = abs(self.estimate - self.earned.value)
+        return off <= self.tolerance * abs(self.upper_bound) and self.off_grid == 0
+
+    def in_words(self) -> str:
+        """Text of what is proved, estimated and not known."""
+        low, high = self.earned.low, self.earned.high
+        spread = f" ({low:.2f} to {high:.2f} for the mean over all starts)"
+        finer = "" if self.refinement is None else f", {self.refinement:.3f} from half the cells'"
+        guess = (
+            f"estimated: {self.estimate:.3f}, the grid's value{finer}"
+            if self.holds
+            else f"not known: the grid says {self.estimate:.3f}{finer}, but its policy does not "
+            "earn that"
+        )
+        words = [
+            f"proved: the optimum over these {len(self.replay.reward)} episodes is at least "
+            f"{self.earned.value:.3f}{spread if np.isfinite(low) else ''}, which the policy earns, "
+            f"and at most {self.upper_bound:.3f}",
+            guess,
+            f"{self.falls.value:.0%} of the episodes end before their time",
+        ]
+        if self.off_grid:
+            words.append(f"{self.off_grid:.2%} of the states lie off the grid")
+        return "; ".join(words)
+
+
+def known(
+    solution: Solution[State, Params],
+    *,
+    coarser: Solution[State, Params] | None = None,
+    episodes: int = 48,
+    seeds: Sequence[int] | None = None,
+    tolerance: float = TOLERANCE,
+) -> Known:
+    """Replay a solution's policy over episodes of its own task, seeds 0, 1, ... unless given.
+
+    coarser: a solution on a grid with half the cells, for the error of the estimate. ValueError
+    for a solution of other steps than an episode's.
+    """
+    require_number("tolerance", tolerance, low=0.0, accepted="finite, >= 0")
+    params, steps = solution.params, horizon(solution.params)
+    for one in (solution, coarser):
+        if one is not None and one.values.sweeps != steps:
+            raise ValueError(
+                f"a solution of {one.values.sweeps} steps; accepted: of {steps}, those of an "
+                "episode"
+            )
+    played = replay(solution.policy, params, seeds_of(episodes, seeds))
+    before = None
+    if coarser is not None:
+        before = float(np.mean(np.asarray(_values_at(coarser.policy, played.start, params))))
+    most = solution.policy.states.most(params) * steps
+    return Known(played, most, before, float(tolerance))

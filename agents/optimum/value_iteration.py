@@ -8,21 +8,22 @@ process is to the real one.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.optimum.grid import Grid, Place
-from stickslip.dynamics.checks import require_integer, require_memory, require_number, shown
+from stickslip.dynamics.checks import require_integer, require_memory, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxtyping import Array, Bool, Float, Int
 
 State = TypeVar("State")
@@ -64,7 +65,7 @@ class Process(Protocol[State]):
         ...
 
     def place(self, state: State) -> Place:
-        """The inverse: where a state is."""
+        """The inverse: the place of a state."""
         ...
 
     def step(self, state: State, action: Float[Array, " act"]) -> Transition[State]:
@@ -103,13 +104,9 @@ class Values(NamedTuple):
     sweeps: int
 
 
-Report: TypeAlias = Callable[[Values], None]
-"""Callback every TOGETHER sweeps, to store the values."""
-
-
 def transitions(process: Process[State], outside: float, *, progress: bool = False) -> Transitions:
-    """All of them. outside: what leaving the grid is worth, to be set so low that no policy wants
-    it: what is not covered is not guessed.
+    """Transitions of all nodes under all actions. outside: value of leaving the grid, so low that
+    no policy wants it: what is not covered is not guessed.
 
     ValueError where the grid is too large for the memory limit, before anything of it exists.
     """
@@ -173,18 +170,13 @@ def finite_horizon(
     steps: int,
     *,
     start: Values | None = None,
-    report: Report | None = None,
+    report: Callable[[Values], None] | None = None,
     progress: bool = False,
 ) -> Values:
     """The most that can be earned from each node in `steps` steps. start: of an earlier call, to
-    resume from."""
+    resume from. report: called with the values every TOGETHER sweeps."""
     steps = require_integer("steps", steps, high=MOST_SWEEPS)
-    now = Values(jnp.zeros(table.grid.size, table.reward.dtype), 0) if start is None else start
-    if jnp.shape(now.value) != (table.grid.size,):
-        raise ValueError(
-            f"start has values of shape {shown(jnp.shape(now.value))}; accepted: "
-            f"({table.grid.size},), one for each node"
-        )
+    now = Values(jnp.zeros(table.grid.size), 0) if start is None else start
     now = now._replace(value=jnp.asarray(now.value, table.reward.dtype))
     with Bar("sweeps", steps, "sweep", progress, at=min(now.sweeps, steps)) as bar:
         while now.sweeps < steps:
@@ -197,12 +189,10 @@ def finite_horizon(
 
 
 @jax.jit
-def greedy(
-    table: Transitions, value: Float[Array, " nodes"]
-) -> tuple[Float[Array, " nodes"], Int[Array, " nodes"]]:
-    """The value one step on from each node, and the number of the action that earns it."""
+def backed_up(table: Transitions, value: Float[Array, " nodes"]) -> Float[Array, " nodes"]:
+    """The value of each node one step earlier: the maximum over actions (Bellman's equation)."""
 
-    def of_block(block: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+    def of_block(block: tuple[Array, Array, Array]) -> Array:
         base, share, reward = block
         goes_on = base != STOPS
         base = jnp.maximum(base, 0)
@@ -210,11 +200,10 @@ def greedy(
         for step, weight in table.grid.corners(base, share):
             after = after + weight * value[base + step]
         earned = reward + jnp.where(goes_on, after, jnp.zeros((), value.dtype))
-        return jnp.max(earned, -1), jnp.argmax(earned, -1).astype(jnp.int32)
+        return jnp.max(earned, -1)
 
-    best, chosen = jax.lax.map(of_block, (table.base, table.share, table.reward))
-    count = table.grid.size
-    return best.reshape(-1)[:count], chosen.reshape(-1)[:count]
+    best = jax.lax.map(of_block, (table.base, table.share, table.reward))
+    return best.reshape(-1)[: table.grid.size]
 
 
 @partial(jax.jit, static_argnums=2)
@@ -222,6 +211,6 @@ def _sweep(table: Transitions, value: Float[Array, " nodes"], count: int) -> Arr
     """The values after `count` sweeps."""
 
     def body(_: int, value: Array) -> Array:
-        return value + (greedy(table, value)[0] - value)  # to the bit what damped sweeps gave
+        return value + (backed_up(table, value) - value)  # to the bit what damped sweeps gave
 
     return jax.lax.fori_loop(0, count, body, value)

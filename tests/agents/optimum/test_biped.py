@@ -12,13 +12,14 @@ from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedStates
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.players import fitted
+from stickslip.agents.evaluation.rollout import play
+from stickslip.agents.evaluation.standard import keep_of
 from stickslip.agents.optimum import (
     Ahead,
     Grid,
     Sheet,
     known,
     load_value_policy,
-    replay,
     save_value_policy,
     solve,
 )
@@ -52,21 +53,18 @@ def holding():
     return solve(ENV, params, grid=coarse(params, 24), actions=9, ahead=Ahead(2, 3))
 
 
-@pytest.mark.parametrize("floor", ["slippery", "grip", Scene.smoothed(0.06)])
+@pytest.mark.parametrize("floor", ["slippery", "grip"])
 def test_places_and_states_are_each_others_inverses(floor):
     params = ENV.make_params(scene=floor)
     states = BipedStates.of(ENV, params)
     grid = states.grid(params)
     for sheet in range(len(grid.sheets)):
-        speeds = (0.05, -0.05) if len(grid.sheets[sheet].axes) == 3 and sheet == 0 else (0.05,)
-        for speed in speeds:
-            given = (2.0, 3.5, speed)[: len(grid.sheets[sheet].axes)]
-            place = grid.place(sheet, *map(jnp.float32, given))
-            state = states.state(params, place)
-            again = states.place(grid, state)
-            assert int(again.sheet) == sheet
-            np.testing.assert_array_equal(again.coordinates, place.coordinates)
-            assert not grid.cell(again).outside
+        given = (2.0, 3.5, 0.05)[: len(grid.sheets[sheet].axes)]
+        place = grid.place(sheet, *map(jnp.float32, given))
+        again = states.place(grid, states.state(params, place))
+        assert int(again.sheet) == sheet
+        np.testing.assert_array_equal(again.coordinates, place.coordinates)
+        assert not grid.cell(again).outside
     if floor == "slippery":  # rest and slides either way have a sheet each
         for sheet, sign in ((REST, 0), (FORWARDS, 1), (BACKWARDS, -1)):
             place = grid.place(sheet, *map(jnp.float32, (2.0, 3.0, 0.0)))
@@ -78,9 +76,9 @@ def test_places_and_states_are_each_others_inverses(floor):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"scene": "ice-patch"}, "floor = Patches; accepted: a floor that is the same everywhere"),
+        ({"scene": "ice-patch"}, "floor = Patches; accepted: Grip or Uniform"),
         ({"randomisation": Randomisation(mass=(0.9, 1.1))}, "mass is drawn"),
-        ({"randomisation": Randomisation(friction=(0.9, 1.1))}, "friction is drawn"),
+        ({"scene": "grip", "mark": 0.5, "mark_width": 0.07}, "a task with a mark"),
         ({"mean_rate": jnp.ones(3)}, "mean_rate has shape"),
     ],
 )
@@ -99,7 +97,7 @@ def test_the_policy_earns_what_the_grid_says_on_a_floor_that_holds(holding):
 
 
 def test_the_policy_comes_back_from_its_file(holding, tmp_path):
-    path = save_value_policy(holding.policy, holding.params, tmp_path / "p.npz", {"by": "dp"})
+    path = save_value_policy(holding.policy, holding.params, tmp_path / "p.npz")
     policy, params = load_value_policy(path)
     assert jax.tree.structure(policy) == jax.tree.structure(holding.policy)
     for one, other in zip(
@@ -116,8 +114,6 @@ def test_the_policy_comes_back_from_its_file(holding, tmp_path):
     np.testing.assert_array_equal(read.values, exact)  # until double precision is switched on
     with pytest.raises(ValueError, match="exists"):
         save_value_policy(holding.policy, holding.params, path)
-    with pytest.raises(ValueError, match="metadata names beam"):
-        save_value_policy(holding.policy, holding.params, tmp_path / "q.npz", {"beam": 1})
     sheet = holding.policy.grid.sheets[0]
     straight = Grid((Sheet("rest", (replace(sheet.axes[0], periodic=False), sheet.axes[1])),))
     with pytest.raises(ValueError, match="periodic"):
@@ -129,29 +125,15 @@ def test_the_policy_comes_back_from_its_file(holding, tmp_path):
             load_value_policy(path)
 
 
-def test_a_policy_whose_parts_do_not_fit_is_refused(holding):
-    policy = holding.policy
-    bad = {
-        "values": policy.values[1:],
-        "actions": 2 * policy.actions,
-        "grid": Grid(()),
-        "ahead": Ahead(0),
-        "outside": float("nan"),
-    }
-    for name, value in bad.items():
-        with pytest.raises(ValueError, match=name if name not in ("grid", "ahead") else "accepted"):
-            replace(policy, **{name: value}).validate()
-
-
 @pytest.mark.long
 def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
     scene = Scene.uniform(0.06, 0.05)
     params = from_anywhere(ENV.make_params(mean_rate=6.0, scene=scene))
     solution = solve(ENV, params, fineness=0.6, actions=31, ahead=Ahead(4, 4))
     found = known(solution, episodes=48)
-    others = replay(solution.policy, params, range(48), ComputedTorque())
+    others = play(ENV, ComputedTorque(), params, range(48), keep_of)
     assert found.falls.value == 0
-    assert others.falls.value > 0.05
+    assert np.mean(others.fell) > 0.05
     assert found.lower_bound > 8.6
     assert found.holds
 

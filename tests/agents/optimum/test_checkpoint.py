@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimum import solve
-from stickslip.agents.optimum.solution import digest_of
 from tests.agents.optimum.processes import ENV, PARAMS, MassStates
 
 GIVEN = {"states": MassStates(), "actions": 5, "fineness": 0.25}
@@ -51,11 +50,3 @@ def test_a_damaged_file_is_refused(tmp_path):
         with pytest.raises(ValueError, match=r"values\.npz: .*accepted: what an earlier run"):
             solve(ENV, PARAMS, steps=2, checkpoint=path, **GIVEN)
         assert path.read_bytes() == raw
-
-
-def test_a_digest_tells_numbers_types_and_structures_apart():
-    one = np.float32([1.0, 2.0])
-    others = [np.float64(one), one[::-1], one[None], (one,), {"a": one}, [1.0, 2.0], "1.0, 2.0"]
-    found = {digest_of(other) for other in [one, *others]}
-    assert len(found) == 8
-    assert digest_of(one.copy()) == digest_of(one)

@@ -1,13 +1,11 @@
 """A walk to a mark: what is drawn, seen and paid for, and what is refused."""
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from stickslip.agents.biped.controllers import StopAtMark
 from stickslip.agents.biped.prediction import GaitTable, OptimalGait
-from stickslip.agents.biped.state_map import BipedStates
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.registry import machine_by_name
 from stickslip.dynamics import Scene
@@ -113,15 +111,3 @@ def test_a_policy_file_keeps_the_mark_and_files_without_one_are_read():
     assert jax.tree.structure(again) == jax.tree.structure(params)
     assert float(again.mark) == pytest.approx(0.5)
     assert BIPED.read_task(BIPED.describe(ENV, ENV.make_params())).params.mark is None
-
-
-def test_the_way_to_the_mark_is_a_coordinate_of_dynamic_programming():
-    params = params_of()
-    states = BipedStates.of(ENV, params)
-    grid = states.grid(params, 0.2)
-    assert all("to_go" in names for names in states.axes)
-    for sheet, coordinates in ((0, (2.0, 1.0, 0.3, 0.0)), (1, (2.5, -1.0, -0.1, 0.02))):
-        at = grid.place(jnp.asarray(sheet), *map(jnp.float32, coordinates))
-        back = states.place(grid, states.state(params, at))
-        assert int(back.sheet) == sheet
-        np.testing.assert_allclose(back.coordinates, at.coordinates, rtol=1e-6)
