@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.agents.biped.prediction import ComputedTorque, OptimalGait, action_of
 from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.biped.contact import sticking
-from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
+from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.biped.state import drawn_robot
 
@@ -199,14 +199,7 @@ CONTROLLERS = {
 """The baselines by the names that the command line knows, BIPED_BASELINES."""
 
 
-def controller_by_name(name: str, **settings: ArrayLike) -> BipedController:
-    """A baseline with some settings changed. ValueError for an unknown name or setting."""
-    require_choice("controller", name, CONTROLLERS)
-    kind = CONTROLLERS[name]
-    require_known(settings, kind.__dataclass_fields__, f"setting of {name}")
-    return kind(**settings).validate()
-
-
 def baseline(name: str, env: BipedEnv) -> BipedController:
     """See Machine; a baseline suits every environment."""
-    return controller_by_name(name)
+    require_choice("controller", name, CONTROLLERS)
+    return CONTROLLERS[name]()

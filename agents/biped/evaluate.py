@@ -147,18 +147,12 @@ class Beside(BipedEnv):
         return self._observe(state, params), state
 
 
-class Course(NamedTuple):
-    """States of an episode after each step [n]."""
-
-    biped: BipedState
-    inside: Bool[Array, " n"]
-    """The model."""
-
-
-def course_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Course:
-    """Kept data of an episode."""
+def _walk_of(
+    played: Rollout[BipedEnvState], params: BipedEnvParams
+) -> tuple[BipedState, Bool[Array, " n"]]:
+    """States of an episode after each step [n], and whether they are inside the model."""
     del params
-    return Course(played.state.biped, played.info["status"] <= Status.SLIP_ONSET)
+    return played.state.biped, played.info["status"] <= Status.SLIP_ONSET
 
 
 def amplifications(
@@ -173,10 +167,8 @@ def amplifications(
     model, over NUDGE; the controller acts in both, a planned path is played in both.
     """
     given = {one.name: getattr(env, one.name) for one in fields(BipedEnv)}
-    one, other = (
-        play(kind(**given), player, params, seeds, course_of) for kind in (BipedEnv, Beside)
+    (one, inside), (other, inside_beside) = (
+        play(kind(**given), player, params, seeds, _walk_of) for kind in (BipedEnv, Beside)
     )
-    length = np.asarray(params.robot.params.crank)
-    state, state_beside = (jax.tree.map(np.asarray, course.biped) for course in (one, other))
-    inside = np.asarray(one.inside) & np.asarray(other.inside)
-    return np.max(np.where(inside, separation(state, state_beside, length), 0.0), axis=-1)
+    apart = separation(one, other, np.asarray(params.robot.params.crank))
+    return np.max(np.where(inside & inside_beside, apart, 0.0), axis=-1)

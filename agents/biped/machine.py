@@ -10,7 +10,7 @@ from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
     from stickslip.agents.biped.evaluate import Episodes
-    from stickslip.agents.biped.swept import BipedSwept
+    from stickslip.agents.biped.task import BipedSwept
     from stickslip.agents.evaluation.table import Measures
     from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.protocol import Options
@@ -156,7 +156,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
     def swept(self) -> BipedSwept:
         """See Machine."""
-        from stickslip.agents.biped.swept import BipedSwept
+        from stickslip.agents.biped.task import BipedSwept
 
         return BipedSwept()
 

@@ -1,26 +1,38 @@
-"""Policies on tasks, as a user names them in Python or on the command line."""
+"""Policies on tasks as a user names them, checked before anything is compiled."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from stickslip.agents.evaluation.players import controller_of, given_flags, places_of, read_named
-from stickslip.agents.evaluation.rollout import validated
+from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
+from stickslip.agents.optimum.file import digest_of
+from stickslip.agents.policy.network import MLPPolicy
+from stickslip.agents.protocol import Controller
 from stickslip.agents.registry import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
+    from jaxtyping import PyTree
+
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
+    from stickslip.agents.sweeps.axes import Design
 
     Pair: TypeAlias = tuple[AnyEnv, Timed]
     Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
     """A named task, or an environment and its parameters, or several."""
     Policies: TypeAlias = str | Sequence[str] | Mapping[str, AnyPlayer]
     """Names of baselines and policy files, or controllers by names of one's own."""
+
+MOST_CORNERS = 64
+"""Corners of the box of the axes that are checked."""
 
 
 class Given(NamedTuple):
@@ -57,7 +69,6 @@ def cases_named(
 ) -> tuple[list[Given], str]:
     """The cases of a command line and a description: on named tasks, or on the policies' own task
     changed by options. ValueError where policies have several tasks of their own."""
-    _require_once(who)
     if tasks:
         if given := given_flags(options):
             raise ValueError(f"{', '.join(given)} with --task; accepted: one of them, or an --axis")
@@ -97,15 +108,81 @@ def _players(
     policies: Policies, env: AnyEnv, params: Timed, machine: AnyMachine
 ) -> dict[str, AnyPlayer]:
     if isinstance(policies, Mapping):
-        given = policies.items()
-        return {str(name): validated(f"policies[{name!r}]", one) for name, one in given}
+        return {str(name): one for name, one in policies.items()}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
-    names = [policies] if isinstance(policies, str) else list(policies)
-    _require_once(names)
-    read = read_named(names, machine)
+    read = read_named([policies] if isinstance(policies, str) else policies, machine)
     return {name: controller_of(read[name], name, env, params, machine) for name in read}
 
 
-def _require_once(names: Sequence[str]) -> None:
-    if twice := next((one for one in names if list(names).count(one) > 1), None):
-        raise ValueError(f"{twice} is given twice; accepted: each policy once")
+@dataclass(frozen=True)
+class Case:
+    """A checked policy on a task.
+
+    fields: axis -> dotted fields that it sets. steps: control steps of the longest episode.
+    random: whether a reset draws anything that no axis sets.
+    """
+
+    task: str
+    policy: str
+    env: PyTree
+    params: PyTree
+    player: PyTree
+    fields: dict[str, tuple[str, ...]]
+    steps: int
+    random: bool
+
+    @cached_property
+    def program(self) -> str:
+        """Digest of all that is compiled but the player."""
+        return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
+
+    @classmethod
+    def of(cls, machine: AnyMachine, given: Given, design: Design) -> Case:
+        """Check a case before anything is compiled.
+
+        ValueError naming the axis or the policy for unknown fields, values out of the task's range,
+        a policy that does not fit and planners.
+        """
+        swept = machine.swept()
+        env = without_resets(given.env)
+        player = validated(given.policy, given.player, Controller)
+        _require_observed(player, given, env)
+        params = swept.opened(given.params, design.axes)
+        fields = {name: swept.targets(params, name) for name in design.axes}
+        twice = list(itertools.chain(*fields.values()))
+        if common := {one for one in twice if twice.count(one) > 1}:
+            names = " and ".join(name for name in fields if common & set(fields[name]))
+            raise ValueError(f"axes {names} both set {common.pop()}; accepted: one of them")
+        corners = [params]
+        for values in _corners(design):
+            numbers = {one: values[name] for name in values for one in fields[name]}
+            try:
+                corners.append(swept.put(params, numbers))
+                if hasattr(params, "validate"):
+                    corners[-1].validate()
+            except ValueError as error:
+                where = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+                raise ValueError(f"at {where}: {error}") from error
+        steps = max(horizon(one) for one in corners)
+        random = is_random(corners[-1])
+        return cls(given.task, given.policy, env, params, player, fields, steps, random)
+
+
+def _require_observed(player: object, given: Given, env: AnyEnv) -> None:
+    """Raise ValueError for a network of other sizes than the task's observation and action."""
+    if isinstance(player, MLPPolicy):
+        wanted = len(env.observation_bounds(given.params)[0]), len(env.action_names)
+        if (made := (player.layer_sizes[0], player.layer_sizes[-1])) != wanted:
+            raise ValueError(
+                f"{given.policy} observes {made[0]} numbers and gives {made[1]}, {given.task} has "
+                f"{wanted[0]} and takes {wanted[1]}; accepted: a policy trained on what the task "
+                "observes"
+            )
+
+
+def _corners(design: Design) -> list[dict[str, float]]:
+    """Values at corners of the axes' box, the one opposite to the first among them."""
+    ends = [dict.fromkeys(axis.ends) for axis in design.axes.values()]
+    corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
+    corners.append(tuple(list(one)[-1] for one in ends))
+    return [dict(zip(design.axes, one, strict=True)) for one in dict.fromkeys(corners) if one]

@@ -10,16 +10,15 @@ from __future__ import annotations
 import hashlib
 import json
 import pickle
-import platform
 import re
 from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from functools import lru_cache, partial
-from importlib.metadata import PackageNotFoundError, version
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
+from stickslip.agents.policy.file import installed
 from stickslip.agents.untrusted import (
     RefusedError,
     parse_json,
@@ -101,24 +100,20 @@ def dask_pool(
 
     if (workers is None) == (scheduler is None):
         raise ValueError("workers and scheduler; accepted: one of them")
-    if workers is not None:
-        count = require_integer("workers", workers, high=4096)
-        how = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": 50}
-        with (
-            LocalCluster(count, threads_per_worker=1, processes=processes, **how) as cluster,
-            Client(cluster, set_as_default=False) as client,
-        ):
-            yield client
-        return
-    try:
-        client = Client(scheduler, timeout=CONNECT, set_as_default=False)
-    except (OSError, TimeoutError, ValueError) as error:
-        raise ValueError(
-            f"no Dask scheduler answers at {shown(scheduler)} ({error or 'no answer'}); accepted: "
-            "the address that `dask scheduler` prints, as tcp://127.0.0.1:8786"
-        ) from error
-    with client:
-        yield client
+    with ExitStack() as stack:
+        if workers is not None:
+            count = require_integer("workers", workers, high=4096)
+            how = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": 50}
+            cluster = LocalCluster(count, threads_per_worker=1, processes=processes, **how)
+            scheduler = stack.enter_context(cluster).scheduler_address
+        try:
+            client = Client(scheduler, timeout=CONNECT, set_as_default=False)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise ValueError(
+                f"no Dask scheduler answers at {shown(scheduler)} ({error or 'no answer'}); "
+                "accepted: the address that `dask scheduler` prints, as tcp://127.0.0.1:8786"
+            ) from error
+        yield stack.enter_context(client)
 
 
 def run_dask(
@@ -179,7 +174,7 @@ def open_store(
     if held:
         found = read_head(path, kind)
         if found["digest"] != digest_of(definition):
-            differing = ", ".join(_differing(found["definition"], definition))
+            differing = _differing(found["definition"], definition) or "digest"
             raise ValueError(
                 f"{path} was begun with another definition: {differing}; accepted: to resume "
                 "without changing it, or a new directory"
@@ -196,7 +191,7 @@ def open_store(
         "cells": cells,
         **about,
         "begun": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": _versions(),
+        "versions": installed(PACKAGES),
     }
     write_whole(path / head, json_text(content))
     return content
@@ -236,7 +231,7 @@ def cell_files(path: Path, kind: str) -> dict[int, Path]:
         if not name or int(name[1]) >= int(head["cells"]):
             raise ValueError(f"{file} is no cell of the {kind} in {path}; accepted: its own alone")
         found[int(name[1])] = file
-        with _reading(file):
+        with reading(file):
             about = (parquet.read_metadata(file).metadata or {}).get(KEY, b"{}")
             if json.loads(about) != _key(head, int(name[1])):
                 raise RefusedError("it belongs to another store, or another place in it")
@@ -270,41 +265,13 @@ def write_cell(path: Path, number: int, head: Head, table: pa.Table) -> None:
         ) from error
 
 
-def read_cells(
-    path: Path, kind: str, columns: Sequence[str] | None = None, *, partial: bool = False
-) -> Iterator[pa.Table]:
-    """The cells' tables in their order.
-
-    partial: accept missing cells, but not all. ValueError naming a damaged file.
-    """
-    from pyarrow import parquet
-
-    files, count = cell_files(path, kind), int(read_head(path, kind)["cells"])
-    if not files or (len(files) < count and not partial):
-        raise ValueError(
-            f"{path} holds {len(files)} of {count} cells; accepted: a complete {kind} "
-            "(continue it with --resume), or partial=True with at least one cell"
-        )
-    for file in files.values():
-        with _reading(file):
-            yield parquet.read_table(file, columns=None if columns is None else list(columns))
-
-
 def _key(head: Head, number: int) -> dict[str, object]:
     return {"digest": head["digest"], "cells": head["cells"], "cell": number}
 
 
-def _versions() -> dict[str, str]:
-    """Versions of Python, the platform and packages."""
-    found = {"python": platform.python_version(), "platform": platform.platform()}
-    for package in PACKAGES:
-        with suppress(PackageNotFoundError):
-            found[package] = version(package)
-    return found
-
-
 @contextmanager
-def _reading(file: Path) -> Iterator[None]:
+def reading(file: Path) -> Iterator[None]:
+    """Inside, an error of a damaged cell is a ValueError that names the file and what to do."""
     try:
         with refusing("it"):
             yield
@@ -315,8 +282,8 @@ def _reading(file: Path) -> Iterator[None]:
         ) from error
 
 
-def _differing(one: Mapping[str, object], other: Mapping[str, object]) -> list[str]:
+def _differing(one: Mapping[str, object], other: Mapping[str, object]) -> str:
     """Entries that differ between two definitions."""
     names = [name for name in sorted({*one, *other}) if one.get(name) != other.get(name)]
     plain = {name for name in names if isinstance(one.get(name), int | str)}
-    return [f"{n} {one[n]}, not {other.get(n)}" if n in plain else n for n in names] or ["digest"]
+    return ", ".join(f"{n} {one[n]}, not {other.get(n)}" if n in plain else n for n in names)

@@ -12,10 +12,9 @@ from stickslip.agents.registry import machine_by_name
 from stickslip.agents.sweeps.axes import FORMS, Design
 from stickslip.agents.sweeps.cases import cases_named
 from stickslip.agents.sweeps.cells import StoppedError
-from stickslip.agents.sweeps.data import sweep_arrays
+from stickslip.agents.sweeps.data import summary_table, sweep_arrays
 from stickslip.agents.sweeps.pictures import write_pictures
 from stickslip.agents.sweeps.plan import Plan
-from stickslip.agents.sweeps.statistics import summary_table
 from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import require_folder
@@ -23,8 +22,6 @@ from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from stickslip.agents.protocol import Options
 
 
@@ -53,7 +50,15 @@ def sweep_command(given: Options) -> Content:
 def _planned(given: Options) -> Plan:
     """Check the arguments and print the plan."""
     require_folder(given["out"])
-    machine, axes = machine_by_name(given["machine"]), _axes(given["axis"])
+    machine, axes = machine_by_name(given["machine"]), {}
+    for text in given["axis"]:
+        name, _, values = text.partition("=")
+        if not name or not values or name in axes:
+            raise ValueError(
+                f"--axis {shown(text)}; accepted: NAME=VALUES, each name once, with values as "
+                f"{FORMS}"
+            )
+        axes[name] = values
     options = {name: given.get(name) for name in every_option()}
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
     design = Design.of(axes, given["samples"], 0)
@@ -75,15 +80,3 @@ def _planned(given: Options) -> Plan:
     if plan.episodes != given["episodes"]:
         print(f"1 episode a point, not {given['episodes']}: no reset draws anything", flush=True)
     return plan
-
-
-def _axes(given: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for text in given:
-        name, is_axis, values = text.partition("=")
-        if not is_axis or not name:
-            raise ValueError(f"--axis {shown(text)}; accepted: NAME=VALUES, with values as {FORMS}")
-        if name in found:
-            raise ValueError(f"--axis {name} is given twice; accepted: once")
-        found[name] = values
-    return found

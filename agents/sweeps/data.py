@@ -1,4 +1,4 @@
-"""Results of a sweep: a row for each episode, as one table or as arrays with labels."""
+"""Results of a sweep: a row for each episode, as one table or as arrays with labels; a summary."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.sweeps.axes import SAMPLE
-from stickslip.agents.sweeps.cells import cell_files, read_cells, read_head
+from stickslip.agents.sweeps.cells import cell_files, read_head, reading
 from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.untrusted import refusing
 from stickslip.dynamics.checks import require_known, require_memory
+from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     import pyarrow as pa
 
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.plan import Plan
 
 LABELS = ("task", "policy", "point", "seed")
+Z95 = 1.96
+LEAST_DISTANCE = 0.1
+"""Mean distance below which no slip per metre is given [m]."""
 
 
 def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Table:
@@ -33,17 +37,21 @@ def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Ta
     cell = plan.at(number)
     case = plan.cases[cell.case]
     points, seeds = np.divmod(np.arange(cell.first, cell.last), plan.episodes)
+
+    def words(names: Sequence[str], codes: np.ndarray) -> pa.DictionaryArray:
+        return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(list(names)))
+
     same = np.zeros(len(points), np.int8)
     arrays: dict[str, pa.Array | np.ndarray] = {
-        "task": _words([case.task], same),
-        "policy": _words([case.policy], same),
+        "task": words([case.task], same),
+        "policy": words([case.policy], same),
         "point": points,
         **plan.design.at(points),
         "seed": seeds.astype(np.uint32),
         **columns,
     }
     if "ending" in arrays:
-        arrays["ending"] = _words(ENDINGS, columns["ending"])
+        arrays["ending"] = words(ENDINGS, columns["ending"])
     made = {name: pa.array(one) for name, one in arrays.items()}
     fields = [
         pa.field(name, one.type, metadata={"unit": plan.units.get(name, "-")})
@@ -64,11 +72,19 @@ def read_sweep(
     from pyarrow import parquet
 
     path = Path(path)
-    files = cell_files(path, "sweep").values()
-    if columns is not None and files:
-        known = parquet.read_schema(next(iter(files))).names
-        require_known(list(columns), known, "column of the sweep")
-    parts = list(read_cells(path, "sweep", columns, partial=partial))
+    files, count, parts = cell_files(path, "sweep"), read_head(path, "sweep")["cells"], []
+    if not files or (len(files) < count and not partial):
+        raise ValueError(
+            f"{path} holds {len(files)} of {count} cells; accepted: a complete sweep (continue it "
+            "with --resume), or partial=True with at least one cell"
+        )
+    for file in files.values():
+        with reading(file):
+            known = parquet.read_schema(file).names
+        if columns is not None:
+            require_known(columns, known, "column of the sweep")
+        with reading(file):
+            parts.append(parquet.read_table(file, columns=columns))
     with refusing(f"{path}"):
         return pa.concat_tables(parts).unify_dictionaries()
 
@@ -92,6 +108,10 @@ class SweepArrays:
         """An array by name. ValueError for an unknown one."""
         require_known([name], self.arrays, "array of the sweep")
         return self.arrays[name]
+
+    def is_random(self, task: int) -> bool:
+        """True if resets of the task of this index draw."""
+        return str(self.coordinates["task"][task]) in self.random
 
 
 def sweep_arrays(path: str | Path) -> SweepArrays:
@@ -123,25 +143,72 @@ def _arrays(head: Head, table: pa.Table, name: str) -> SweepArrays:
     require_memory(name, "numbers", math.prod(shape), 16 * 10)
     for axis in random:
         coordinates[axis] = np.asarray(table[axis])[:: whole["episodes"]][: whole["samples"]]
-    arrays = {
-        column: _numbers(table[column], column).reshape(shape)
-        for column in table.column_names
-        if column not in (*LABELS, *axes)
-    }
+    arrays = {}
+    for column in table.column_names:
+        if column == "ending":  # by its number in ENDINGS
+            codes = table[column].combine_chunks()
+            known = [ENDINGS.index(one) for one in codes.dictionary.to_pylist()]
+            arrays[column] = np.asarray(known, np.int8)[np.asarray(codes.indices)].reshape(shape)
+        elif column not in (*LABELS, *axes):
+            arrays[column] = np.asarray(table[column]).reshape(shape)
     units = {one: head["units"].get(one, "-") for one in (*coordinates, *arrays)}
     return SweepArrays(dims, coordinates, arrays, units, tuple(head["random"]))
 
 
-def _numbers(column: pa.ChunkedArray, name: str) -> np.ndarray:
-    """A column as NumPy array; endings by their number in ENDINGS."""
-    if name != "ending":
-        return np.asarray(column)
-    codes = column.combine_chunks()
-    known = np.asarray([ENDINGS.index(one) for one in codes.dictionary.to_pylist()], np.int8)
-    return known[np.asarray(codes.indices)]
+def summary_table(found: SweepArrays, slip: tuple[str, str] | None = None) -> Table:
+    """A row for each task and policy, over all its points.
+
+    point_mean_least, point_mean_most: of the means at single points. failures: share of episodes.
+    best: share of points where its mean return is significantly the greatest. slip_worst: slip
+    per distance travelled at the worst point.
+    """
+    heads = [Column(name, words=True) for name in ("task", "policy")]
+    names = ("points", "episodes", "return_mean", "point_mean_least", "point_mean_most")
+    heads += [*map(Column, (*names, "failures", "best"))]
+    heads += [] if slip is None else [Column("slip_worst", "m/m")]
+    returns, policies = found["reward"].astype(float), found.coordinates["policy"]
+    means, slid = returns.mean(axis=-1), slip_of(found, slip)
+    rows = []
+    for t, task in enumerate(found.coordinates["task"]):
+        best = best_of(found, t) if len(policies) > 1 else None
+        for p, policy in enumerate(policies):
+            here = means[t, p]
+            row = [str(task), str(policy), here.size, returns[t, p].size, float(here.mean())]
+            row += [float(here.min()), float(here.max()), float(found["fell"][t, p].mean())]
+            row.append(None if best is None else float(np.mean(best == p)))
+            if slid is not None:
+                known = slid[t, p][np.isfinite(slid[t, p])]
+                row.append(float(known.max()) if known.size else None)
+            rows.append(row)
+    return Table(heads, rows)
 
 
-def _words(names: Iterable[str], codes: np.ndarray) -> pa.DictionaryArray:
-    import pyarrow as pa
+def slip_of(found: SweepArrays, slip: tuple[str, str] | None) -> np.ndarray | None:
+    """Slip per distance travelled at every point; NaN where nothing moves."""
+    if slip is None:
+        return None
+    slid, distance = (np.abs(found[name].astype(float)).mean(axis=-1) for name in slip)
+    moves = distance >= LEAST_DISTANCE
+    return np.where(moves, slid / np.where(moves, distance, 1.0), np.nan)
 
-    return pa.DictionaryArray.from_arrays(pa.array(codes.astype(np.int8)), pa.array(list(names)))
+
+def half_width(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Half-width of the 95 % interval of the difference of two mean returns at every point.
+
+    one, other: returns [..., episodes], paired by their seeds. Infinite for one episode.
+    """
+    count = one.shape[-1]
+    if count < 2:
+        return np.full(one.shape[:-1], np.inf)
+    return Z95 * (other.astype(float) - one).std(axis=-1, ddof=1) / np.sqrt(count)
+
+
+def best_of(found: SweepArrays, task: int) -> np.ndarray:
+    """Index of the policy with the greatest mean return at every point of a task; -1 where the
+    difference from the next one is not significant."""
+    returns = found["reward"][task].astype(float)
+    order = np.argsort(-returns.mean(axis=-1), axis=0, kind="stable")
+    first, second = (np.take_along_axis(returns, order[i : i + 1, ..., None], 0)[0] for i in (0, 1))
+    lead = first.mean(axis=-1) - second.mean(axis=-1)
+    needed = half_width(first, second) if found.is_random(task) else 0.0
+    return np.where(lead > needed, order[0], -1)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.sweeps.axes import SAMPLE
+from stickslip.agents.sweeps.data import Z95, slip_of
 from stickslip.agents.sweeps.plan import ENDINGS
-from stickslip.agents.sweeps.statistics import Z95, is_random, slip_of
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import make_sheet, save_sheet
 
@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
     from stickslip.agents.sweeps.data import SweepArrays
 
-COLOURS = ("#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#5D6B79")
+COLOURS = (*theme.PLAYERS, theme.HIP_EDGE, theme.MUTED)
+"""Of as many policies as are drawn."""
 NO_FAILURES = ("ok", "slip_onset", "step_complete")
-MOST_POLICIES, TICKS = 8, 6
+TICKS = 6
 OUTLIERS = 2.0
 """Percentiles beyond which values of a map saturate its colours."""
 
@@ -74,16 +75,15 @@ def write_pictures(
 
 def _mean(found: SweepArrays, values: np.ndarray, view: View) -> np.ndarray:
     """Mean of finite values [policies, *axes, ...] over the axes that are not drawn."""
-    dims = found.dims[2:-1]
     drawn = (SAMPLE,) if view.samples else view.names
-    over = tuple(1 + place for place, dim in enumerate(dims) if dim not in drawn)
+    over = tuple(i for i, dim in enumerate(found.dims[2:-1], 1) if dim not in drawn)
     return np.ma.filled(np.ma.masked_invalid(values).mean(axis=over), np.nan) if over else values
 
 
 def _measures(found: SweepArrays, t: int, view: View, slip: tuple[str, str] | None) -> list[Panel]:
     returns = _mean(found, found["reward"][t].astype(float), view)
     count, half = returns.shape[-1], None
-    if count > 1 and is_random(found, t):
+    if count > 1 and found.is_random(t):
         half = Z95 * returns.std(axis=-1, ddof=1) / np.sqrt(count)
     panels = [Panel("mean return", returns.mean(axis=-1), half)]
     failed = _mean(found, found["fell"][t].mean(axis=-1), view)
@@ -96,19 +96,20 @@ def _measures(found: SweepArrays, t: int, view: View, slip: tuple[str, str] | No
 
 def _endings(found: SweepArrays, t: int, view: View) -> list[Panel]:
     """The share of each ending that is a failure."""
-    codes = found.arrays.get("ending", np.zeros((t + 1, 1)))[t]
-    names = {int(one): ENDINGS[int(one)] for one in np.unique(codes)}
-    return [
-        Panel(f"{name.replace('_', ' ')} [%]", 100 * _mean(found, (codes == code).mean(-1), view))
-        for code, name in names.items()
-        if name not in NO_FAILURES
-    ]
+    if "ending" not in found.arrays:
+        return []
+    codes = found["ending"][t]
+    failures = [one for one in np.unique(codes) if ENDINGS[one] not in NO_FAILURES]
+    shares = {ENDINGS[one]: _mean(found, (codes == one).mean(-1), view) for one in failures}
+    return [Panel(f"{name.replace('_', ' ')} [%]", 100 * one) for name, one in shares.items()]
 
 
 def _drawn(found: SweepArrays, view: View, panels: Sequence[Panel], task: str) -> Figure:
     """A row for each panel: lines of all policies along one axis, or a map for each policy."""
-    names = [str(one) for one in found.coordinates["policy"][:MOST_POLICIES]]
-    lines = len(view.names) == 1
+    names = [str(one) for one in found.coordinates["policy"][: len(COLOURS)]]
+    units = (found.units.get(name, "-") for name in view.names)
+    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view.names, units, strict=True)]
+    lines = len(titles) == 1
     columns = 1 if lines else len(names)
     size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(panels))
     figure, axes = make_sheet(len(panels), columns, size, task)
@@ -118,25 +119,22 @@ def _drawn(found: SweepArrays, view: View, panels: Sequence[Panel], task: str) -
             _lines(mine[0], found, view, panel, names)
         else:
             _maps(figure, mine, found, view, panel)
+            mine[0].set_ylabel(titles[1], fontsize=9.5, color=theme.MUTED)
     if lines:
         axes[0].legend(frameon=False, fontsize=8.5)
-    for axis, name in zip(axes[:columns], names, strict=False) if not lines else ():
-        axis.set_title(name, loc="left", fontsize=10, color=theme.INK)
-    units = (found.units.get(name, "-") for name in view.names)
-    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view.names, units, strict=True)]
+    else:
+        for axis, name in zip(axes, names, strict=False):
+            axis.set_title(name, loc="left", fontsize=10, color=theme.INK)
     for axis in axes[-columns:]:
         axis.set_xlabel(titles[0], fontsize=9.5, color=theme.MUTED)
-    for axis in axes[::columns] if len(titles) > 1 else ():
-        axis.set_ylabel(titles[1], fontsize=9.5, color=theme.MUTED)
     return figure
 
 
 def _lines(axis: Axes, found: SweepArrays, view: View, panel: Panel, names: Sequence[str]) -> None:
     x = found.coordinates[view.names[0]]
-    order = np.argsort(x)
+    order, width = np.argsort(x), 0 if view.samples else 1.6
     for p, name in enumerate(names):
         y = panel.values[p][order]
-        width = 0 if view.samples else 1.6
         axis.plot(x[order], y, "o-", color=COLOURS[p], ms=3.5, lw=width, label=name)
         if panel.half is not None and not view.samples:
             error = panel.half[p][order]
@@ -172,10 +170,8 @@ def _maps(
 def _scale(axis: Axes, which: str, values: np.ndarray) -> None:
     """Ticks at values that were played; a logarithmic scale where they rise by one factor."""
     rising = np.unique(values)
-    if len(rising) > 2 and rising[0] > 0:
-        ratios = rising[1:] / rising[:-1]
-        if np.allclose(ratios, ratios[0], rtol=1e-3):
-            getattr(axis, f"set_{which}scale")("log")
+    if len(rising) > 2 and rising[0] > 0 and np.ptp(np.diff(np.log(rising))) < 1e-3:
+        axis.set(**{f"{which}scale": "log"})
     shown = rising[np.unique(np.linspace(0, len(rising) - 1, TICKS).round().astype(int))]
     getattr(axis, f"set_{which}ticks")(shown, [f"{one:.3g}" for one in shown])
     getattr(axis, f"set_{which}ticks")([], minor=True)

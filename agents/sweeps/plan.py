@@ -6,7 +6,6 @@ one padded, so that a case is one program, and results depend on nothing but the
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,17 +15,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.agents.evaluation.rollout import (
-    STEP_BYTES,
-    episode_key,
-    horizon,
-    is_random,
-    rollout,
-    without_resets,
-)
-from stickslip.agents.optimum.solution import digest_of
-from stickslip.agents.policy.network import MLPPolicy
-from stickslip.agents.protocol import Controller, Planner
+from stickslip.agents.evaluation.rollout import STEP_BYTES, episode_key, rollout
+from stickslip.agents.optimum.file import digest_of
+from stickslip.agents.sweeps.cases import Case
 from stickslip.dynamics.checks import memory_limit, require_integer, require_memory
 from stickslip.dynamics.status import Status
 
@@ -44,59 +35,8 @@ MOST_EPISODES = 2**20
 """Episodes of a point."""
 CPU_CELL, GPU_CELL = 2048, 65536
 """Episodes of a cell; on a CPU more side by side are hardly faster."""
-MOST_CORNERS = 4
-"""Every corner of the box of up to so many axes is checked; of more axes, the ends of each."""
 ENDINGS = tuple(one.name.lower() for one in Status)
 """Ending of an episode by the number of its last status."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A checked policy on a task.
-
-    fields: axis -> dotted fields that it sets. steps: control steps of the longest episode.
-    random: whether a reset draws anything that no axis sets.
-    """
-
-    task: str
-    policy: str
-    env: PyTree
-    params: PyTree
-    player: PyTree
-    fields: dict[str, tuple[str, ...]]
-    steps: int
-    random: bool
-
-    @cached_property
-    def program(self) -> str:
-        """Digest of all that is compiled but the player."""
-        return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
-
-    @classmethod
-    def of(cls, machine: AnyMachine, given: Given, design: Design) -> Case:
-        """Check a case before anything is compiled.
-
-        ValueError naming the axis or the policy for unknown fields, values out of the task's range,
-        a policy that does not fit and planners.
-        """
-        swept = machine.swept()
-        env = without_resets(given.env)
-        player = _checked_player(given, env)
-        params = swept.opened(given.params, design.axes)
-        fields = {name: swept.targets(params, name) for name in design.axes}
-        _require_disjoint(fields)
-        corners = [params]
-        for values in _corners(design):
-            numbers = {one: values[name] for name in values for one in fields[name]}
-            try:
-                corners.append(swept.put(params, numbers))
-                swept.require_within(corners[-1])
-            except ValueError as error:
-                where = ", ".join(f"{name} = {value:g}" for name, value in values.items())
-                raise ValueError(f"at {where}: {error}") from error
-        steps = max(horizon(one) for one in corners)
-        random = is_random(corners[-1])
-        return cls(given.task, given.policy, env, params, player, fields, steps, random)
 
 
 class Cell(NamedTuple):
@@ -195,7 +135,7 @@ class Player:
         self._programs: dict[str, Callable[..., PyTree]] = {}
 
     def __call__(self, number: int) -> dict[str, np.ndarray]:
-        """Columns of a cell's episodes. MemoryError where they do not fit."""
+        """Columns of a cell's episodes."""
         cell, plan = self._plan.at(number), self._plan
         case = plan.cases[cell.case]
         episodes = np.minimum(np.arange(cell.first, cell.first + plan.cell), plan.of_case - 1)
@@ -209,15 +149,7 @@ class Player:
         with jax.default_device(devices[number % len(devices)]):
             index = (points - points[0]).astype(np.int32), seeds.astype(np.uint32)
             given = jax.tree.map(jnp.asarray, (case.player, fields, *index))
-            try:
-                found = jax.tree.map(np.asarray, program(*given))
-            except (MemoryError, RuntimeError) as error:
-                if not isinstance(error, MemoryError) and "RESOURCE_EXHAUSTED" not in str(error):
-                    raise
-                raise MemoryError(
-                    f"{plan.cell} episodes of {case.steps} steps side by side; accepted: a smaller "
-                    "cell in a new directory"
-                ) from error
+            found = jax.tree.map(np.asarray, program(*given))
         columns = {name: getattr(found, name) for name in self._swept.kept_units(case.env)}
         columns["fell"] = np.asarray(found.fell, bool)
         if hasattr(found, "status"):
@@ -240,23 +172,6 @@ def play_cell(
     Parameters that no axis sets are constants; those that depend on an axis are computed once for
     each point. Seed s draws as the first episode after reset(seed=s), the same at every point.
     """
-    (leaves, structure), varied = _parameters(swept, case, values)
-    here = jax.tree.map(lambda leaf: leaf[place], varied)
-
-    def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
-        mine = jax.tree.unflatten(structure, [own.get(i, leaf) for i, leaf in enumerate(leaves)])
-        return keep(rollout(case.env, player, mine, episode_key(seed), case.steps), mine)
-
-    return jax.vmap(one)(here, seeds)
-
-
-def _parameters(
-    swept: Swept, case: Case, values: Mapping[str, PyTree]
-) -> tuple[PyTree, dict[int, PyTree]]:
-    """The parameters' leaves and structure; the leaves that depend on an axis, by their index, at
-    every point."""
-    if not values:
-        return jax.tree.flatten(case.params), {}
     found: list[PyTree] = []
 
     def at(point: Mapping[str, PyTree]) -> dict[int, PyTree]:
@@ -264,45 +179,12 @@ def _parameters(
         found.append((leaves, structure))
         return {i: leaf for i, leaf in enumerate(leaves) if isinstance(leaf, Tracer)}
 
-    varied = jax.vmap(at)(values)
-    return found[-1], varied
+    varied = jax.vmap(at)(values) if values else at({})
+    leaves, structure = found[-1]
+    here = jax.tree.map(lambda leaf: leaf[place], varied)
 
+    def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
+        mine = jax.tree.unflatten(structure, [own.get(i, leaf) for i, leaf in enumerate(leaves)])
+        return keep(rollout(case.env, player, mine, episode_key(seed), case.steps), mine)
 
-def _checked_player(given: Given, env: PyTree) -> Controller[PyTree, PyTree, PyTree]:
-    player, name = given.player, given.policy
-    if isinstance(player, Planner) and not isinstance(player, Controller):
-        raise ValueError(
-            f"{name} plans each episode before it begins; accepted: policies and controllers, "
-            "whose episodes are vmapped"
-        )
-    if isinstance(player, MLPPolicy):
-        seen, made = len(env.observation_bounds(given.params)[0]), player.layer_sizes
-        if made[0] != seen or made[-1] != len(env.action_names):
-            raise ValueError(
-                f"{name} observes {made[0]} numbers and gives {made[-1]}, {given.task} has {seen} "
-                f"and takes {len(env.action_names)}; accepted: a policy trained on what the task "
-                "observes"
-            )
-    return player.validate()
-
-
-def _require_disjoint(fields: Mapping[str, Sequence[str]]) -> None:
-    """Raise ValueError where two axes set one field."""
-    owner: dict[str, str] = {}
-    for name, targets in fields.items():
-        for one in targets:
-            if one in owner:
-                raise ValueError(
-                    f"axes {owner[one]} and {name} both set {one}; accepted: one of them"
-                )
-            owner[one] = name
-
-
-def _corners(design: Design) -> list[dict[str, float]]:
-    """Values at the corners of the axes' box, or at either end of each axis where it has many."""
-    ends = {name: dict.fromkeys(axis.ends) for name, axis in design.axes.items()}
-    if len(ends) <= MOST_CORNERS:
-        corners = itertools.product(*ends.values())
-        return [dict(zip(ends, one, strict=True)) for one in corners] if ends else []
-    first = {name: next(iter(values)) for name, values in ends.items()}
-    return [first] + [first | {name: one} for name in ends for one in list(ends[name])[1:]]
+    return jax.vmap(one)(here, seeds)

@@ -7,11 +7,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any
 
 import jax
 
-from stickslip.agents.evaluation.rollout import require_named
 from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import cases_on
 from stickslip.agents.sweeps.cells import (
@@ -49,18 +48,6 @@ class SweepResult:
     played: int
 
 
-class How(TypedDict, total=False):
-    """Options of `sweep`."""
-
-    cell: int | None
-    cores: int | None
-    workers: int | None
-    scheduler: str | None
-    resume: bool
-    progress: bool
-    stop: Callable[[], bool]
-
-
 def sweep(
     task: Tasks,
     policies: Policies,
@@ -70,7 +57,7 @@ def sweep(
     *,
     samples: int | None = None,
     design_seed: int = 0,
-    **how: Unpack[How],
+    **how: Any,
 ) -> SweepResult:
     """Play episodes of every policy on every task at every point of the axes, and write them.
 
@@ -91,12 +78,11 @@ def sweep(
     returns True, and the sweep can be resumed.
 
     ValueError for unknown axes, values out of a task's range, policies that do not fit, a directory
-    of something else. MemoryError where a cell does not fit.
+    of something else.
     """
-    require_named("axes", axes, '{"mu": "0.02:0.3:64"} or such')
+    design = Design.of(axes, samples, design_seed)
     machine, given = cases_on(task, policies)
-    plan = Plan.of(machine, given, Design.of(dict(axes), samples, design_seed), episodes)
-    return run_plan(plan, Path(out), **how)
+    return run_plan(Plan.of(machine, given, design, episodes), Path(out), **how)
 
 
 def run_plan(
@@ -111,7 +97,7 @@ def run_plan(
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
 ) -> SweepResult:
-    """`sweep`, of a plan."""
+    """`sweep`, of a plan: play the cells that are not in the directory."""
     dask = workers is not None or scheduler is not None
     if dask and cores is not None:
         raise ValueError("cores beside workers or a scheduler; accepted: one of them")

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import fields, is_dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, TypeAlias
+from dataclasses import fields, replace
+from typing import TYPE_CHECKING, ClassVar
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.numeric import float_type
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from jaxtyping import PyTree
 
     from stickslip.dynamics.numeric import Number
 
-Path: TypeAlias = tuple["str | int", ...]
-"""Names of fields and places in tuples and arrays, from the root of a tree to a number."""
 MOST_ENTRIES = 64
 """Larger arrays are not set number by number."""
 LISTED = 24
@@ -42,8 +41,9 @@ class Swept:
     """Names that set several fields at once."""
 
     def parts(self, params: PyTree) -> dict[str, PyTree]:
-        """Trees of numbers by the first word of their names, the most important first."""
-        return {"task": {one.name: getattr(params, one.name) for one in fields(params) if one.init}}
+        """Pytrees of numbers by the first word of their names, the most important first."""
+        numbers = (one for one in fields(params) if one.init and not one.metadata.get("static"))
+        return {"task": {one.name: getattr(params, one.name) for one in numbers}}
 
     def with_parts(
         self, params: PyTree, parts: Mapping[str, PyTree], names: Iterable[str]
@@ -56,9 +56,6 @@ class Swept:
         """Give the parameters a structure that has a place for every named axis."""
         del names
         return params
-
-    def require_within(self, params: PyTree) -> None:
-        """Raise ValueError where the task does not take these concrete parameters."""
 
     def kept_units(self, env: PyTree) -> Mapping[str, str]:
         """`kept` of an environment."""
@@ -77,78 +74,46 @@ class Swept:
             return self.short[name]
         if name in known:
             return (name,)
-        if name not in self.short and (
-            ends := [one for one in known if one.partition(".")[2] == name]
-        ):
-            return (ends[0],)
-        shorter = dict.fromkeys(one.partition(".")[2] for one in known)
-        near = nearest(name, [*known, *shorter, *self.short])
-        first = [*self.short, *shorter][:LISTED]
+        shorter = {one.partition(".")[2]: one for one in reversed(known)}
+        if name in shorter and name not in self.short:
+            return (shorter[name],)
+        first = list(dict.fromkeys([*self.short, *reversed(shorter)]))
         raise ValueError(
-            f"axis {shown(name)} is unknown here{near}; accepted: {', '.join(first)}"
-            f"{', ...' if len(shorter) > LISTED else ''}; or with the part in front: "
-            f"{', '.join(f'{part}.NAME' for part in self.parts(params))}"
+            f"axis {shown(name)} is unknown here{nearest(name, [*known, *first])}; accepted: "
+            f"{', '.join(first[:LISTED])}{', ...' if len(first) > LISTED else ''}; or with the "
+            f"part in front: {', '.join(f'{part}.NAME' for part in self.parts(params))}"
         )
 
-    def known(self, params: PyTree) -> dict[str, Path]:
-        """Paths of all fields that an axis may set, by their dotted names."""
-        paths = _paths(self.parts(params), ())
-        return {".".join(map(str, path)): path for path in paths if len(path) > 1}
+    def known(self, params: PyTree) -> list[str]:
+        """Dotted names of all numbers that an axis may set."""
+        parts = self.parts(params).items()
+        leaves = (
+            pair
+            for part, tree in parts
+            for pair in jax.tree_util.tree_leaves_with_path({part: tree})
+        )
+        return [name for path, leaf in leaves for name, _ in _entries(path, leaf)]
 
     def put(self, params: PyTree, values: Mapping[str, Number]) -> PyTree:
         """Set fields, by dotted names, to numbers that may be traced."""
-        import jax.numpy as jnp
-
         if not values:
             return params
-        kind, parts, known = float_type(params), self.parts(params), self.known(params)
-        for name, value in values.items():
-            parts = _with_number(parts, known[name], jnp.asarray(value, kind))
-        return self.with_parts(params, parts, values)
+        kind, leaves = float_type(params), []
+        pairs, structure = jax.tree_util.tree_flatten_with_path(self.parts(params))
+        for path, leaf in pairs:
+            for name, place in _entries(path, leaf):
+                if name in values:
+                    value = jnp.asarray(values[name], kind)
+                    leaf = jnp.asarray(leaf).at[place].set(value) if place else value
+            leaves.append(leaf)
+        return self.with_parts(params, jax.tree.unflatten(structure, leaves), values)
 
 
-def _paths(tree: PyTree, so_far: Path) -> Iterator[Path]:
-    """Paths of the numbers in dataclasses, tuples, dicts and arrays, without static fields."""
-    if isinstance(tree, bool | np.bool_ | str) or tree is None:
-        return
-    if isinstance(tree, int | float | np.number):
-        yield so_far
-    elif hasattr(tree, "dtype"):
-        if tree.dtype.kind == "f" and tree.size <= MOST_ENTRIES:
-            yield from ((*so_far, *map(int, place)) for place in np.ndindex(tree.shape))
-    else:
-        for name in _entries(tree):
-            yield from _paths(_entry(tree, name), (*so_far, name))
-
-
-def _entries(tree: PyTree) -> Iterable[str | int]:
-    """Names of the entries that hold numbers."""
-    if isinstance(tree, dict):
-        return tree
-    if isinstance(tree, tuple):
-        return getattr(tree, "_fields", range(len(tree)))
-    if is_dataclass(tree):
-        return [f.name for f in fields(tree) if f.init and not f.metadata.get("static")]
-    return ()
-
-
-def _entry(tree: PyTree, name: str | int) -> PyTree:
-    return tree[name] if isinstance(tree, dict) or isinstance(name, int) else getattr(tree, name)
-
-
-def _with_number(tree: PyTree, path: Path, value: Number) -> PyTree:
-    """Copy the tree with another number at the path's end."""
-    import jax.numpy as jnp
-
-    if not path:
-        return value
-    if hasattr(tree, "dtype"):
-        return jnp.asarray(tree).at[path].set(value)
-    name = path[0]
-    inner = _with_number(_entry(tree, name), path[1:], value)
-    if isinstance(tree, dict):
-        return tree | {name: inner}
-    if isinstance(tree, tuple):
-        values = [inner if one == name else _entry(tree, one) for one in _entries(tree)]
-        return type(tree)(*values) if hasattr(tree, "_fields") else tuple(values)
-    return replace(tree, **{str(name): inner})
+def _entries(path: tuple, leaf: PyTree) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Dotted name and indices of every number in a leaf; none of integer and large arrays."""
+    name = jax.tree_util.keystr(path, simple=True, separator=".")
+    if isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool):
+        yield name, ()
+    elif hasattr(leaf, "dtype") and leaf.dtype.kind == "f" and leaf.size <= MOST_ENTRIES:
+        for place in np.ndindex(leaf.shape):
+            yield ".".join((name, *map(str, place))), place

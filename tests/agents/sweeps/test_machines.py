@@ -10,11 +10,10 @@ import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
-from stickslip.agents.biped.swept import BipedSwept
+from stickslip.agents.biped.task import BipedSwept
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.sweeps.axes import Design
-from stickslip.agents.sweeps.cases import Given
-from stickslip.agents.sweeps.plan import Case
+from stickslip.agents.sweeps.cases import Case, Given
 from stickslip.agents.ugv.swept import UGVSwept
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
@@ -160,14 +159,3 @@ def test_the_biped_is_the_same_to_the_bit_in_cells_of_any_size(tmp_path: Path):
         sweep("BipedPayload-v0", ["crank-speed-pi"], axes, 48, out, cell=cell, cores=cores)
         tables.append(read_sweep(out).combine_chunks())
     assert all(one.equals(tables[0]) for one in tables[1:])
-
-
-@pytest.mark.long
-def test_the_ugv_is_swept_over_tracks(tmp_path: Path):
-    axes = {"height": "0.05:0.3:4", "task.friction": [0.4, 0.8]}
-    params = UGVEnv().make_params(track=Track.bump())
-    done = sweep((UGVEnv(), params), ["fixed-posture", "level-body"], axes, 5, tmp_path)
-    assert done.episodes == 16  # nothing is drawn
-    found = sweep_arrays(tmp_path)
-    cost = found["cost"][0, :, :, 1, 0]
-    assert np.all(np.diff(cost[np.isfinite(cost).all(1)], axis=1) > 0)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from stickslip.agents import SweepArrays
+from stickslip.agents.sweeps.data import half_width, summary_table
 from stickslip.agents.sweeps.pictures import view_of, write_pictures
 from stickslip.agents.sweeps.plan import ENDINGS
-from stickslip.agents.sweeps.statistics import half_width, summary_table
 
 MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.0, 10.0]), 8
 

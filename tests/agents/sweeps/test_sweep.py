@@ -6,16 +6,12 @@ from pathlib import Path
 import numpy as np
 import pyarrow as pa
 import pytest
-from pyarrow import parquet
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
-from stickslip.agents.sweeps import plan
 from stickslip.agents.sweeps import sweep as sweeping
 from stickslip.agents.sweeps.cells import StoppedError
 from tests.agents.mass import MassEnv, MassParams, Pull
 from tests.agents.sweeps.masses import WHO, StillParams, swept
-
-FULL_DISK = 28
 
 
 def rows(path: Path) -> pa.Table:
@@ -65,37 +61,6 @@ def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, mo
     assert kept == there
     assert rows(tmp_path / "a").equals(rows(tmp_path / "whole"))
     assert swept(tmp_path / "a", resume=True).played == 0
-
-
-def test_a_cell_that_does_not_fit_is_named_and_other_failures_are_raised(tmp_path, monkeypatch):
-    said = ["RESOURCE_EXHAUSTED: Out of memory allocating 9 bytes", "INTERNAL: something else"]
-
-    def wrong(*given):
-        raise RuntimeError(said[0])
-
-    monkeypatch.setattr(plan, "play_cell", wrong)
-    with pytest.raises(MemoryError, match="40 episodes of 10 steps side by side; accepted: a sm"):
-        swept(tmp_path)
-    del said[0]
-    with pytest.raises(RuntimeError, match="something else"):
-        swept(tmp_path, resume=True)
-    assert list((tmp_path / "data").iterdir()) == []
-
-
-def test_a_full_disk_is_named_and_loses_nothing(tmp_path, monkeypatch):
-    write, left = parquet.write_table, iter(range(5))
-
-    def full(*given, **how):
-        if next(left, None) is None:
-            raise OSError(FULL_DISK, "No space left on device")
-        write(*given, **how)
-
-    monkeypatch.setattr(parquet, "write_table", full)
-    with pytest.raises(OSError, match="No space left on device; what was written before is compl"):
-        swept(tmp_path, cores=1)
-    assert len(list((tmp_path / "data").iterdir())) == 5
-    monkeypatch.setattr(parquet, "write_table", write)
-    assert swept(tmp_path, cores=1, resume=True).played == 7
 
 
 def test_files_say_what_they_are(tmp_path):
