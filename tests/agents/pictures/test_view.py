@@ -64,10 +64,8 @@ def test_the_page_of_a_walk_holds_its_numbers():
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ("view computed-torque crank-speed-pi", "several with --html"),
         ("view computed-torque --html a.gif", "ends in '.gif'; accepted: .html"),
         ("view computed-torque --html a.html --out b.gif", "--html with --out"),
-        ("view computed-torque --html a.html --seconds nan", "seconds = nan"),
         (f"view {'computed-torque ' * 9}--html a.html", "9 to show"),
     ],
 )
