@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.dynamics.kernels.one_kernel import SWITCH
+from stickslip.dynamics.kernels.grouping import SWITCH
 
 CORES = 2
 """A batch is split over this many threads."""

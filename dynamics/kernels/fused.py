@@ -12,6 +12,7 @@ does not use are dropped from it before.
 
 from __future__ import annotations
 
+import os
 from functools import cached_property, lru_cache, partial, wraps
 from typing import TYPE_CHECKING, TypeVar
 
@@ -20,14 +21,14 @@ import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
 from jax.extend.core import Primitive, jaxpr_as_fun
 
-from stickslip.dynamics.kernels.batch_axes import jvp_in_front
-from stickslip.dynamics.kernels.grouping import KERNEL
+from stickslip.dynamics.kernels.grouping import SWITCH, as_one_kernel, run_as_one_kernel
 from stickslip.dynamics.kernels.jax_interface import (
+    KERNEL,
+    jvp_in_front,
     register,
     register_dead_code_rule,
     without_unread,
 )
-from stickslip.dynamics.kernels.one_kernel import as_one_kernel, run_as_one_kernel, switched_off
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Sequence
@@ -86,7 +87,8 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
             jax.random.key_data(leaf) if is_key else jnp.asarray(leaf)
             for leaf, is_key in zip(leaves, keys, strict=True)
         ]
-        found = kernel_p.bind(*plain, kernel=_kernel(traced.jaxpr, keys, switched_off()))
+        kernel = _kernel(traced.jaxpr, keys, os.environ.get(SWITCH))
+        found = kernel_p.bind(*plain, kernel=kernel)
         return jax.tree.unflatten(jax.tree.structure(traced.out_info), found)
 
     @run.defjvp
@@ -112,9 +114,9 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 
 
 @lru_cache(maxsize=REMEMBERED)
-def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
-    """Kernel of a traced function; keys: its arguments that are random keys; off: whether the user
-    wants no kernels, which is part of what is remembered."""
+def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], switch: str | None) -> _Kernel:
+    """Kernel of a traced function; keys: its arguments that are random keys; switch: the user's, which
+    is part of what is remembered."""
     function = jaxpr_as_fun(traced)
 
     def read(*leaves: Array) -> list[Array]:
@@ -131,7 +133,7 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], off: bool) -> _Kernel:
 
     def less(needed: Flags) -> Less:
         rest, kept = without_unread(traced, needed)
-        return _kernel(rest, _those(keys, kept), off), tuple(kept)
+        return _kernel(rest, _those(keys, kept), switch), tuple(kept)
 
     return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals), less)
 

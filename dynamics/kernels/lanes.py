@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.kernels.batch_axes import jvp_in_front
+from stickslip.dynamics.kernels.jax_interface import jvp_in_front
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,9 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.kernels.grouping import grouped
-from stickslip.dynamics.kernels.jax_interface import changing, unclosed
-from stickslip.dynamics.kernels.one_kernel import SWITCH
+from stickslip.dynamics.kernels.grouping import SWITCH, grouped
 
 
 def settle(power, start, pull, key):
@@ -157,20 +155,6 @@ def test_what_a_program_does_not_read_is_not_in_its_kernel(read, size):
         np.testing.assert_allclose(found[name], plain[name], rtol=1e-6, err_msg=name)
 
 
-def test_dead_code_goes_from_a_fused_part_of_a_kernel():
-    inner = fused(separate)
-    outer = fused(lambda x, y, key: inner(x, y, key) | {"own": x + y})
-    arguments_ = jnp.ones(7), jnp.ones(7), jax.random.split(jax.random.key(0), 7)
-
-    def program(x, y, key):
-        found = jax.vmap(outer)(x, y, key)
-        return found["own"], found["y"]
-
-    text = jax.jit(program).lower(*arguments_).as_text()
-    assert "xla_cpu_small_call" in text
-    assert "exponential" not in text
-
-
 @pytest.mark.parametrize(
     "outside",
     [
@@ -184,14 +168,6 @@ def test_what_no_kernel_can_hold_is_computed_without_one(outside):
     x = jnp.asarray(np.random.default_rng(0).uniform(0, 3, (80, 4)), jnp.float32)
     found = jax.jit(jax.vmap(fused(outside)))(x)
     np.testing.assert_allclose(found, jax.vmap(outside)(x), rtol=1e-6)
-
-
-def test_other_platforms_are_left_to_vmap():
-    lowered = jax.jit(jax.vmap(partial(fused(settle, fixed=1), 2), (0, None, 0))).trace(
-        *arguments(9)
-    )
-    assert "xla_cpu_small_call" in lowered.lower(lowering_platforms=("cpu",)).as_text()
-    assert "xla_cpu_small_call" not in lowered.lower(lowering_platforms=("cuda",)).as_text()
 
 
 def test_a_fused_function_may_be_part_of_another():
@@ -232,42 +208,6 @@ def test_the_switch_leaves_the_function_to_xla(monkeypatch):
         strict=True,
     ):
         np.testing.assert_allclose(one, other, rtol=1e-6)
-
-
-def test_without_jit_the_function_runs_as_it_is_written():
-    seen = []
-
-    def look(start, pull, key):
-        seen.append(start)
-        return settle(2, start, pull, key)
-
-    starts, pull, keys = arguments(1)
-    compiled = fused(settle, fixed=1)(2, starts[0], pull, keys[0])
-    with jax.disable_jit():
-        written = fused(look)(starts[0], pull, keys[0])
-    assert float(seen[0]) == float(starts[0])  # a number that its user can print
-    for name in written:
-        np.testing.assert_allclose(written[name], compiled[name], rtol=3e-6, err_msg=name)
-
-
-def test_groups_compute_the_same_and_repeat_little():
-    traced = jax.make_jaxpr(partial(settle, 2))(
-        jnp.float32(2.0), jnp.float32(0.7), jax.random.key(1)
-    )
-    found = jax.jit(grouped(traced))(jnp.float32(2.0), jnp.float32(0.7), jax.random.key(1))
-    wanted = jax.tree.leaves(settle(2, jnp.float32(2.0), jnp.float32(0.7), jax.random.key(1)))
-    for one, other in zip(found, wanted, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-6)
-
-    def chain(x):
-        for _ in range(60):
-            x = jnp.sin(x) + 0.1
-        return [x * k for k in range(2, 12)]
-
-    x = jnp.float32(1.0)
-    text = jax.jit(grouped(jax.make_jaxpr(chain)(x))).lower(x).as_text()
-    assert text.count("sine") == 60
-    assert text.count("inlineable") >= 1
 
 
 @pytest.mark.parametrize(
@@ -331,17 +271,3 @@ def test_what_a_maximum_compares_is_computed_once_and_other_cheap_numbers_again(
         traced = jax.make_jaxpr(function)(*given)
         assert primitives(grouped(traced), *given)["sub"] == repeated
         np.testing.assert_allclose(grouped(traced)(*given), function(*given), rtol=1e-6)
-
-
-def test_what_a_scan_changes_is_told_by_shapes():
-    def loop(fixed, large, carry, rows):
-        def body(carry, row):
-            return (carry[0] * fixed + large.sum(), carry[1] + 1), row.sum()
-
-        return jax.lax.scan(body, carry, rows)
-
-    carry = jnp.ones(5), jnp.int32(0)
-    traced = jax.make_jaxpr(loop)(jnp.float32(2.0), jnp.ones((4, 6)), carry, jnp.ones((3, 7)))
-    (scan,) = [one for one in unclosed(traced).eqns if one.primitive.name == "scan"]
-    found = changing(scan, unclosed(scan.params["jaxpr"]))
-    assert [one.aval.shape for one in found] == [(5,), (), (7,)]

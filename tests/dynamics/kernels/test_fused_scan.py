@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.kernels.fused import MOST_STEPS, fused_scan
-from stickslip.dynamics.kernels.grouping import KERNEL
+from stickslip.dynamics.kernels.jax_interface import KERNEL
 
 
 def decay(power, shared, carry, value):

@@ -85,12 +85,6 @@ def test_derivatives_go_through_the_choice(needed):
     np.testing.assert_allclose(many, 3 * np.arange(3.0) ** 2 if needed else np.full(3, 5.0))
 
 
-def test_a_batch_in_a_batch():
-    inner = jax.vmap(halve, (None, 0))
-    both = jax.jit(jax.vmap(partial(inner)))(jnp.array([1.0, 3.0]), jnp.full((2, 4), 8.0))
-    np.testing.assert_array_equal(both[1], [[3] * 4, [2] * 4])
-
-
 TURN = np.array([[1.0, 2.0], [3.0, 5.0]], np.float32)
 POINTS = np.array([[0.5, 0.7], [1.1, 1.3]], np.float32)
 """As many as each has coordinates: an axis in the wrong place is not refused."""
@@ -125,13 +119,3 @@ def test_the_gradient_of_a_jitted_batch_is_that_of_its_members(function, wrapped
     if function is chosen:
         expected[0] = 3 * weights[0]
     np.testing.assert_allclose(slope, expected, rtol=1e-6)
-
-
-def test_second_derivatives_and_batches_of_batches():
-    many = np.stack([POINTS, 2 * POINTS, POINTS - 1])
-    inner = jax.jit(jax.grad(jax.jit(partial(worth, turned))))
-    both = jax.jit(jax.vmap(jax.jacfwd(inner)))(many)
-    one = jax.hessian(lambda x: jnp.sum(jnp.array([1.0, 10.0]) * 3 * (TURN @ x) ** 2))(POINTS[0])
-    assert both.shape == (3, 2, 2, 2, 2)
-    np.testing.assert_allclose(both[:, 0, :, 0, :], np.stack([one] * 3), rtol=1e-6)
-    np.testing.assert_array_equal(both[:, 0, :, 1, :], 0)
