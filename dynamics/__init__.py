@@ -6,7 +6,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
-    from stickslip.dynamics.biped.setting import Setting
+    from stickslip.dynamics.biped.settings import Setting
     from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
     from stickslip.dynamics.pytrees import register_pytree
     from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
@@ -15,7 +15,7 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "biped.setting": ("Setting",),
+            "biped.settings": ("Setting",),
             "biped.recommendation": ("PRESETS", "Recommendation", "recommend"),
             "biped.walk_check": ("WalkCheck", "check_walk"),
             "pytrees": ("register_pytree",),

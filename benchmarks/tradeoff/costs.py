@@ -26,7 +26,7 @@ from stickslip.dynamics.biped import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.biped.setting import Setting
+    from stickslip.dynamics.biped.settings import Setting
 
 PERIOD = 0.02
 """The torque is held for this long [s]; every step size divides it."""
@@ -143,7 +143,7 @@ def start(walk: Walk, dtype: str) -> BipedState:
 
 def states_along(walk: Walk) -> BipedState:
     """States at the ends of the walk's control periods, event-exact in float64."""
-    from stickslip.dynamics.biped.setting import Setting
+    from stickslip.dynamics.biped.settings import Setting
 
     with jax.enable_x64(True), jax.numpy_dtype_promotion("strict"):
         given = arguments(walk, Setting(*TRUTH, PERIOD, "float64"))

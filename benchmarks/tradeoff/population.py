@@ -16,7 +16,7 @@ import numpy as np
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams, BipedState
-from stickslip.dynamics.biped.setting import own_time
+from stickslip.dynamics.biped.params import own_time
 
 DEFAULT_LENGTH = 0.030
 """Crank of the default robot [m]."""

@@ -22,15 +22,15 @@ from benchmarks.tradeoff.population import (
     both,
 )
 from stickslip.dynamics.biped import EventExact, RK4Split, Table, prepare, step
+from stickslip.dynamics.biped.params import own_time
 from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES, WALK_PER_RADIAN
-from stickslip.dynamics.biped.setting import Setting, own_time
+from stickslip.dynamics.biped.settings import Setting
 from stickslip.dynamics.biped.walk_check import SENSITIVE, Path, amplification, walk_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.dynamics.biped.model import Fidelity
-    from stickslip.dynamics.biped.setting import Setting
+    from stickslip.dynamics.biped.settings import Fidelity, Setting
 
 FINE = Table(64, 9)
 REFERENCE = EventExact(rtol=1e-12, atol=1e-15)

@@ -7,14 +7,12 @@ from stickslip.dynamics.biped.forces import (
     inverse_dynamics,
 )
 from stickslip.dynamics.biped.inertia import (
-    Chebyshev,
     GroundMoment,
     ReducedInertia,
-    Table,
     ground_moment,
     reduced_inertia,
 )
-from stickslip.dynamics.biped.joints.pins import JOINT_FORCES
+from stickslip.dynamics.biped.joints import JOINT_FORCES
 from stickslip.dynamics.biped.links import (
     BODIES,
     SUPPORT_END,
@@ -25,27 +23,26 @@ from stickslip.dynamics.biped.links import (
     kinematics,
     step_length,
 )
-from stickslip.dynamics.biped.model import (
+from stickslip.dynamics.biped.model import BipedModel, prepare
+from stickslip.dynamics.biped.params import LINKS, BipedParams, own_time
+from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
+from stickslip.dynamics.biped.settings import (
     FIDELITIES,
-    BipedModel,
+    INTEGRATORS,
+    RK4,
+    Chebyshev,
+    Euler,
+    EventExact,
     Joint,
     Paper,
     Reduced,
-    prepare,
-)
-from stickslip.dynamics.biped.params import LINKS, BipedParams
-from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
-from stickslip.dynamics.biped.setting import Setting, own_time
-from stickslip.dynamics.biped.simulation import simulate, simulate_inverse, step
-from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, floor_position
-from stickslip.dynamics.biped.stepping.integrators import (
-    INTEGRATORS,
-    RK4,
-    Euler,
-    EventExact,
     RK4Split,
     SemiImplicitEuler,
+    Setting,
+    Table,
 )
+from stickslip.dynamics.biped.simulation import simulate, simulate_inverse, step
+from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, floor_position
 from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
 
 __all__ = [

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple, overload
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.joints.inertia import JointInertia
+from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.model import loaded_params
 from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.scene import Floor, Grip, Patches, Smoothed, Uniform
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joints.inertia import DifferencedInertia
+    from stickslip.dynamics.biped.joints import DifferencedInertia
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.params import BipedParams
 

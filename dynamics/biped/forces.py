@@ -17,9 +17,10 @@ from stickslip.dynamics.biped.contact import (
     zero_moment_point,
 )
 from stickslip.dynamics.biped.inertia import ExactInertia, inertia_and_moment
-from stickslip.dynamics.biped.joints.inertia import JointInertia
+from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.links import closing_margin
-from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare
+from stickslip.dynamics.biped.model import BipedModel, prepare
+from stickslip.dynamics.biped.settings import Fidelity
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.numeric import Number, all_finite, float_type
 from stickslip.dynamics.pytrees import rebuilt

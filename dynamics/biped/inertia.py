@@ -25,7 +25,6 @@ from stickslip.dynamics.biped.links import (
     SUPPORT_START,
     centres_and_angles,
 )
-from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.numeric import Number, float_type
 from stickslip.dynamics.pytrees import register_pytree
 
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.biped.settings import Chebyshev, Table
 
 
 class ReducedInertia(NamedTuple):
@@ -141,23 +141,6 @@ class ExactInertia:
         return ground_moment(self.params, theta)[:2]
 
 
-@dataclass(frozen=True)
-class Table:
-    """Piecewise polynomials: number of pieces and degree. Static and hashable.
-
-    With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in
-    SI units and float64.
-    """
-
-    pieces: int = 32
-    degree: int = 7
-
-    def __post_init__(self):
-        for name, low, high in (("pieces", 1, 4096), ("degree", 2, 12)):
-            accepted = f"an integer from {low} to {high}"
-            require_integer(name, getattr(self, name), low=low, high=high, accepted=accepted)
-
-
 @register_pytree
 @dataclass(frozen=True)
 class TableInertia:
@@ -236,17 +219,6 @@ def _evaluate(
         slope = slope * u + value
         value = value * u + row[:, k]
     return value, slope * (2 * scale)
-
-
-@dataclass(frozen=True)
-class Chebyshev:
-    """Chebyshev series of the given degree. Static and hashable."""
-
-    degree: int = 48
-
-    def __post_init__(self):
-        accepted = "an integer from 4 to 256"
-        require_integer("degree", self.degree, low=4, high=256, accepted=accepted)
 
 
 @register_pytree

@@ -1,8 +1,4 @@
-"""Fidelities, and a robot prepared for stepping: its inertia functions and a few constants.
-
-Whatever the fidelity, the reduced equations (contact.py), the friction switching and the
-integrators are the same; it says where their coefficients M, P and Y come from.
-"""
+"""A robot prepared for stepping: its inertia functions and a few constants."""
 
 from __future__ import annotations
 
@@ -14,15 +10,13 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.inertia import (
-    Chebyshev,
     ExactInertia,
     SeriesInertia,
-    Table,
     TableInertia,
     fit_series,
     fit_table,
 )
-from stickslip.dynamics.biped.joints.inertia import JointInertia
+from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.links import (
     as_batch,
     exchange_mismatch,
@@ -30,9 +24,18 @@ from stickslip.dynamics.biped.links import (
     step_length,
 )
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.checks import as_number, nearest, require_kind, shown
+from stickslip.dynamics.biped.settings import (
+    FIDELITIES,
+    Chebyshev,
+    Fidelity,
+    Paper,
+    Reduced,
+    Table,
+    require_fidelity,
+)
+from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.numeric import Numeric, float_type, require_numeric, require_one
+from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
 from stickslip.dynamics.pytrees import (
     brief,
     holds_numbers,
@@ -49,63 +52,12 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joints.inertia import DifferencedInertia
+    from stickslip.dynamics.biped.joints import DifferencedInertia
 
 
 Inertia = JointInertia | ExactInertia | TableInertia | SeriesInertia
 Derived = tuple[Inertia, jax.Array, jax.Array, jax.Array, jax.Array]
 """Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
-
-
-@dataclass(frozen=True)
-class Joint:
-    """The full Newton-Euler system, solved for the coefficients at every call (eqs. 18, 28, 36)."""
-
-
-@dataclass(frozen=True)
-class Reduced:
-    """M, P, Y exact, by differentiating the closed linkage."""
-
-
-@dataclass(frozen=True)
-class Paper:
-    """The paper's: the full system with forward differences (eqs. 23-25 as they should read).
-
-    step: the paper's D, a crank angle [rad].
-    """
-
-    step: float = 1e-3
-
-    def __post_init__(self):
-        accepted = "a crank angle in (0, 0.5] rad"
-        step = require_one("step", self.step, low=0.0, strict=True, high=0.5, accepted=accepted)
-        settle(self, step=step)
-
-
-Fidelity = str | Joint | Reduced | Table | Chebyshev | Paper
-"""A name out of FIDELITIES, or one of their classes with other settings."""
-
-FIDELITIES: dict[str, Fidelity] = {
-    "joint": Joint(),
-    "reduced": Reduced(),
-    "table": Table(),
-    "chebyshev": Chebyshev(),
-    "paper": Paper(),
-}
-"""Fidelities by name, with default settings."""
-
-
-def require_fidelity(fidelity: Fidelity) -> Joint | Reduced | Table | Chebyshev | Paper:
-    """The fidelity's settings; ValueError for an unknown one."""
-    if isinstance(fidelity, Joint | Reduced | Table | Chebyshev | Paper):
-        return fidelity
-    if not isinstance(fidelity, str) or fidelity not in FIDELITIES:
-        raise ValueError(
-            f"fidelity = {shown(fidelity)} is unknown; accepted: "
-            f"{', '.join(map(repr, FIDELITIES))} or an instance such as Table(...)"
-            f"{nearest(fidelity, FIDELITIES)}"
-        )
-    return FIDELITIES[fidelity]  # type: ignore[return-value]
 
 
 def inertia_of(params: BipedParams, fidelity: Fidelity) -> Inertia:
@@ -328,23 +280,12 @@ def load(
 ) -> BipedModel:
     """The model with every mass and inertia times `mass_factor`, and `payload` [kg] on the hip.
 
-    Fits nothing again: the functions are sums (see LoadedInertia). unit: from `unit_payload`, or
-    None for no payload, and nothing compiled for it. model.params stays the robot without it. Of a
-    model with a load the load's masses are multiplied, too.
+    Fits nothing again: the functions are sums (see LoadedInertia). unit: from
+    `BipedModel.unit_inertia`, or None for no payload, and nothing compiled for it. model.params
+    stays the robot without it. A load takes the place of one before.
     """
-    factor = jnp.asarray(mass_factor)
     extra = None if unit is None else jnp.asarray(payload)
-    if model.load is not None:
-        before = model.load.payload
-        if before is not None:
-            extra = factor * before + (0.0 if extra is None else extra)
-        unit, factor = model.unit if unit is None else unit, factor * model.load.mass_factor
-    return rebuilt(model, load=Load(factor, extra), unit=unit)
-
-
-def unit_payload(params: BipedParams, fidelity: Fidelity) -> Inertia:
-    """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
-    return inertia_of(_unit_mass(params), fidelity)
+    return rebuilt(model, load=Load(jnp.asarray(mass_factor), extra), unit=unit)
 
 
 def _unit_mass(params: BipedParams) -> BipedParams:

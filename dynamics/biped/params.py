@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -193,16 +193,9 @@ class BipedParams:
         lengths = {name: xp.asarray(unit * arrays[name]) for name in LENGTHS if name != "crank"}
         lengths["crank"] = unit
         ahead, above = (xp.asarray(unit * xp.asarray(part, kind)) for part in hip_centre)
-        links = link_masses(
-            xp,
-            lengths,
-            arrays["bar_density"],
-            arrays["foot_mass"],
-            arrays["foot_inertia"],
-            Hip(arrays["hip_mass"], ahead, above, xp.asarray(unit * arrays["hip_span"])),
-        )
+        links = _links(xp, lengths, arrays, ahead, above)
         rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
-        return cls(**lengths, **links._asdict(), **rest).astype(kind)._checked_whole()
+        return cls(**lengths, **links, **rest).astype(kind)._checked_whole()
 
     @property
     def total_mass(self) -> jax.Array:
@@ -262,6 +255,15 @@ class BipedParams:
         require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
 
 
+def own_time(params: BipedParams) -> Float[Array, ""]:
+    """The robot's own unit of time, sqrt(crank / gravity) [s]: 55.3 ms for the default one.
+
+    Robots of any size with the same ratios of lengths and of masses walk alike in it, under torques
+    in proportion to weight times crank.
+    """
+    return jnp.sqrt(jnp.asarray(params.crank) / jnp.asarray(params.gravity))
+
+
 @cache
 def _usual() -> dict[str, np.ndarray]:
     """Every number of the reference robot."""
@@ -306,57 +308,34 @@ BARS = (
     "femur",
 )
 """The length of each link between foot and hip, in LINKS' order. The crank has two arms."""
-CRANK = BARS.index("crank")
 
 
-class LinkMasses(NamedTuple):
-    """Fields of BipedParams, links in LINKS' order."""
-
-    mass: Float[Either, "*batch 13"]
-    """[kg]"""
-    centre: Float[Either, "*batch 13 2"]
-    """Centres of mass in the links' frames [m]."""
-    inertia: Float[Either, "*batch 13"]
-    """About the centres [kg m^2]."""
-
-
-class Hip(NamedTuple):
-    """Mass [kg], centre along and across its frame, and the length that it is a bar of [m]."""
-
-    mass: Float[Either, "*batch"]
-    along: Float[Either, "*batch"]
-    across: Float[Either, "*batch"]
-    span: Float[Either, "*batch"]
-
-
-def link_masses(
+def _links(
     xp: ModuleType,
     lengths: Mapping[str, Float[Either, "*batch"]],
-    density: Float[Either, "*batch"],
-    foot_mass: Float[Either, "*batch"],
-    foot_inertia: Float[Either, "*batch"],
-    hip: Hip,
-) -> LinkMasses:
-    """Masses, centres and inertias of feet, uniform bars and hip.
+    numbers: Mapping[str, Float[Either, "*batch"]],
+    ahead: Float[Either, "*batch"],
+    above: Float[Either, "*batch"],
+) -> dict[str, Either]:
+    """mass, centre and inertia of feet, uniform bars and hip, as BipedParams has them.
 
-    xp: jax.numpy, or numpy where the numbers are at hand: with it nothing is compiled.
-    lengths [m], by the names of BARS; density [kg/m]. A bar has its centre in the middle (the
-    double crank on A) and I = m L^2 / 12, and so has the hip; the foot's centre is the ankle.
+    xp: jax.numpy, or numpy where the numbers are at hand: with it nothing is compiled. lengths [m],
+    by the names of BARS; numbers: the arguments of `from_bars`; ahead, above: the hip's centre [m].
     """
     sides = [2 * lengths[name] if name == "crank" else lengths[name] for name in BARS]
     length = xp.stack(xp.broadcast_arrays(*sides), axis=-1)
-    mass = density[..., None] * length
-    middle = xp.where(np.arange(len(BARS)) == CRANK, 0.0, length) / 2
+    mass = numbers["bar_density"][..., None] * length
+    middle = xp.where(np.arange(len(BARS)) == BARS.index("crank"), 0.0, length) / 2
     ankle = xp.zeros_like(lengths["crank"])
-    along = _join(xp, ankle, middle, hip.along)
-    across = _join(xp, ankle, xp.zeros_like(middle), hip.across)
-    return LinkMasses(
-        mass=_join(xp, foot_mass, mass, hip.mass),
-        centre=xp.stack([along, across], axis=-1),
-        inertia=_join(
-            xp, foot_inertia, mass * length**2 / 12, xp.asarray(hip.mass * hip.span**2 / 12)
-        ),
-    )
+    along = _join(xp, ankle, middle, ahead)
+    across = _join(xp, ankle, xp.zeros_like(middle), above)
+    span = xp.asarray(numbers["crank_length"] * numbers["hip_span"])
+    hip_inertia = xp.asarray(numbers["hip_mass"] * span**2 / 12)
+    return {
+        "mass": _join(xp, numbers["foot_mass"], mass, numbers["hip_mass"]),
+        "centre": xp.stack([along, across], axis=-1),
+        "inertia": _join(xp, numbers["foot_inertia"], mass * length**2 / 12, hip_inertia),
+    }
 
 
 def _join(xp: ModuleType, foot: Either, bars: Either, hip: Either) -> Either:

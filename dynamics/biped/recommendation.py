@@ -11,17 +11,18 @@ import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.dynamics import names
-from stickslip.dynamics.biped.inertia import Table
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.setting import DTYPES, Setting
-from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.settings import EventExact, RK4Split, Setting, Table
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
 """What `python -m benchmarks.tradeoff --update` wrote.
@@ -66,90 +67,65 @@ NOT_COVERED = (
 )
 
 
-class Bound(NamedTuple):
-    """Upper bounds of a quantile of three errors for each simulated second."""
-
-    joint: float
-    """The worse of both [rad/s]."""
-    angle: float
-    """Error of the crank angle [rad/s]."""
-    slide: float
-    """[m/s]"""
-
-    def or_worse(self, other: Bound) -> Bound:
-        """The worse of both in each error."""
-        return Bound(*map(max, self, other))
-
-
 @dataclass(frozen=True)
 class Measurement:
     """One setting on one kind of floor, for one kind of robot and batch.
 
-    robots: "default", or "any" for the worse of that and of random ones. bounds: for each of
-    QUANTILES. Lengths and seconds are those of the default robot; so is the setting's dt.
-    otherwise: share of walks that end otherwise than their reference, inside the model or outside.
-    cost: seconds for each simulated second and environment.
+    robots: "default", or "any" for the worse of that and of random ones. bounds: upper bounds of
+    each of QUANTILES of three errors for each simulated second: of the crank angle [rad/s] and the
+    slide [m/s], after the worse of both [rad/s], the slide as the turn that walks as far. Lengths
+    and seconds are those of the default robot; so is the setting's dt. otherwise: share of walks
+    that end otherwise than their reference. cost: seconds for each simulated second and
+    environment.
     """
 
     scene: str
     robots: str
     setting: Setting
     batch: int
-    bounds: tuple[Bound, ...]
+    bounds: np.ndarray
     otherwise: float
     cost: float
 
     @property
     def error(self) -> float:
-        """Error that 95 % of the walks keep [rad/s]: the worse of angle and slide, the slide as
-        the turn that walks as far."""
-        return self.bounds[QUANTILES.index(0.95)].joint
+        """The worse error that 95 % of the walks keep [rad/s]."""
+        return float(self.bounds[QUANTILES.index(0.95), 0])
 
 
-@dataclass(frozen=True)
-class Sample:
-    """Measured walks. count: how many. sensitive: share of those that amplify what they start with
-    more than a thousandfold. amplification: what 95 % of them amplify it by at most."""
+class Sample(NamedTuple):
+    """Measured walks: how many, the share of those that amplify what they start with more than a
+    thousandfold, and what 95 % of them amplify it by at most."""
 
     count: int
     sensitive: float
     amplification: float
 
 
-_FIDELITIES = {"Table": Table}
-_INTEGRATORS = {"RK4Split": RK4Split, "EventExact": EventExact}
-
-
+_CLASSES = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
 _SETTINGS = [
-    Setting(_FIDELITIES[table](**its), _INTEGRATORS[rule](**options), dt, dtype)
+    Setting(_CLASSES[table](**its), _CLASSES[rule](**options), dt, dtype)
     for (table, its), (rule, options), dt, dtype in MEASURED["settings"]
 ]
 
 
-def _measurements() -> tuple[Measurement, ...]:
+def _measurements() -> Iterator[Measurement]:
     """Every measured point, for the default robot and for any."""
-    points = []
     errors = {
-        (scene, index, robots): (
-            tuple(Bound(*(math.inf if v is None else v for v in bound)) for bound in bounds),
-            otherwise,
-        )
-        for scene, index, robots, bounds, otherwise in MEASURED["errors"]
+        key: (np.nan_to_num(np.array(bounds, float), nan=np.inf, posinf=np.inf), otherwise)
+        for *key, bounds, otherwise in MEASURED["errors"]
+        for key in [tuple(key)]
     }
     for scene, index, batch, cost in MEASURED["costs"]:
-        default, otherwise = errors[scene, index, "default"]
-        others, elsewhere = errors[scene, index, "others"]
-        worse = tuple(a.or_worse(b) for a, b in zip(default, others, strict=True))
-        for robots, bounds, share in (
-            ("default", default, otherwise),
-            ("any", worse, max(otherwise, elsewhere)),
+        own, others = (errors[scene, index, robots] for robots in ("default", "others"))
+        for robots, (bounds, share) in (
+            ("default", own),
+            ("any", tuple(map(np.maximum, own, others))),
         ):
-            setting = _SETTINGS[index]
-            points.append(Measurement(scene, robots, setting, batch, bounds, share, cost))
-    return tuple(points)
+            yield Measurement(scene, robots, _SETTINGS[index], batch, bounds, float(share), cost)
 
 
-MEASUREMENTS = _measurements()
+MEASUREMENTS = tuple(_measurements())
 SAMPLES = {(scene, robots): Sample(*rest) for scene, robots, *rest in MEASURED["samples"]}
 """By scene and robots, "default" or "others"."""
 
@@ -220,8 +196,6 @@ def recommend(
     *,
     params: BipedParams | None = None,
     quantile: float = 0.95,
-    slide_tolerance: float | None = None,
-    dtype: str | None = None,
 ) -> Recommendation:
     """The cheapest measured setting whose promised error on such a floor is within the tolerance.
 
@@ -230,56 +204,32 @@ def recommend(
     walk of your own, see `check_walk`.
 
     tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
-    as such a turn walks. slide_tolerance [m/s]: of the slide in its place; the share then holds for
-    each of both alone. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
+    as such a turn walks. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
     Patches: ice), or such a name, or a scene's. batch: environments stepped together; the nearest
     measured number stands for it. params: the robot, or a batch, of which the quickest counts; the
     default one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and
-    random robots were walked, too. dtype: only settings of this precision. Raises ValueError with
+    random robots were walked, too. Raises ValueError with
     the best reachable error if nothing meets the tolerance.
     """
     accepted = "a finite error > 0 for each simulated second"
     require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
-    if slide_tolerance is not None:
-        require_number("slide_tolerance", slide_tolerance, low=0.0, strict=True, accepted=accepted)
     require_integer("batch", batch)
-    if dtype is not None:
-        require_choice("dtype", dtype, DTYPES)
-    name, place, own = scene_class(scene), _place(quantile), _units(params)
+    name, own = scene_class(scene), _units(params)
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
-    points = _measured_near(batch, name, robots, dtype)
-    answers = [_recommendation(point, place, own) for point in points]
-    good = [answer for answer in answers if _keeps(answer, tolerance, slide_tolerance)]
+    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
+    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
+    points = [p for p in points if p.batch == nearest]
+    answers = [_recommendation(point, _place(quantile), own) for point in points]
+    good = [answer for answer in answers if answer.promised_error <= tolerance]
     if good:
         return min(good, key=lambda answer: (answer.cost, answer.promised_error))
     best = min(answers, key=lambda answer: answer.promised_error)
-    slide = "" if slide_tolerance is None else f" and {slide_tolerance:.3g} m/s"
     raise ValueError(
-        f"tolerance = {tolerance:g} rad/s{slide}: no measured setting keeps it on "
+        f"tolerance = {tolerance:g} rad/s: no measured setting keeps it on "
         f"{100 * quantile:g} % of the walks in the scene {name!r} with {best.batch} environments; "
-        f"accepted: from {best.promised_error:.2g} rad/s, or {best.angle_error:.2g} rad/s and "
-        f"{best.slide_error:.2g} m/s apart ({best.setting})"
+        f"accepted: from {best.promised_error:.2g} rad/s ({best.setting})"
     )
-
-
-def _measured_near(batch: int, scene: str, robots: str, dtype: str | None) -> list[Measurement]:
-    """Measurements of such robots in the nearest batch; ValueError for none in a dtype."""
-    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (scene, robots)]
-    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
-    points = [p for p in points if p.batch == nearest and dtype in (None, p.setting.dtype)]
-    if not points:
-        raise ValueError(
-            f"dtype = {dtype!r}: nothing is measured in it in the scene {scene!r}; accepted: None, "
-            "or the other one"
-        )
-    return points
-
-
-def _keeps(answer: Recommendation, tolerance: float, slide_tolerance: float | None) -> bool:
-    if slide_tolerance is None:
-        return answer.promised_error <= tolerance
-    return answer.angle_error <= tolerance and answer.slide_error <= slide_tolerance
 
 
 def setting_of(setting: str | Setting) -> Setting:
@@ -329,17 +279,15 @@ def _units(params: BipedParams | None) -> tuple[float, float]:
 def _recommendation(point: Measurement, place: int, own: tuple[float, float]) -> Recommendation:
     """The point in the seconds of a robot with such an own time and length."""
     time, length = own
-    bound = point.bounds[place]
-    samples = [
-        SAMPLES[point.scene, robots]
-        for robots in (("default",) if point.robots == "default" else ("default", "others"))
-    ]
+    joint, angle, slide = point.bounds[place].tolist()
+    kinds = ("default",) if point.robots == "default" else ("default", "others")
+    samples = [SAMPLES[point.scene, kind] for kind in kinds]
     return Recommendation(
         setting=replace(point.setting, dt=point.setting.dt * time),
-        typical_error=point.bounds[0].joint / time,
-        promised_error=bound.joint / time,
-        angle_error=bound.angle / time,
-        slide_error=bound.slide * length / time,
+        typical_error=float(point.bounds[0, 0]) / time,
+        promised_error=joint / time,
+        angle_error=angle / time,
+        slide_error=slide * length / time,
         quantile=QUANTILES[place],
         confidence=CONFIDENCE,
         count=min(sample.count for sample in samples),

@@ -20,13 +20,19 @@ from stickslip.dynamics.biped.contact import (
     friction_on,
 )
 from stickslip.dynamics.biped.links import exchange_mismatch
-from stickslip.dynamics.biped.model import BipedModel, Fidelity, prepare, require_fidelity
+from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.settings import (
+    Fidelity,
+    Integrator,
+    Unsplit,
+    integrator_of,
+    require_fidelity,
+)
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory
-from stickslip.dynamics.biped.stepping.integrate import advance
-from stickslip.dynamics.biped.stepping.integrators import Integrator, Unsplit, integrator_of
+from stickslip.dynamics.biped.stepping.split import advance
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
-from stickslip.dynamics.biped.stepping.walk import Walk, entry_status, start
+from stickslip.dynamics.biped.stepping.walk import Walk, start
 from stickslip.dynamics.checks import (
     is_concrete,
     require_kind,
@@ -58,6 +64,7 @@ if TYPE_CHECKING:
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
 TIME_STEP = "a finite time step > 0 [s]"
+DURATION = "a finite time > 0 [s]"
 
 _mismatch = run_once(exchange_mismatch)
 
@@ -153,27 +160,26 @@ def _walk(
     fidelity,
     integrator,
 ) -> Trajectory:
-    accepted = "a finite time > 0 [s]"
-    duration = require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    scene = require_kinds(params, scene, state)
-    state.validate()
-    require_scalars(params, **vars(state))
+    scene, duration = require_walk(params, scene, state, duration)
     require_room(duration, given_dt, scene, spec)
-    require_rest_on_grip(scene, state)
-    require_exchange(params, scene)
-    count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
-    policy = values if callable(values) else None
-    values = None if policy else _one_a_step(kind, values, count)
+    count = steps_in(duration, dt)
+    policy, held = values, None
+    if not callable(values):
+        policy, held = None, require_held(kind._fields[0], values, count)
     size = duration / count
-    return _simulate(spec, fidelity, policy, kind, count, params, scene, state, values, size)
+    return _simulate(spec, fidelity, policy, kind, count, params, scene, state, held, size)
 
 
-def _one_a_step(kind: type[Drive], values: Any, count: int) -> Float[Array, " n"]:
-    """The drive's number for each of `count` steps, or ValueError."""
-    name = kind._fields[0]
+def steps_in(duration: float, dt: float) -> int:
+    """Number of equal steps of about `dt` [s], rounded up."""
+    return max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
+
+
+def require_held(name: str, values: Any, count: int) -> Float[Array, " n"]:
+    """The number for each of `count` steps, or ValueError."""
     require_number(name, values, accepted="finite numbers, or a function of the state")
     if np.ndim(values) > 0 and np.shape(values) != (count,):
         raise ValueError(
@@ -200,8 +206,7 @@ def stepped(
     duration = jnp.where(jnp.isinf(duration), duration, jnp.maximum(duration, 0.0))
     max_rate = None if max_rate is None else jnp.asarray(max_rate, dtype)
     system = System(model, scene, drive, duration, max_rate)
-    walk = start(model, scene, state, duration, spec, dtype)
-    walk = walk._replace(status=entry_status(system, walk, state))
+    walk = start(spec, system, state)
     if isinstance(spec, Unsplit):
         walk = advance_unsplit(spec, system, walk)
     else:
@@ -311,6 +316,20 @@ def require_kinds(params: object, scene: object, state: object) -> Scene:
     if isinstance(params, BipedParams):
         require_numeric(**vars(params))
     return scene.validate()
+
+
+def require_walk(
+    params: BipedParams | BipedModel, scene: Scene | str, state: BipedState, duration: float
+) -> tuple[Scene, float]:
+    """The scene, built where it is a name, and the duration [s]; ValueError for a walk that cannot
+    be."""
+    duration = require_one("duration", duration, low=0.0, strict=True, accepted=DURATION)
+    scene = require_kinds(params, scene, state)
+    state.validate()
+    require_scalars(params, **vars(state))
+    require_rest_on_grip(scene, state)
+    require_exchange(params, scene)
+    return scene, duration
 
 
 def require_scalars(params: BipedParams | BipedModel, **values: Number) -> None:

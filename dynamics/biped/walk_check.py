@@ -16,22 +16,22 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.inertia import Table
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import prepare
-from stickslip.dynamics.biped.params import BipedParams
+from stickslip.dynamics.biped.params import BipedParams, own_time
 from stickslip.dynamics.biped.recommendation import setting_of
-from stickslip.dynamics.biped.setting import Setting, own_time, precision
+from stickslip.dynamics.biped.settings import EventExact, Integrator, Setting, Table, precision
 from stickslip.dynamics.biped.simulation import (
-    require_exchange,
-    require_rest_on_grip,
-    require_scalars,
+    DURATION,
+    require_held,
+    require_walk,
     simulate,
+    steps_in,
 )
 from stickslip.dynamics.biped.state import BipedState
-from stickslip.dynamics.biped.stepping.integrators import EventExact, Integrator
-from stickslip.dynamics.checks import require_integer, require_kind, require_number
-from stickslip.dynamics.scene import Scene, Smoothed, scene_of
+from stickslip.dynamics.checks import require_kind
+from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.scene import Scene, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
     from numpy.typing import ArrayLike
 
-    from stickslip.dynamics.biped.model import BipedModel, Fidelity
+    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.settings import Fidelity
     from stickslip.dynamics.numeric import Number, Numbers, Numeric
 
 SENSITIVE = 1e3
@@ -67,8 +68,8 @@ class WalkCheck:
     worth much on it. NaN where the derivative did not come to an end.
     reference_angle_error, reference_slide_error: the reference beside one with a hundred times the
     tolerance, which bounds its own error unless both have missed an event.
-    cost: seconds for each simulated second and walk, warm, waited for; compiling and preparing the
-    robot apart. compile_seconds: how much longer the first run took. duration: of the walk [s].
+    cost: seconds for each simulated second and walk, warm, waited for, without compiling and
+    preparing the robot. duration: of the walk [s].
     """
 
     setting: Setting
@@ -82,7 +83,6 @@ class WalkCheck:
     reference_angle_error: Float[np.ndarray, ""]
     reference_slide_error: Float[np.ndarray, ""]
     cost: float
-    compile_seconds: float
 
     @property
     def sensitive(self) -> Bool[np.ndarray, ""]:
@@ -129,16 +129,13 @@ def check_walk(
     setting: str | Setting = "balanced",
     *,
     period: float | None = None,
-    fidelity: Fidelity = FINE,
-    repeats: int = 3,
 ) -> WalkCheck:
     """Walk at a setting and event-exact at 1e-11 in float64: error, sensitivity and cost.
 
     params, scene, state, torque, duration [s]: as in `simulate`. torque: a number, [n] or a
     function of the state; setting: a name or a Setting. period: how long a torque is held [s]; by
     default duration / n where torques are given one by one, else setting.dt. Steps are setting.dt
-    or shorter, a whole number in a period. fidelity: the reference's; "reduced" is exact and
-    several times slower. repeats: timed runs; their median counts.
+    or shorter, a whole number in a period. The cost is the median of three runs.
 
     JAX's precision switch stays as it is. What is compiled (three programs) is kept for walks of
     the same kind: same setting, function, period, duration and shapes. Raises ValueError as
@@ -146,47 +143,39 @@ def check_walk(
     """
     setting = setting_of(setting)
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
-    scene = scene_of(scene)
-    require_kind("state", state, BipedState, "a BipedState")
-    accepted = "a finite time > 0 [s]"
-    require_number("duration", duration, low=0.0, strict=True, accepted=accepted)
-    state.validate()
-    require_rest_on_grip(scene, state)
     with precision("float64"):  # the robot may be in it whatever the switch says now
-        require_exchange(params, scene)
-    require_integer("repeats", repeats)
-    if not callable(torque):
-        accepted = "finite numbers [N m], or a function of the state"
-        require_number("torque", torque, accepted=accepted)
-    require_scalars(params, **vars(state))
+        scene, duration = require_walk(params, scene, state, duration)
     policy, values = (torque, None) if callable(torque) else (None, torque)
-    count = _periods(values, duration, period, setting.dt)
-    rough = replace(setting.integrator_over(duration / count), record_events=True)
-    options = Options(policy, float(duration), count, rough)
+    if period is None:
+        period = setting.dt if np.ndim(values) == 0 else duration / np.shape(values)[0]
+    period = require_one("period", period, low=0.0, strict=True, accepted=DURATION)
+    count = steps_in(duration, period)
+    if policy is None:
+        require_held("torque", values, count)
+    options = Options(policy, duration, count, setting.integrator_over(duration / count))
+    options = options._replace(integrator=replace(options.integrator, record_events=True))
     walk = params, scene, state, values
-    own = _timed(options, setting.dtype, _prepared(setting.fidelity, setting.dtype, *walk), repeats)
-    exact = _prepared(fidelity, "float64", *walk)
+    own, cost = _timed(options, setting.dtype, _prepared(setting.fidelity, setting.dtype, *walk))
+    exact = _prepared(FINE, "float64", *walk)
     with precision("float64"):
         truth = _run(options._replace(integrator=TIGHT), *exact)
         check, growth = _grown(options._replace(integrator=LOOSE), *exact)
-    return _compared(setting, float(duration), own, truth, check, growth)
-
-
-def _periods(torque: Any, duration: float, period: float | None, dt: float) -> int:
-    """Number of torques of the walk."""
-    given = np.shape(torque)[0] if np.ndim(torque) == 1 else None
-    if period is None and given is not None:
-        return given
-    period = dt if period is None else period
-    accepted = "a finite time > 0 [s]"
-    require_number("period", period, low=0.0, strict=True, accepted=accepted)
-    count = max(1, int(np.ceil(float(duration) / float(period) * (1 - 1e-9))))
-    if np.ndim(torque) > 1 or given not in (None, count):
-        raise ValueError(
-            f"torque has shape {np.shape(torque)}; accepted: a number, a function of the state or "
-            f"one for each of the {count} periods of {period:g} s"
-        )
-    return count
+    own, truth, check = jax.tree.map(np.asarray, (own, truth, check))
+    errors = walk_errors(own, truth), walk_errors(check, truth)
+    most = np.max(np.where(truth.status <= Status.SLIP_ONSET, growth, 0.0), axis=-1)
+    return WalkCheck(
+        setting=setting,
+        duration=duration,
+        angle_error=errors[0][0],
+        slide_error=errors[0][1],
+        status=own.status[-1],
+        reference_status=truth.status[-1],
+        first_difference=np.asarray(_parting(_listed(own), _listed(truth))),
+        sensitivity=np.where(check.status[-1] == Status.NOT_CONVERGED, np.nan, most),
+        reference_angle_error=errors[1][0],
+        reference_slide_error=errors[1][1],
+        cost=cost / duration,
+    )
 
 
 def _prepared(fidelity: Fidelity, dtype: str, params: BipedParams, scene: Scene, state, torque):
@@ -206,8 +195,8 @@ def _model(fidelity: Fidelity, params: BipedParams, payload: Any) -> BipedModel:
     return prepare(params, fidelity=fidelity, payload=payload)
 
 
-def _timed(options: Options, dtype: str, walk: tuple[Any, ...], repeats: int):
-    """The walk; median seconds of a warm run; how much longer the first took."""
+def _timed(options: Options, dtype: str, walk: tuple[Any, ...]) -> tuple[Path, float]:
+    """The walk, and the median seconds of three warm runs."""
 
     def run():
         begun = time.perf_counter()
@@ -215,9 +204,8 @@ def _timed(options: Options, dtype: str, walk: tuple[Any, ...], repeats: int):
         return found, time.perf_counter() - begun
 
     with precision(dtype):
-        found, first = run()
-        warm = float(np.median([run()[1] for _ in range(repeats)]))
-    return found, warm, max(0.0, first - warm)
+        found, _ = run()
+        return found, float(np.median([run()[1] for _ in range(3)]))
 
 
 def _walk(
@@ -266,36 +254,6 @@ def _grown(
 
     length, time = model.params.crank, own_time(model.params)
     return amplification(walk, state, length, time, isinstance(scene.floor, Smoothed))
-
-
-def _compared(
-    setting: Setting,
-    duration: float,
-    ran: tuple[Path, float, float],
-    truth: Path,
-    check: Path,
-    growth: Float[Array, " n"],
-) -> WalkCheck:
-    own, cost, compiled = ran
-    own, truth, check = jax.tree.map(np.asarray, (own, truth, check))
-    angle, slide = walk_errors(own, truth)
-    reference_angle, reference_slide = walk_errors(check, truth)
-    inside = truth.status <= Status.SLIP_ONSET
-    most = np.max(np.where(inside, growth, 0.0), axis=-1)
-    return WalkCheck(
-        setting=setting,
-        duration=duration,
-        angle_error=angle,
-        slide_error=slide,
-        status=own.status[..., -1],
-        reference_status=truth.status[..., -1],
-        first_difference=np.asarray(_parting(_listed(own), _listed(truth))),
-        sensitivity=np.where(check.status[..., -1] == Status.NOT_CONVERGED, np.nan, most),
-        reference_angle_error=reference_angle,
-        reference_slide_error=reference_slide,
-        cost=cost / duration,
-        compile_seconds=compiled,
-    )
 
 
 def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:

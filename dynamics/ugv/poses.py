@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number
-from stickslip.dynamics.kernels.batch_axes import jvp_in_front
+from stickslip.dynamics.kernels.jax_interface import jvp_in_front
 from stickslip.dynamics.kernels.lanes import where_needed
 from stickslip.dynamics.numeric import Lists, Number, float_type
 from stickslip.dynamics.status import Status

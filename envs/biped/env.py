@@ -15,11 +15,9 @@ from stickslip.dynamics.biped import (
     floor_position,
 )
 from stickslip.dynamics.biped.contact import Torque, edge_ahead, friction_on, patch_at
-from stickslip.dynamics.biped.model import Fidelity, require_fidelity
 from stickslip.dynamics.biped.recommendation import setting_of
-from stickslip.dynamics.biped.setting import Setting
+from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
-from stickslip.dynamics.biped.stepping.integrators import Integrator
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.numeric import compensated

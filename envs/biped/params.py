@@ -16,7 +16,7 @@ from stickslip.dynamics.biped import (
     BipedParams,
     prepare,
 )
-from stickslip.dynamics.biped.model import Fidelity
+from stickslip.dynamics.biped.settings import Fidelity
 from stickslip.dynamics.biped.simulation import require_exchange
 from stickslip.dynamics.checks import (
     as_number,

@@ -5,7 +5,6 @@ from functools import partial
 import jax
 import jax.numpy as jnp
 import numpy as np
-import pytest
 
 from stickslip.dynamics.biped import BipedParams, Table, prepare
 from stickslip.dynamics.compilation import IN_A_HURRY, run_once
@@ -27,14 +26,6 @@ def test_the_value_is_the_functions_own_in_and_outside_of_transformations(dtype)
     np.testing.assert_allclose(jax.vmap(lambda x: quick(3, x))(x), expected, **near)
     slope = jax.vmap(jax.grad(lambda x: quick(3, x)))(x)
     np.testing.assert_allclose(slope, jax.vmap(jax.grad(lambda x: wave(3, x)))(x), **near)
-
-
-def test_numbers_at_hand_do_inside_of_a_trace():
-    quick, x = run_once(wave, fixed=1), np.float32(0.3)
-    assert jax.jit(lambda y: y + quick(2, x))(1.0) == pytest.approx(1 + float(wave(2, x)), rel=1e-6)
-    assert jax.grad(lambda y: y * quick(2, x))(1.0) == pytest.approx(float(wave(2, x)), rel=1e-6)
-    with jax.ensure_compile_time_eval():
-        assert float(quick(2, x)) == pytest.approx(float(wave(2, x)), rel=1e-6)
 
 
 def options_asked(monkeypatch, call):

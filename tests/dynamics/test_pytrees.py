@@ -5,7 +5,6 @@ from itertools import combinations
 from pathlib import Path
 
 import jax
-import pytest
 
 from stickslip.dynamics import register_pytree
 from tests.dataclasses_found import dataclasses_of_the_package
@@ -65,18 +64,6 @@ def test_structures_tell_static_fields_and_name_paths():
     assert hash(structure) == hash(jax.tree.structure(Parted("a", 5.0)))
     paths = [jax.tree_util.keystr(path) for path, _ in jax.tree_util.tree_leaves_with_path(tree)]
     assert paths == [".number", ".twice"]
-
-
-def test_trees_are_put_together_without_the_constructor():
-    axes = jax.tree.map(lambda _: "an axis", Parted("a", 1.0))
-    assert (axes.kind, axes.number, axes.twice) == ("a", "an axis", "an axis")
-    assert jax.tree.unflatten(*jax.tree.flatten(Parted("a", 3.0))[::-1]) == Parted("a", 3.0)
-
-
-@pytest.mark.parametrize("given", [3, int, Parted("a", 1.0)], ids=repr)
-def test_what_is_no_dataclass_is_refused(given):
-    with pytest.raises(TypeError, match="accepted: a class made by @dataclass"):
-        register_pytree(given)
 
 
 def test_nothing_is_registered_by_jaxs_own_decorator():

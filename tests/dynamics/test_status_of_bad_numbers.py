@@ -66,21 +66,6 @@ def test_a_number_that_is_none_spoils_no_other(name):
                 assert getattr(after, other)[i] == np.float32(SOUND[other]), (name, value, other)
 
 
-def test_a_crank_angle_that_none_supports_has_no_solution():
-    _, contact = stepped()
-    for value in (1e30, -1e30):
-        assert contact.status[ROWS.index(("phase", value))] == Status.NO_SOLUTION
-
-
-def test_time_does_not_run_where_nothing_moves():
-    after, contact = stepped()
-    assert after.time[ROWS.index(("dt", -1e30))] == np.float32(0.5)
-    assert after.time[ROWS.index(("dt", np.nan))] == np.float32(0.5)
-    over = contact.status > Status.SLIP_ONSET
-    kept = np.isfinite(after.time)
-    assert np.all(after.time[over & kept & (after.time < 1e29)] <= np.float32(0.51))
-
-
 def test_forces_at_an_instant_mark_every_number_that_is_none():
     names = ("phase", "crank_rate", "foot_velocity", "torque", "mu_static", "mu_kinetic")
     rows = np.full((len(names) * len(BAD), len(names)), [SOUND[name] for name in names], np.float32)

@@ -7,14 +7,14 @@ runs from 0 to 1.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.contact import CrankMotion
-from stickslip.dynamics.biped.stepping.walk import Midpoint
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, CrankMotion
+from stickslip.dynamics.biped.stepping.walk import Midpoint, within_turn
 from stickslip.dynamics.scene import Smoothed
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, Motion, System
+    from stickslip.dynamics.biped.settings import EventExact
     from stickslip.dynamics.biped.stepping.walk import Walk
 
     Samples = Sequence[Float[Array, ""]]
@@ -43,7 +44,7 @@ class Taken(NamedTuple):
     middle: Midpoint
     work: Float[Array, ""] | None
     """Work of the motor [J], where its torque is not given."""
-    errors: Float[Array, " 4"] | None
+    errors: Any
     """Estimated errors of theta, rate, slide and velocity, where there are estimates."""
 
 
@@ -174,26 +175,16 @@ _ROWS = (
         11237099 / 470086768,
     ),
 )
-_TABLEAU = np.array([row + (0.0,) * (8 - len(row)) for row in _ROWS])
-_ERROR = np.array(
-    [71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40, 0.0]
-)
+TABLEAU = np.array([row + (0.0,) * (8 - len(row)) for row in _ROWS])
+ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40, 0.0])
 _END = 6
 
 
 def dormand_prince_step(system: System, friction: Friction | None, mode, walk: Walk, step) -> Taken:
     """A fifth-order step with error estimates; the eight stages are one loop (see above)."""
     dtype = walk.phase.dtype
-    tableau = jnp.asarray(_TABLEAU, dtype)
-    at_start = jnp.stack(
-        [
-            walk.phase,
-            walk.crank_rate,
-            walk.foot_position,
-            walk.foot_velocity,
-            jnp.zeros_like(walk.phase),
-        ]
-    )
+    tableau = jnp.asarray(TABLEAU, dtype)
+    at_start = jnp.stack([*walk[:4], jnp.zeros_like(walk.phase)])
 
     def stage(slopes, index):
         theta, rate, slide, velocity, work = at_start + step * _weighted(tableau[index], slopes)
@@ -212,7 +203,7 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
     theta, rate, slide, velocity, work = (column[_END] for column in places)
     end, middle = (jax.tree.map(lambda row, at=at: row[at], motions) for at in (_END, _END + 1))
     inertia = jax.tree.map(lambda row: row[_END], inertias)
-    errors = step * _weighted(jnp.asarray(_ERROR, dtype), slopes[:, :4])
+    errors = step * _weighted(jnp.asarray(ERROR, dtype), slopes[:, :4])
     return Taken(
         phase=theta,
         crank_rate=rate,
@@ -229,6 +220,31 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
 def _weighted(weights: Float[Array, " stages"], slopes: Float[Array, "stages n"]):
     """Sum of the slopes by their weights; no matrix product, which would be no part of a kernel."""
     return jnp.sum(weights[:, None] * slopes, axis=0)
+
+
+def next_size(spec: EventExact, system: System, walk: Walk, taken: Taken, step):
+    """The next step's size by the estimated error, and whether this step fails its tolerance.
+
+    Sizes are choices, not functions of the state: no derivative goes through them.
+    """
+    dtype = step.dtype
+    rtol = max(spec.rtol, 32 * float(jnp.finfo(dtype).eps))
+    before, after = jnp.stack(walk[:4]), jnp.stack(taken[:4])
+    # what roundings of the weight make of a step: near rest nothing is known to a part of itself
+    gravity = jnp.asarray(system.model.gravity, dtype)
+    turn = gravity / system.model.step_length
+    known = jnp.stack([turn * step**2, turn * step, gravity * step**2, gravity * step])
+    rounded = EDGE_ROUNDINGS * jnp.finfo(dtype).eps * known
+    allowed = spec.atol + rtol * jnp.maximum(jnp.abs(before), jnp.abs(after)) + rounded
+    worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
+    worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)
+    factor = jnp.clip(0.9 * jnp.maximum(worst, 1e-10) ** -0.2, 0.2, 5.0)
+    fails = (worst > 1) & (step > system.tiny())
+    kept = jax.lax.stop_gradient(jnp.maximum(walk.size, step))  # a step cut short says little
+    plain = jax.lax.stop_gradient(step)
+    size = jnp.where(fails, plain * factor, jnp.where(step < walk.size, kept, plain * factor))
+    rate = jnp.where(jnp.isfinite(taken.crank_rate), taken.crank_rate, walk.crank_rate)
+    return within_turn(spec, size, rate), fails
 
 
 class Crossing(NamedTuple):

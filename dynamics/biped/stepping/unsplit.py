@@ -14,13 +14,12 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import friction_on
-from stickslip.dynamics.biped.stepping.integrators import RK4, Euler, Unsplit
+from stickslip.dynamics.biped.settings import RK4, Euler, Unsplit
 from stickslip.dynamics.biped.stepping.stages import classical_step
 from stickslip.dynamics.biped.stepping.walk import (
-    Sample,
     Walk,
     bounds,
-    ground_at,
+    ground_of,
     hand_over,
     lever_at,
     mode_at,
@@ -87,19 +86,15 @@ def _part(
         reached = _uniformly_accelerated(walk, first, step)
     else:
         reached = _semi_implicit(walk, first, step)
-    sound = jnp.isfinite(
-        reached.phase + reached.crank_rate + reached.foot_position + reached.foot_velocity
-    )
-    sample = Sample(walk.phase, walk.crank_rate, first, inertia)
-    ground = ground_at(system, lever_at(system, walk.phase), sample)
-    found = status_at(system, walk, first, ground, step, reached.phase, sound)
+    ground = ground_of(system, walk.crank_rate, first, lever_at(system, walk.phase))
+    found = status_at(system, walk, first, ground, step, reached[:4])
     # A second part of no length and a walk that has ended change no status.
     judged = (step > 0) & (walk.status <= Status.SLIP_ONSET)
     found = jnp.where(judged, found, Status.OK)
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)
     slips = runs & (walk.foot_velocity == 0) & (mode != 0)
-    moved = note(walk, slips, jnp.full_like(status, EventKind.SLIP))
+    moved = note(walk, slips, EventKind.SLIP)
     rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
     if not slips_freely(system.scene):
         reached, rest, stops = _stopped(spec, walk, first, mode, reached, step)
@@ -113,8 +108,7 @@ def _part(
         work=walk.work + reached.work,
         positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
     )
-    moved = note(moved, runs & stops, jnp.full_like(status, EventKind.STICK))
-    moved = on_its_patch(system.model, system.scene, moved)
+    moved = on_its_patch(system, note(moved, runs & stops, EventKind.STICK))
     stays = walk._replace(status=status)
     return jax.tree.map(lambda new, old: jnp.where(runs, new, old), moved, stays), rest
 
@@ -171,5 +165,4 @@ def _exchange(system: System, walk: Walk, running: Bool[Array, ""]) -> Walk:
     """Hand over the support if a step that was taken went past the end of the support phase."""
     low, high = bounds(walk.phase.dtype)
     passed = running & ((walk.phase > high) | (walk.phase < low))
-    walk = note(walk, passed, jnp.full_like(walk.status, EventKind.EXCHANGE))
-    return hand_over(system, walk, passed)
+    return hand_over(system, note(walk, passed, EventKind.EXCHANGE), passed)

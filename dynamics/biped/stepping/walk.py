@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -11,19 +11,21 @@ import jax.numpy as jnp
 from stickslip.dynamics.biped.contact import Torque, ankle_moment, fall_under, mode_of, patch_at
 from stickslip.dynamics.biped.inertia import GroundMoment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
-from stickslip.dynamics.biped.stepping.integrators import EventExact, RK4Split
+from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.numeric import all_finite
 from stickslip.dynamics.scene import Grip, Patches, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, Motion, System
     from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.settings import Integrator
     from stickslip.dynamics.biped.state import BipedState
-    from stickslip.dynamics.biped.stepping.integrators import Integrator
     from stickslip.dynamics.scene import Scene
 
 
@@ -55,7 +57,7 @@ class Walk(NamedTuple):
     """Time still to go; the call ends at 0 or at a terminal status."""
     aim: Float[Array, ""]
     """Length of the next trial."""
-    size: Float[Array, ""] | None
+    size: Any
     """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
     target: Int[Array, ""]
     """Kind of event that the next trial is aimed at."""
@@ -82,43 +84,37 @@ def mode_at(
     return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
 
 
-def start(
-    model: BipedModel,
-    scene: Scene,
-    state: BipedState,
-    duration: Float[Array, ""],
-    spec: Integrator,
-    dtype: DTypeLike,
-) -> Walk:
-    """The running state at the beginning of a call."""
+def start(spec: Integrator, system: System, state: BipedState) -> Walk:
+    """The running state at the beginning of a call; its status is OK or the error of the input."""
+    duration, model = system.duration, system.model
+    dtype = duration.dtype
     zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
     value = partial(jnp.asarray, dtype=dtype)
-    steps = jnp.asarray(state.steps, jnp.int32)
-    rate = value(state.crank_rate)
-    slide, velocity = value(state.foot_position), value(state.foot_velocity)
-    log, size = None, None
+    rate, log, size, aim = value(state.crank_rate), None, None, duration
     if spec.record_events:
         rows = spec.log_size
         log = EventLog(jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
-    aim = duration
     if isinstance(spec, EventExact):  # a first step that is seldom too long
         size = jnp.minimum(duration, 0.05 * spec.rtol**0.2)
         aim = within_turn(spec, size, rate)
     elif isinstance(spec, RK4Split):
         aim = duration / spec.substeps
+    given = (state, system.drive, duration, system.scene.floor, model.total_mass, model.step_length)
+    phase = value(state.phase)
+    status = jnp.where(_supports(phase), none, Status.NO_SOLUTION)
     walk = Walk(
-        phase=value(state.phase),
+        phase=phase,
         crank_rate=rate,
-        foot_position=slide,
-        foot_velocity=velocity,
-        steps=steps,
+        foot_position=value(state.foot_position),
+        foot_velocity=value(state.foot_velocity),
+        steps=jnp.asarray(state.steps, jnp.int32),
         patch=none,
         left=duration,
         aim=aim,
         size=size,
         target=none,
         breakaway=zero,
-        status=none,
+        status=jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32),
         switches=none,
         distance=zero,
         work=zero,
@@ -126,17 +122,17 @@ def start(
         trials=none - 1,  # the blank trial before the first is settled, too
         log=log,
     )
-    return on_its_patch(model, scene, walk)
+    return on_its_patch(system, walk)
 
 
-def on_its_patch(
-    model: BipedModel, scene: Scene, walk: Walk, where: Bool[Array, ""] | bool = True
-) -> Walk:
+def on_its_patch(system: System, walk: Walk, where: Bool[Array, ""] | bool = True) -> Walk:
     """The walk with its patch looked up by the foot's place on the floor, where `where`."""
-    if not isinstance(scene.floor, Patches):
+    floor = system.scene.floor
+    if not isinstance(floor, Patches):
         return walk
-    place = walk.steps.astype(walk.foot_position.dtype) * model.step_length + walk.foot_position
-    found = patch_at(scene.floor, place, walk.foot_velocity)
+    steps = walk.steps.astype(walk.foot_position.dtype)
+    place = steps * system.model.step_length + walk.foot_position
+    found = patch_at(floor, place, walk.foot_velocity)
     return walk._replace(patch=jnp.where(where, found, walk.patch))
 
 
@@ -153,45 +149,38 @@ def bounds(dtype: DTypeLike) -> tuple[Float[Array, ""], Float[Array, ""]]:
     return jnp.asarray(SUPPORT_START, dtype), jnp.asarray(SUPPORT_END, dtype)
 
 
+def _supports(phase: Float[Array, ""]) -> Bool[Array, ""]:
+    """True if the leg carries the weight at this crank angle, or nearly."""
+    low, high = bounds(phase.dtype)
+    return (phase > low - PHASE_SLACK) & (phase < high + PHASE_SLACK)
+
+
 def status_at(
     system: System,
     walk: Walk,
     first: Motion,
     ground: Ground,
     step: Float[Array, ""],
-    theta: Float[Array, ""],
-    sound: Bool[Array, ""],
+    end: Sequence[Float[Array, ""]],
 ) -> Int[Array, ""]:
-    """Status of a step to crank angle `theta`: the model holds at its start, the step is valid.
+    """Status of a step: the model holds at its start, the step is valid.
 
-    sound: the numbers at the step's end are finite. The gravest word comes last, so that a step
+    end: the numbers at its end, the crank angle first. The gravest word comes last, so that a step
     that overflows says the same in every precision.
     """
-    turn = jnp.maximum(jnp.abs(walk.crank_rate) * step, jnp.abs(theta - walk.phase))
+    turn = jnp.maximum(jnp.abs(walk.crank_rate) * step, jnp.abs(end[0] - walk.phase))
     begins = walk.phase + walk.crank_rate + walk.foot_position + walk.foot_velocity
-    # a drive that is no number makes an acceleration that is none
+    # a torque that is no number makes an acceleration that is none
     begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
+    sound = jnp.isfinite(sum(end[1:], end[0]))
     status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
     coarse = ~(turn <= jnp.pi / 2)  # a turn that is no number, too
     status = jnp.where(coarse, Status.NOT_CONVERGED, status)
-    ended = status_now(system, ground)
+    ended = _status_now(system, ground)
     status = jnp.where(ended > Status.OK, ended, status)
-    low, high = bounds(walk.phase.dtype)
-    supports = (walk.phase > low - PHASE_SLACK) & (walk.phase < high + PHASE_SLACK)
-    solvable = system.model.closes & supports
+    solvable = system.model.closes & _supports(walk.phase)
     status = jnp.where(solvable, status, Status.NO_SOLUTION)
     return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
-
-
-def entry_status(system: System, walk: Walk, state: BipedState) -> Int[Array, ""]:
-    """The status of a call before anything moves: OK, or the error of the input."""
-    low, high = bounds(walk.phase.dtype)
-    supports = (walk.phase > low - PHASE_SLACK) & (walk.phase < high + PHASE_SLACK)
-    status = jnp.where(supports, walk.status, Status.NO_SOLUTION)
-    model = system.model
-    given = (state, system.drive, system.duration, system.scene.floor)
-    given += (model.total_mass, model.step_length)
-    return jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32)
 
 
 def hand_over(
@@ -214,16 +203,14 @@ def hand_over(
         steps=walk.steps + turn,
         status=jnp.where(stops, word, walk.status).astype(jnp.int32),
     )
-    return on_its_patch(model, scene, walk, exchange if landed is None else landed)
+    return on_its_patch(system, walk, exchange if landed is None else landed)
 
 
-def note(
-    walk: Walk, happens: Bool[Array, ""], kind: Int[Array, ""], left: Float[Array, ""] | None = None
-) -> Walk:
-    """Count an event, and write it down where events are recorded; left: when, default now."""
+def note(walk: Walk, happens: Bool[Array, ""], kind: Int[Array, ""] | EventKind) -> Walk:
+    """Count an event, and write it down where events are recorded."""
+    kind = jnp.full_like(walk.status, kind)
     log = walk.log
     if log is not None:
-        when = walk.left if left is None else left
         angle = walk.phase + jnp.pi * walk.steps.astype(walk.phase.dtype)
         place = jnp.minimum(walk.switches, log.left.shape[0] - 1)
         log = jax.tree.map(
@@ -231,7 +218,7 @@ def note(
                 jnp.where(happens, new.astype(row.dtype), row[place])
             ),
             log,
-            EventLog(when, kind, angle),
+            EventLog(walk.left, kind, angle),
         )
     slips = happens & (kind == EventKind.SLIP)
     return walk._replace(
@@ -274,52 +261,39 @@ class Ending(NamedTuple):
     margins: tuple[Array, Array, Array]
 
 
-class Sample(NamedTuple):
-    """An instant of a trial step; inertia None in the middle."""
-
-    phase: Float[Array, ""]
-    crank_rate: Float[Array, ""]
-    motion: Motion | Midpoint
-    inertia: Coefficients | None
-
-
 def lever_at(system: System, theta: Float[Array, ""]) -> GroundMoment | None:
     """Terms of the ground's moment; None where toppling is not detected."""
     judged = system.scene.outputs != "state"
     return system.model.inertia.moment_at(theta) if judged else None
 
 
-def ground_at(system: System, lever: GroundMoment | None, sample: Sample) -> Ground:
+def ground_of(
+    system: System,
+    crank_rate: Float[Array, ""],
+    motion: Motion | Midpoint,
+    lever: GroundMoment | None,
+) -> Ground:
     """Ground forces of a motion, from which the ends are detected."""
-    motion, moment = sample.motion, None
+    moment = None
     if lever is not None:
         accelerations = motion.crank_acceleration, motion.foot_acceleration
-        moment = ankle_moment(system.model, lever, sample.crank_rate, *accelerations)
-    return Ground(sample.crank_rate, motion.normal_force, motion.solvability, moment)
+        moment = ankle_moment(system.model, lever, crank_rate, *accelerations)
+    return Ground(crank_rate, motion.normal_force, motion.solvability, moment)
 
 
-def grounds_of(
-    system: System, lever: GroundMoment | None, samples: tuple[Sample, Sample, Sample]
-) -> tuple[Ground, Ground, Ground]:
-    """Ground forces at the start (whose lever is given), middle and end of a trial step."""
-    levers = None, None, None
-    if lever is not None:
-        levers = lever, *_levers(system, lever, samples[0], samples[2])
-    grounds = [ground_at(system, a, b) for a, b in zip(levers, samples, strict=True)]
-    return grounds[0], grounds[1], grounds[2]
+def levers_of(
+    system: System, phases: Sequence[Float[Array, ""]], now: Coefficients, later: Coefficients
+) -> tuple[GroundMoment | None, ...]:
+    """Moment terms at the start, middle and end of a trial step, with the inertia at its ends.
 
-
-def _levers(
-    system: System, first: GroundMoment, start: Sample, end: Sample
-) -> tuple[GroundMoment, GroundMoment]:
-    """Moment terms in the middle and at the end, with one evaluation of L: P and Y are slopes of
-    the mass moments, and in between are Hermite's cubics. Errors as the turn's fifth power, and in
-    the middle its fourth."""
-    inertia, later = start.inertia, end.inertia
-    if inertia is None or later is None:
-        raise TypeError("the inertia at both ends of a step is needed")
-    L, dL = system.model.inertia.spin_at(end.phase)
-    turn = end.phase - start.phase
+    L is evaluated at the ends alone: P and Y are slopes of the mass moments, and in between are
+    Hermite's cubics. Errors as the turn's fifth power, and in the middle its fourth.
+    """
+    first = lever_at(system, phases[0])
+    if first is None:
+        return None, None, None
+    L, dL = system.model.inertia.spin_at(phases[2])
+    turn = phases[2] - phases[0]
     enough = jnp.abs(turn) > 1e-3  # below, a difference of L has no digits and is not needed
     mean = (first.dL + dL) / 2
     secant = jnp.where(enough, (L - first.L) / jnp.where(enough, turn, 1.0), mean)
@@ -330,15 +304,15 @@ def _levers(
     def risen(a: Array, slope: Array, slope_after: Array, bend: Array, bend_after: Array) -> Array:
         return a + turn * ((slope + slope_after) / 2 + turn / 12 * (bend - bend_after))
 
-    X = risen(first.X, inertia.P, later.P, inertia.dP, later.dP)
-    Y = risen(first.Y, inertia.Y, later.Y, inertia.dY, later.dY)
+    X = risen(first.X, now.P, later.P, now.dP, later.dP)
+    Y = risen(first.Y, now.Y, later.Y, now.dY, later.dY)
     middle = GroundMoment(
         halfway(first.L, L, first.dL, dL),
         1.5 * secant - mean / 2,
-        halfway(first.X, X, inertia.P, later.P),
-        halfway(first.Y, Y, inertia.Y, later.Y),
+        halfway(first.X, X, now.P, later.P),
+        halfway(first.Y, Y, now.Y, later.Y),
     )
-    return middle, GroundMoment(L, dL, X, Y)
+    return first, middle, GroundMoment(L, dL, X, Y)
 
 
 def _off_foot(model: BipedModel, normal: Array, moment: Array) -> Bool[Array, ""]:
@@ -346,7 +320,7 @@ def _off_foot(model: BipedModel, normal: Array, moment: Array) -> Bool[Array, ""
     return (moment > model.toe * normal) | (-moment > model.heel * normal)
 
 
-def status_now(system: System, at: Ground) -> Int[Array, ""]:
+def _status_now(system: System, at: Ground) -> Int[Array, ""]:
     """OK, or the most severe end at this instant."""
     status = jnp.zeros_like(at.normal, jnp.int32)
     if at.moment is not None:
@@ -358,7 +332,7 @@ def status_now(system: System, at: Ground) -> Int[Array, ""]:
     return jnp.where(at.solvability > 0, status, Status.NO_SOLUTION).astype(jnp.int32)
 
 
-def first_ending(system: System, samples: tuple[Ground, Ground, Ground]) -> Ending:
+def first_ending(system: System, samples: Sequence[Ground]) -> Ending:
     """The end whose margin is the first to cross zero along straight lines through the samples."""
     normals = [at.normal for at in samples]
     moments = [at.moment for at in samples if at.moment is not None]

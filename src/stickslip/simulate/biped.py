@@ -19,7 +19,7 @@ from stickslip.dynamics.biped import (
     BipedState,
     EventExact,
 )
-from stickslip.dynamics.biped.setting import precision
+from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_number
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.optim.columns import columns_of

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.agents.biped.pictures import LEAST_SLID, Course, momentum_of
 from stickslip.agents.pictures.plots import plot_panels
-from stickslip.dynamics.biped.setting import precision
+from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.scene import Smoothed
 from stickslip.envs.biped.picture import under_foot

@@ -18,7 +18,8 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.setting import own_time, precision
+from stickslip.dynamics.biped.params import own_time
+from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.status import Status

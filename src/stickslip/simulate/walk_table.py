@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import JOINT_FORCES, floor_position
-from stickslip.dynamics.biped.setting import precision
+from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import centre_of_mass

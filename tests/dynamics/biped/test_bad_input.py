@@ -12,7 +12,6 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     BipedParams,
     BipedState,
-    Table,
     simulate,
     step,
 )
@@ -42,40 +41,27 @@ def replaced(**changes):
 BAD = {
     # what: (call, field, given, accepted)
     "mu_k > mu_s": (lambda: Scene.uniform(0.1, 0.2), "mu_kinetic", "0.2", "mu_static"),
-    "negative friction": (lambda: Scene.uniform(-0.1), "mu_static", "-0.1", "0 <="),
     "friction a word": (lambda: Scene.uniform("ice"), "mu_static", "'ice'", "finite"),
     "edges in no order": (
         lambda: Scene.patches([0.6, 0.3], [1, 2, 3]), "edges", "0.6", "increasing"
     ),
-    "too few coefficients": (lambda: Scene.patches([0.3], [0.5]), "mu_static", "(1,)", "2"),
-    "unknown steps": (lambda: Scene.grip(steps="two"), "steps", "'two'", "'one'"),
     "unknown floor": (lambda: Scene("ice").validate(), "floor", "'ice'", "Grip"),
-    "gravity upwards, by dataclasses.replace": (
-        lambda: replace(default_params("float32"), gravity=-9.81), "gravity", "-9.81", "> 0"
-    ),
     "a list, by dataclasses.replace": (
         lambda: replace(default_params("float32"), payload=[1.0]), "payload", "[1.0]", "array"
     ),
     "zero length": (lambda: bars(crank_length=0.0), "crank", "0.0", "> 0"),
-    "infinite length": (lambda: bars(crank_length=np.inf), "crank_length", "inf", "finite"),
     "negative mass": (lambda: bars(hip_mass=-0.7), "hip_mass", "-0.7", ">= 0"),
     "no mass at all": (
         lambda: bars(bar_density=0.0, hip_mass=0.0, foot_mass=0.0), "total mass", "0.0", "> 0",
     ),
-    "no gravity": (lambda: bars(gravity=0.0), "gravity", "0.0", "> 0"),
-    "one negative mass": (
-        lambda: replaced(mass=np.r_[np.ones(12), -2.0]), "mass", "-2.0", ">= 0",
-    ),
     "too few masses": (lambda: replaced(mass=np.ones(12)), "mass", "(12,)", "(13,)"),
     "unknown field": (lambda: replaced(shin=1.0), "shin", "'shin'", "tibia"),
-    "dt of zero": (lambda: one_step(0.0), "dt", "0.0", "> 0"),
     "no duration": (lambda: walk(duration=0.0), "duration", "0.0", "> 0"),
     "too few torques": (lambda: walk(torque=jnp.ones(7)), "torque", "(7,)", "100"),
     "unknown fidelity": (lambda: walk(fidelity="coarse"), "fidelity", "'coarse'", "'table'"),
     "unknown integrator": (
         lambda: walk(integrator="leapfrog"), "integrator", "'leapfrog'", "'rk4_split'"
     ),
-    "no pieces": (lambda: Table(pieces=0), "pieces", "0", "1"),
     "phase out of range": (
         lambda: walk(state=BipedState(phase=0.3)), "phase", "0.3", "pi/2 to 3 pi/2",
     ),

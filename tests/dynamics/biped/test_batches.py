@@ -77,13 +77,6 @@ def test_types_stay_what_they_are(dtype):
         assert leaf.dtype == jnp.int32
 
 
-def test_plain_numbers_run_in_the_robots_type(dtype):
-    model = default_model(dtype=dtype.name)
-    given = Scene.grip(), BipedState(), 1.0, 0.01
-    after, contact = jax.eval_shape(lambda: step(model, *given))  # types are known uncompiled
-    assert {leaf.dtype for leaf in jax.tree.leaves((after, contact))} == {dtype, jnp.dtype("int32")}
-
-
 def test_a_float32_robot_stays_so_where_float64_is_switched_on(float64):
     """Plain numbers, which JAX takes for float64 there, follow the robot."""
     model, scene = default_model(dtype="float32"), Scene.uniform(0.1, 0.05)
@@ -107,3 +100,17 @@ def test_single_precision_walks_like_double(float64):
         a, b = (np.asarray(getattr(t.states, name), float) for t in (single, double))
         assert np.max(np.abs(a - b)) < 2e-4 * max(1.0, np.max(np.abs(b))), name
     np.testing.assert_array_equal(single.contacts.switches, double.contacts.switches)
+
+
+@pytest.mark.long
+def test_ten_thousand_steps_in_single_precision(float64):
+    """Held at 3 rad/s: the crank turns by 150 rad."""
+    ends = []
+    for dtype in ("float32", "float64"):
+        scene, state = Scene.grip(outputs="state"), state_of(dtype, crank_rate=3.0)
+        held = lambda state: 5.0 * (3.0 - state.crank_rate)  # noqa: E731
+        ends.append(simulate(default_model(dtype=dtype), scene, state, held, 50.0, 0.005).final)
+    single, double = (np.float64(end.phase) + np.pi * int(end.steps) for end in ends)
+    assert double > 140
+    assert abs(single - double) < 1e-4
+    np.testing.assert_allclose(ends[0].time, ends[1].time, rtol=6e-8)

@@ -93,15 +93,6 @@ def test_slot_pin_stays_on_the_slot_and_parallelograms_stay_parallel(float64, fa
     np.testing.assert_allclose(stabiliser, foot, atol=1e-14)
 
 
-@settings(max_examples=25)
-@given(factors=PERTURBATIONS)
-def test_supporting_foot_is_flat_at_the_origin(float64, factors):
-    now = along(perturbed(factors), jnp.asarray(ANGLES))
-    np.testing.assert_array_equal(now.pins.E[:, 0], np.zeros((len(ANGLES), 2)))
-    np.testing.assert_allclose(now.angles[:, 0], 0.0, atol=1e-15)
-    np.testing.assert_allclose(now.pins.ankle_bar[:, 0, 1], 0.0, atol=1e-16)
-
-
 def body_ends(now):
     """For every body that is a uniform bar: (number, tail, head) of the pins it lies between."""
     p = now.pins

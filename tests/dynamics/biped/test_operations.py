@@ -11,7 +11,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, prepare, simulate
-from stickslip.dynamics.kernels.one_kernel import SWITCH
+from stickslip.dynamics.kernels.grouping import SWITCH
 
 INSTRUCTION = re.compile(r"^\s+(?:ROOT )?%?[\w.\-]+ = [^=]*? ([a-z][a-z0-9\-]*)\(", re.MULTILINE)
 BOOKKEEPING = {
@@ -158,16 +158,5 @@ def test_grip_takes_less_than_two_thirds_of_the_operations_of_a_floor_that_slips
     assert flops[0] < 0.667 * flops[1]
 
 
-def test_smoothed_friction_takes_fewer_operations_than_switching():
-    assert size("grip") < size("smoothed") < 0.8 * size("uniform")
-
-
 def test_edges_cost_only_where_there_are_edges():
     assert size("uniform") < size("patches")
-
-
-def test_grip_has_no_friction_among_its_numbers():
-    assert jax.tree.leaves(Scene.grip()) == []
-    assert jax.tree.leaves(Scene.grip(steps="one", outputs="state")) == []
-    assert len(jax.tree.leaves(Scene.uniform(0.1))) == 2
-    assert len(jax.tree.leaves(Scene.smoothed(0.1))) == 2

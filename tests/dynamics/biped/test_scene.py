@@ -55,14 +55,6 @@ def test_states_are_the_same_without_forces(float64):
     assert full.contacts.zmp.shape == (COUNT,)
 
 
-def test_a_floor_of_equal_patches_is_a_uniform_floor(float64):
-    begin = state_of(phase=2.0, crank_rate=3.0, foot_velocity=0.2)
-    one = go(Scene.patches([0.003, 0.02], [0.06, 0.06, 0.06]), begin, 0.0)
-    other = go(uniform(0.06), begin, 0.0)
-    assert_same(one.states, other.states, rtol=1e-7, atol=1e-8)  # its steps end at the edges
-    assert int(jnp.sum(one.contacts.switches)) == 2 + int(jnp.sum(other.contacts.switches))
-
-
 def test_a_sliding_foot_takes_the_friction_of_the_side_it_is_on(float64):
     """A walk over an edge is one on the left floor up to it and one on the right floor after."""
     begin, edge, duration = state_of(phase=2.4, crank_rate=1.0, foot_velocity=0.5), 0.02, 0.1
@@ -78,15 +70,6 @@ def test_a_sliding_foot_takes_the_friction_of_the_side_it_is_on(float64):
     over = np.asarray(whole.states.foot_position[1:]) > edge
     np.testing.assert_allclose(ratio[over], -0.02, rtol=1e-12)
     np.testing.assert_allclose(ratio[~over], -0.1, rtol=1e-12)
-
-
-def test_edges_are_found_backwards_too(float64):
-    begin = state_of(phase=2.4, crank_rate=-1.0, foot_position=0.035, foot_velocity=-0.6)
-    whole = go(Scene.patches([0.03], [0.02, 0.1]), begin, -0.5, 0.1, integrator=RECORDING)
-    (time, kind, _), *_ = whole.events()
-    assert kind == "patch"
-    left = go(uniform(0.1), begin, -0.5, time).final
-    np.testing.assert_allclose(left.foot_position, 0.03, atol=1e-11)
 
 
 def test_a_floor_moved_by_whole_steps_is_met_as_many_steps_later(float64):

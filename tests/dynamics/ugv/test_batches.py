@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.kernels.one_kernel import AS_ONE_KERNEL
+from stickslip.dynamics.kernels.grouping import AS_ONE_KERNEL
 from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
 from stickslip.dynamics.ugv.pose_solver import NEWTON
 from stickslip.dynamics.ugv.statics import _equilibrium

@@ -1,18 +1,14 @@
 """Robots of any size and mass walk alike; heavy loads; linkages a hair from not closing."""
 
 from dataclasses import replace
-from functools import lru_cache
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Status
-from stickslip.dynamics.biped import BipedModel, BipedParams, kinematics
-from tests.dynamics.biped.helpers import default_model, default_params, model_of
+from stickslip.dynamics.biped import BipedParams
+from tests.dynamics.biped.helpers import default_model, model_of
 from tests.dynamics.biped.stepping.marching import Start, march
-from tests.dynamics.biped.stepping.test_extremes_friction import long_footed
 
 pytestmark = pytest.mark.long
 
@@ -95,67 +91,3 @@ def test_size_mass_and_gravity_scale_out_bit_for_bit(dtype):
     for name, values in found.items():
         by_robot = values.reshape(len(BINARY), len(WALKS))
         np.testing.assert_array_equal(by_robot, by_robot[:1].repeat(len(BINARY), 0), name)
-
-
-@jax.jit
-def _closure(params, angles):
-    return jax.vmap(lambda angle: kinematics(params, angle).closure)(angles)
-
-
-def least_margin(params: BipedParams) -> float:
-    """Of the loops over the support phase of both legs, to about 1e-12: by zooming in."""
-    low, high = np.pi / 2, 3 * np.pi / 2
-    margins = angles = np.zeros(1)
-    for _ in range(5):
-        angles = np.linspace(low, high, 401)
-        margins = np.asarray(_closure(params, jnp.asarray(angles)))
-        worst, spacing = angles[margins.argmin()], angles[1] - angles[0]
-        low, high = worst - spacing, worst + spacing
-    return float(margins.min())
-
-
-@lru_cache
-def at_margin(field: str, margin: float, way: float) -> BipedParams:
-    """The default robot with one length moved, by bisection, until its loops close by `margin`."""
-    default = float(np.asarray(getattr(default_params(), field)))
-    good, bad = default, default * way
-    for _ in range(60):
-        middle = (good + bad) / 2
-        closes = least_margin(replace(default_params(), **{field: jnp.asarray(middle)})) >= margin
-        good, bad = (middle, bad) if closes else (good, middle)
-    return replace(default_params(), **{field: jnp.asarray(good)})
-
-
-HAIRS = [("stabiliser", 0.2), ("rocker", 0.85), ("upper_tendon", 0.8)]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("field", "way"), HAIRS)
-def test_a_linkage_that_just_closes_walks_and_one_that_just_does_not_is_named(float64, field, way):
-    margins = (1e-3, 1e-6, 1e-8, -1e-8, -1e-6, -1e-3)
-    robots = [at_margin(field, margin, way) for margin in margins]
-    models = [model_of(params) for params in robots]
-    for margin, params, model in zip(margins, robots, models, strict=True):
-        assert least_margin(params) == pytest.approx(margin, rel=1e-3, abs=1e-12)
-        assert bool(model.closes) == (margin > 0), margin
-        if margin > 0:
-            params.validate()
-        else:
-            with pytest.raises(ValueError, match=r"cannot close at crank angle .* closing margin"):
-                params.validate()
-    rows = [
-        Start(1.0, 1.0, 3.0, 1.0, dt=1e-3, count=300, model=replace_feet(model)) for model in models
-    ]
-    end = march(rows, long_footed("float64"), float64)
-    assert np.all(end.sound)
-    fine = {Status.OK, Status.SLIP_ONSET, Status.LIFT_OFF, Status.NO_EXCHANGE}
-    assert set(end.status[:3]) <= fine
-    assert end.status[3:] == [Status.NO_SOLUTION] * 3
-    assert np.all(end.state.phase[3:] == 3.0)
-    assert np.all(end.state.time[3:] == 0)
-
-
-def replace_feet(model: BipedModel) -> BipedModel:
-    """The same robot on feet too long to topple on."""
-    params = replace(model.params, heel=jnp.asarray(1e3), toe=jnp.asarray(1e3))
-    return replace(model, params=params)

@@ -6,15 +6,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import (
     INTEGRATORS,
-    RK4,
     BipedState,
     EventExact,
-    RK4Split,
     simulate,
     step,
 )
@@ -49,33 +46,6 @@ def exact_ending(mu: float, rate: float, torque: float, duration: float) -> np.n
     return ending(EXACT, scene, state_of(phase=2.0, crank_rate=rate), torque, duration, 10)
 
 
-def orders(integrator, mu: float, rate: float, torque: float, duration: float, counts):
-    """Observed order of convergence between successive refinements, of the crank angle."""
-    scene = Scene.uniform(mu, mu * 0.8)
-    exact = exact_ending(mu, rate, torque, duration)
-    state = state_of(phase=2.0, crank_rate=rate)
-    errors = [
-        abs(ending(integrator, scene, state, torque, duration, count)[0] - exact[0])
-        for count in counts
-    ]
-    return np.log2(np.array(errors[:-1]) / np.array(errors[1:])), errors
-
-
-def test_unsplit_runge_kutta_falls_to_first_order_where_the_foot_slips_and_the_split_one_does_not(
-    float64,
-):
-    """Errors at 1280 steps of 1.25 ms and at half the step size, averaged over a few starts."""
-    worst = {}
-    for name, integrator in (("rk4", RK4()), ("rk4_split", RK4Split())):
-        errors = [
-            orders(integrator, 0.06, rate, 0.0, 1.2, (480, 1920))[1] for rate in (2.6, 3.0, 3.4)
-        ]
-        worst[name] = np.max(errors, axis=0)
-    assert worst["rk4_split"][1] < 1e-9
-    assert worst["rk4"][1] > 1e3 * worst["rk4_split"][1]
-    assert 1.5 < worst["rk4"][0] / worst["rk4"][1] < 40  # four times finer: order 1, not 4 (256)
-
-
 @pytest.mark.parametrize("index", range(6))
 def test_event_exact_meets_every_reference_trajectory(float64, reference, index):
     case = reference["trajectories"][index]
@@ -93,38 +63,6 @@ def test_event_exact_meets_every_reference_trajectory(float64, reference, index)
     assert [kind for _, kind, _ in events] == [kind for _, kind, _ in case["events"]]
     times = [time for time, *_ in events]
     assert times == pytest.approx([time for time, *_ in case["events"]], abs=3e-11)
-
-
-def test_event_exact_finds_the_onset_that_scipy_finds(float64):
-    """An independent solver and root finder on the sticking equation alone."""
-    model = default_model()
-    mu, torque, rate = 0.06, 0.0, 3.0
-
-    @jax.jit
-    def instant(theta, w):
-        M, dM, P, dP, Y, dY = model.inertia.at(theta)
-        alpha = (torque - dM * w**2 / 2 - model.gravity * Y) / M
-        normal = model.total_mass * model.gravity + Y * alpha + dY * w**2
-        return alpha, mu * normal - jnp.abs(P * alpha + dP * w**2)
-
-    def slope(_, y):
-        return [y[1], float(instant(*map(jnp.asarray, y))[0])]
-
-    def cone(_, y):
-        return float(instant(*map(jnp.asarray, y))[1])
-
-    cone.terminal = True  # pyright: ignore[reportFunctionMemberAccess]
-    found = solve_ivp(
-        slope, (0, 1.0), [2.0, rate], method="DOP853", events=cone, rtol=1e-12, atol=1e-13
-    )
-    walk = simulate(
-        model, Scene.uniform(mu, 0.05), state_of(phase=2.0, crank_rate=rate), torque, 0.5, 0.05,
-        integrator=EXACT,
-    )  # fmt: skip
-    time, kind, angle = walk.events()[0]
-    assert kind == "slip"
-    assert time == pytest.approx(found.t_events[0][0], abs=1e-9)
-    assert angle == pytest.approx(found.y_events[0][0][0], abs=1e-9)
 
 
 def test_event_exact_s_error_follows_its_tolerance(float64):
@@ -176,7 +114,7 @@ def member(trajectory, start: str):
 @pytest.mark.parametrize("name", INTEGRATORS)
 @pytest.mark.parametrize("start", ["forwards", "backwards"])
 def test_a_foot_breaks_loose_slides_and_comes_to_rest_walking_either_way(float64, name, start):
-    """At rest means exactly 0; friction takes energy out; the motor gives none."""
+    """At rest means exactly 0; friction acts against the slide."""
     walk = member(walks(name, "float64"), start)
     velocity, contacts = walk.states.foot_velocity, walk.contacts
     assert int(walk.contacts.status.max()) == Status.SLIP_ONSET
@@ -186,20 +124,6 @@ def test_a_foot_breaks_loose_slides_and_comes_to_rest_walking_either_way(float64
     assert np.all(np.abs(contacts.friction_force)[rest] <= 0.0605 * contacts.normal_force[rest])
     against = contacts.friction_force * np.sign(velocity[1:])
     assert np.all(against[(contacts.mode != 0) & ~rest] < 0)
-    energy = _energies(walk.states)
-    lost = energy[0] - energy[-1]
-    dissipated = 0.05 * np.sum(contacts.slide_distance * contacts.normal_force)
-    assert lost == pytest.approx(dissipated, rel=0.1)  # by a sum over 2 ms steps
-
-
-def _energies(states: BipedState) -> np.ndarray:
-    """Kinetic and potential [J]."""
-    model = default_model()
-    M, _, P, _, _, _ = jax.vmap(model.inertia.at)(jnp.asarray(states.phase))
-    height = jax.vmap(model.inertia.moment_at)(jnp.asarray(states.phase)).Y
-    w, v = states.crank_rate, states.foot_velocity
-    kinetic = (M * w**2 + 2 * P * w * v + model.total_mass * v**2) / 2
-    return np.asarray(kinetic + model.gravity * height)
 
 
 @pytest.mark.parametrize("name", ["euler", "rk4_split", "event_exact"])

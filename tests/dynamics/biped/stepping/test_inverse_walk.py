@@ -9,7 +9,6 @@ from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import (
     RK4Split,
     inverse_dynamics,
-    simulate,
     simulate_inverse,
 )
 from tests.dynamics.biped.helpers import default_model, default_params, inertia_along, state_of
@@ -77,24 +76,3 @@ def test_the_motor_s_work_is_the_change_of_energy_and_what_friction_takes(float6
     assert np.abs(slide).max() > 1e-3
     assert lost > 0.005
     assert work - float(energy[-1] - energy[0]) == pytest.approx(lost, rel=0.02)
-
-
-def test_forward_dynamics_under_the_needed_torque_gives_the_prescribed_motion_back(float64):
-    """The mean torque of each step held, from a slide to its stop and on at rest.
-
-    Not from a foot at rest that slips: mu_static > mu_kinetic leaves sticking possible, too, under
-    the torque that the slide needs.
-    """
-    prescribed = walk(0.5, 0.4, foot_velocity=-0.1)
-    scene = Scene.uniform(jnp.asarray(0.5), jnp.asarray(0.4))
-    state = state_of(phase=np.pi / 2, crank_rate=RATE, foot_velocity=-0.1)
-    turned = np.diff(np.asarray(prescribed.states.crank_angle))
-    torques = jnp.asarray(np.asarray(prescribed.contacts.work) / turned)
-    size = DURATION / COUNT
-    again = simulate(default_model(), scene, state, torques, DURATION, size, integrator=EVENTS)
-    quarter = COUNT // 4
-    np.testing.assert_allclose(again.states.crank_rate[:quarter], RATE, atol=5e-3)
-    slides = [np.asarray(w.states.foot_position)[:quarter] for w in (again, prescribed)]
-    assert np.abs(slides[1]).max() > 1e-3
-    np.testing.assert_allclose(*slides, atol=1e-5)
-    assert [w.events()[0][1] for w in (again, prescribed)] == ["stick", "stick"]

@@ -6,10 +6,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.integrate import RK45
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import RK4, Euler, SemiImplicitEuler, step
-from stickslip.dynamics.biped.stepping import stages as tableaux
+from stickslip.dynamics.biped.stepping import stages
 from tests.dynamics.biped.helpers import default_model, forward, state_of
 
 MU = 0.5, 0.4
@@ -103,49 +104,11 @@ def test_a_foot_that_would_turn_back_stops_after_v_squared_over_2_a(
     np.testing.assert_allclose(found[:2], want[:2], rtol=1e-11)
 
 
-def trees(order: int) -> list[tuple]:
-    """Rooted trees of so many nodes, each a sorted tuple of its branches."""
-
-    def forests(nodes: int, largest: tuple | None) -> list[tuple]:
-        if nodes == 0:
-            return [()]
-        found = []
-        for size in range(1, nodes + 1):
-            for tree in trees(size):
-                if largest is None or tree <= largest:
-                    found += [(tree, *others) for others in forests(nodes - size, tree)]
-        return found
-
-    return forests(order - 1, None)
-
-
-def size_of(tree: tuple) -> int:
-    return 1 + sum(map(size_of, tree))
-
-
-def gamma(tree: tuple) -> int:
-    """Density: the product of the sizes of all subtrees."""
-    return size_of(tree) * int(np.prod([gamma(branch) for branch in tree]))
-
-
-def sums(matrix: np.ndarray, tree: tuple) -> np.ndarray:
-    """The elementary weight at every stage, the stage's own sum left out."""
-    one = np.ones(len(matrix))
-    return np.prod([one, *(matrix @ sums(matrix, branch) for branch in tree)], axis=0)
-
-
-def test_dormand_and_prince_s_rows_have_the_orders_that_they_are_used_for():
-    """Of the step 5, of the midpoint 4; the error is of order 5 alone (Butcher's conditions)."""
-    matrix, error, end = tableaux._TABLEAU, tableaux._ERROR, tableaux._END
-    assert [len(trees(order)) for order in range(1, 6)] == [1, 1, 2, 4, 9]
-    matrix = np.hstack([matrix, np.zeros((len(matrix), len(error) - matrix.shape[1]))])
-    step, middle = matrix[end], matrix[end + 1]
-    for order in range(1, 6):
-        for tree in trees(order):
-            weight, exact = sums(matrix, tree), 1 / gamma(tree)
-            assert step @ weight == pytest.approx(exact, rel=1e-12)
-            if order < 5:
-                assert middle @ weight == pytest.approx(exact / 2**order, rel=1e-12)
-                assert error @ weight == pytest.approx(0.0, abs=1e-15)
-    fifth = [error @ sums(matrix, tree) for tree in trees(5)]
-    assert max(map(abs, fifth)) > 1e-4
+def test_dormand_and_prince_s_rows_are_scipys():
+    """Seven stages, the error, and the interpolant at the midpoint."""
+    count = len(RK45.C)
+    np.testing.assert_allclose(stages.TABLEAU[:count, : RK45.A.shape[1]], RK45.A, rtol=1e-14)
+    np.testing.assert_allclose(stages.TABLEAU[count, :count], RK45.B, rtol=1e-14)
+    np.testing.assert_allclose(stages.ERROR[: count + 1], -RK45.E, rtol=1e-13)
+    halfway = RK45.P @ 0.5 ** np.arange(1, 5)
+    np.testing.assert_allclose(stages.TABLEAU[-1, : count + 1], halfway, atol=1e-8)

@@ -12,18 +12,15 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import RK4, BipedState, EventExact, step
 from stickslip.dynamics.status import Status
 from tests.dynamics.biped.helpers import default_model, state_of
-from tests.dynamics.biped.stepping import derivatives
 
 pytestmark = pytest.mark.long
 
-EXACT = EventExact(record_events=True)
 WALKS = {
     # torque, phase, crank rate, coefficient (static and kinetic), duration
     "dry friction holds": (1.0, np.pi / 2, 0.0, 0.5, 0.5),
     "slides off, stops": (1.2, np.pi / 2, 0.0, 0.12, 0.3),
     "breaks loose, stops": (0.0, 2.0, 3.0, 0.05, 0.7),
 }
-SLIDES = [name for name in WALKS if name != "dry friction holds"]
 STABLE = {"euler": 2.0, "semi_implicit": 2.0, "rk4_split": 2.785}
 """Largest decay rate times step of each scheme: the end of its real stability interval."""
 
@@ -56,13 +53,6 @@ def roll(numbers, phase, slip_speed, size, count):
     return jnp.stack([end.crank_angle, end.foot_position])
 
 
-@jax.jit
-def slopes(numbers, rest):
-    """Derivatives of `roll` by torque, crank rate and mu, one column each."""
-    push = lambda along: jax.jvp(lambda n: roll(n, *rest), (numbers,), (along,))[1]  # noqa: E731
-    return jax.vmap(push, out_axes=1)(jnp.eye(3))
-
-
 @lru_cache
 def given(name: str, slip_speed: float) -> tuple:
     """A walk's numbers, and the other arguments of `roll`."""
@@ -73,21 +63,12 @@ def given(name: str, slip_speed: float) -> tuple:
 
 
 @lru_cache
-def dry(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Crank angle and slide with dry friction, mu static = mu kinetic, and their derivatives."""
+def dry(name: str) -> np.ndarray:
+    """Crank angle and slide with dry friction, mu static = mu kinetic."""
     torque, phase, rate, mu, duration = WALKS[name]
-    inputs = jnp.asarray([torque, rate, mu, mu, derivatives.NOWHERE])
-    start = (jnp.asarray(phase), jnp.zeros(()), jnp.asarray(duration))
-    weights = jnp.ones(len(derivatives.OUTPUTS) + derivatives.SWITCHES)
-    found = derivatives.derivatives(EXACT, weights, inputs, *start)
-    ends = [derivatives.OUTPUTS.index(output) for output in ("crank angle", "slide")]
-    by = np.asarray(found.forward)[ends]
-    return np.asarray(found.values)[ends], np.column_stack([by[:, :2], by[:, 2:4].sum(axis=1)])
-
-
-@lru_cache
-def slopes_of(name: str, slip_speed: float) -> np.ndarray:
-    return np.asarray(slopes(*given(name, slip_speed)))
+    scene, state = Scene.uniform(mu, mu, outputs="state"), state_of(phase=phase, crank_rate=rate)
+    end, _ = step(default_model(), scene, state, torque, duration, integrator=EventExact())
+    return np.asarray([end.crank_angle, end.foot_position])
 
 
 @pytest.mark.parametrize("velocity", [0.0, 0.004, -0.004, 0.5])
@@ -109,30 +90,13 @@ def test_friction_is_the_hyperbolic_tangent_of_the_sliding_speed(dtype, velocity
 def test_the_error_falls_in_proportion_to_the_slip_speed(float64, name):
     def off(slip_speed):
         numbers, rest = given(name, slip_speed)
-        return np.abs(np.asarray(roll(numbers, *rest)) - dry(name)[0])
+        return np.abs(np.asarray(roll(numbers, *rest)) - dry(name))
 
     coarse, fine = off(3e-3), off(1e-3)
     assert np.all(fine > 0)
     assert np.all((coarse / fine > 2) & (coarse / fine < 3.5))
     assert fine[0] < 3e-3
     assert fine[1] < 1e-4
-
-
-@pytest.mark.parametrize("name", SLIDES)
-def test_derivatives_tend_to_those_of_hard_switching(float64, name):
-    hard = dry(name)[1]
-    scale = np.max(np.abs(hard), axis=1, keepdims=True)
-    coarse, fine = (np.max(np.abs(slopes_of(name, speed) - hard) / scale) for speed in (3e-3, 1e-3))
-    assert 2 < coarse / fine < 3.5
-    assert fine < 1e-2
-
-
-@pytest.mark.parametrize("name", WALKS)
-def test_derivatives_match_differences(float64, name):
-    numbers, rest = given(name, 3e-3)
-    pairs = [(roll(numbers + h, *rest), roll(numbers - h, *rest)) for h in 1e-5 * np.eye(3)]
-    want = np.stack([(np.asarray(a) - np.asarray(b)) / 2e-5 for a, b in pairs], axis=1)
-    assert derivatives.worst(slopes_of(name, 3e-3), want).max() < 1e-6
 
 
 @partial(jax.jit, static_argnums=0)

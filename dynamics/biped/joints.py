@@ -1,0 +1,387 @@
+"""Joint forces by Newton's and Euler's equations of the 24 bodies (eqs. 17-25, 29), group by group.
+
+A joint force acts on body `on` and comes from body `by`; the reverse acts on `by` (Newton's third
+law, first lines of eq. 18). Pins take both components in ground axes, slots one normal to the slot.
+The links' motion is exact, or by the chapter's forward differences. The equations are solved with
+the crank's and the foot's motion given, a leg's Assur groups one after the other, which takes no
+matrix and no linear algebra package.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia, body_masses
+from stickslip.dynamics.biped.links import (
+    BODIES,
+    LINK_OF_BODY,
+    LegPins,
+    centres_and_angles,
+    kinematics,
+)
+from stickslip.dynamics.numeric import same_rank
+from stickslip.dynamics.pytrees import register_pytree
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped.params import BipedParams
+
+    Pin = tuple[int, int]
+    """Link that a joint force acts on, and link that it comes from."""
+
+LEG_LINKS = (1, 2, 3, 4, 5, 6, 7, 9, 10, 11, 12)
+"""The 11 links that each leg has of its own."""
+
+LEG_PINS = (
+    (1, 2, "E"),
+    (1, 11, "ankle_bar"),
+    (2, 3, "K"),
+    (2, 5, "K"),
+    (5, 11, "knee_bar"),
+    (5, 12, "knee_bar"),
+    (10, 12, "C_bar"),
+    (7, 3, "C"),
+    (7, 10, "C"),
+    (3, 6, "F"),
+    (6, 13, "D"),
+    (4, 13, "D"),
+    (4, 2, "H"),
+    (7, 8, "crank_pin"),
+    (7, 9, "rod_pin"),
+    (9, 13, "B"),
+)
+"""Pins of a leg: link `on`, link `by`, and the place: a field of LegPins, or the hip's B or D."""
+
+LEG_SLOT = (10, 13, "slot_pin")
+"""The stabiliser's pin P in the hip's slot, which is parallel to A B."""
+
+GROUPS = ((1, 11), (5, 12), (10,), (2, 4), (3, 6), (7, 9))
+"""A leg's Assur groups from the foot to the crank: each one's joint forces follow from those of the
+groups before it. A pair has a pin between its links and one to the rest of the robot on each; the
+stabiliser has a pin and the slot."""
+
+
+def _body_of(link: int, leg: int) -> int:
+    """Index in BODIES of a link of leg 0 (supporting) or 1; crank and hip belong to either."""
+    return BODIES.index(str(link) if leg == 0 or link in (8, 13) else f"{link}p")
+
+
+def _joint_forces():
+    for leg in (0, 1):
+        for on, by, place in (*LEG_PINS, LEG_SLOT):
+            for axis in ("normal",) if place == "slot_pin" else ("x", "y"):
+                yield BODIES[_body_of(on, leg)], BODIES[_body_of(by, leg)], axis
+    yield from (("8", "13", axis) for axis in "xy")
+
+
+JOINT_FORCES: tuple[tuple[str, str, str], ...] = tuple(_joint_forces())
+"""Names of the 68 components: force on body `on` by body `by`, and the axis. Supporting leg (16
+pins, slot), other leg (the same), motor's axis. x and y are ground axes; "normal" is along the
+slot's normal, A B turned by +90 degrees (upwards, but for the hip's tilt of a tenth of a degree).
+"""
+
+FOOT, CRANK = _body_of(1, 0), _body_of(8, 0)
+"""Indices in BODIES of the supporting foot and the crank."""
+LEG_BODIES = np.array([[_body_of(link, leg) for link in LEG_LINKS] for leg in (0, 1)], np.int32)
+"""[2, 11]: indices in BODIES of each leg's own links."""
+ALPHA, SQUARE, SLIDE, GRAVITY = range(4)
+"""Columns of loads: unit crank acceleration, crank rate squared, foot acceleration, gravity."""
+
+
+class LinkMotion(NamedTuple):
+    """Positions of the 24 bodies and their derivatives by the crank angle; order of BODIES.
+
+    Ground frame, origin at the supporting ankle; the slide x1 of eq. 16 is not included.
+    """
+
+    centres: Float[Array, "24 2"]
+    """Centres of mass [m]."""
+    centre_slopes: Float[Array, "24 2"]
+    """Their first derivative X', y' [m/rad]."""
+    centre_curvatures: Float[Array, "24 2"]
+    """Their second derivative X'', y'' [m/rad^2]."""
+    angles: Float[Array, " 24"]
+    """Link angles [rad], modulo 2 pi."""
+    angle_slopes: Float[Array, " 24"]
+    angle_curvatures: Float[Array, " 24"]
+    pins: LegPins
+    """Pins of both legs, each [2, 2] m."""
+    hip_pins: Float[Array, "3 2"]
+    """A, B and D [m]."""
+
+
+def link_motion(
+    params: BipedParams, theta: Float[Array, ""], difference_step: float | None = None
+) -> LinkMotion:
+    """Motion of all links at crank angle `theta` [rad] of the supporting leg.
+
+    difference_step None: exact, by differentiating the closed linkage forwards twice. A number D
+    [rad]: the chapter's forward differences. Positions are exact at `theta` either way. Static
+    choice; scalars, batch with vmap.
+    """
+    if difference_step is None:
+        one = jnp.ones_like(theta)
+
+        def slope(angle: Float[Array, ""]):
+            return jax.jvp(lambda at: centres_and_angles(params, at), (angle,), (one,))
+
+        (places, slopes), (_, curvatures) = jax.jvp(slope, (theta,), (one,))
+    else:
+        places, slopes, curvatures = _differences(params, theta, difference_step)
+    now = kinematics(params, theta)
+    centres, angles = zip(places, slopes, curvatures, strict=True)
+    return LinkMotion(*centres, *angles, now.pins, now.hip_pins)
+
+
+def _differences(params: BipedParams, theta: Float[Array, ""], step: float):
+    """Eqs. (23)-(25) with D = `step` [rad], first order in D.
+
+    q' = (q(theta + D) - q(theta)) / D and q'' = (q(theta + 2D) - 2 q(theta + D) + q(theta)) / D^2;
+    the chapter prints q(theta) for q(theta + D) in the second. Rounding adds about eps/D^2 to q'':
+    in single precision more than 10 % of it at D = 1e-3.
+    """
+    now, ahead, further = (centres_and_angles(params, theta + shift * step) for shift in (0, 1, 2))
+    first = jax.tree.map(_change, now, ahead)
+    second = jax.tree.map(_change, ahead, further)
+    slopes = jax.tree.map(lambda change: change / step, first)
+    return now, slopes, jax.tree.map(lambda a, b: (b - a) / step**2, first, second)
+
+
+def _change(before: Float[Array, "..."], after: Float[Array, "..."]) -> Float[Array, "..."]:
+    """Difference; of angles, the array of rank 1, by the shorter way round."""
+    change = after - before
+    if change.ndim > 1:
+        return change
+    return change - 2 * np.pi * jnp.round(change / (2 * np.pi))
+
+
+def _loads(params: BipedParams, motion: LinkMotion) -> Float[Array, "24 3 4"]:
+    """Mass times acceleration (x, y) and I times turning acceleration of unit crank acceleration,
+    crank rate squared and foot acceleration; minus the weight of unit gravity (eq. 18)."""
+    mass, inertia = body_masses(params)[:, None], jnp.asarray(params.inertia)[LINK_OF_BODY]
+
+    def of(centres: Float[Array, "24 2"], angles: Float[Array, " 24"]) -> Float[Array, "24 3"]:
+        return jnp.concatenate([mass * centres, (inertia * angles)[:, None]], axis=1)
+
+    zero, one = jnp.zeros_like(motion.centres), jnp.zeros_like(motion.centres) + 1
+    still = jnp.zeros_like(motion.angles)
+    unit = jnp.asarray(np.eye(2), motion.centres.dtype)
+    columns = [
+        of(motion.centre_slopes, motion.angle_slopes),
+        of(motion.centre_curvatures, motion.angle_curvatures),
+        of(zero + unit[:1], still),
+        of(one * unit[1:], still),
+    ]
+    return jnp.stack(columns, axis=-1)
+
+
+def _ground_balance(motion: LinkMotion, loads: Float[Array, "24 3 k"]) -> Float[Array, "3 k"]:
+    """Friction, normal force and moment about the ankle, per column of loads (eqs. 29-30).
+
+    The sum of all bodies' equations, moments about the ankle: joint forces and torque cancel. The
+    ankle is taken at ground level.
+    """
+    moments = loads[:, 2] + _moment(motion.centres - motion.pins.E[:1], loads[:, :2])
+    return jnp.sum(jnp.stack([loads[:, 0], loads[:, 1], moments], axis=1), axis=0)
+
+
+class DifferencedInertia(NamedTuple):
+    """Coefficients when the links' motion is differenced: the crank's equation has its own.
+
+    T = M alpha + P_crank a1 + dM w^2 / 2 + g Y_crank, f = P alpha + m a1 + dP w^2,
+    N = m g + Y alpha + dY w^2. Exactly differentiated, P_crank = P and Y_crank = Y. Here the first
+    two are the virtual power of the exact geometry, P and Y the differenced momenta.
+    """
+
+    M: Float[Array, ""]
+    dM: Float[Array, ""]
+    """Twice the coefficient of w^2 in the crank's equation."""
+    P: Float[Array, ""]
+    dP: Float[Array, ""]
+    Y: Float[Array, ""]
+    dY: Float[Array, ""]
+    P_crank: Float[Array, ""]
+    Y_crank: Float[Array, ""]
+
+
+@register_pytree
+@dataclass(frozen=True)
+class JointInertia:
+    """Inertia functions by solving the body equations for unit motions at every call.
+
+    difference_step: None for exact motion of the links, or the chapter's D [rad] (eqs. 23-25);
+    static. Agrees with `reduced_inertia` to rounding when exact. Neglected: friction in the joints.
+    """
+
+    params: BipedParams
+    difference_step: float | None = field(default=None, metadata={"static": True})
+
+    def at(self, theta: Float[Array, ""]) -> ReducedInertia | DifferencedInertia:
+        """M, P, Y and slopes at `theta` [rad]; DifferencedInertia with a difference_step."""
+        _, torque, (friction, normal, _) = _solution(*self._motion_and_loads(theta))
+        six = ReducedInertia(
+            M=torque[ALPHA],
+            dM=2 * torque[SQUARE],
+            P=friction[ALPHA],
+            dP=friction[SQUARE],
+            Y=normal[ALPHA],
+            dY=normal[SQUARE],
+        )
+        if self.difference_step is None:
+            return six
+        return DifferencedInertia(*six, P_crank=torque[SLIDE], Y_crank=torque[GRAVITY])
+
+    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+        """Terms of the ground's moment about the ankle at `theta` [rad] (eq. 30)."""
+        moment = _ground_balance(*self._motion_and_loads(theta))[2]
+        return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
+
+    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """L and its slope alone, at `theta` [rad]."""
+        return self.moment_at(theta)[:2]
+
+    def joint_forces(
+        self,
+        theta: Float[Array, ""],
+        crank_rate: Float[Array, ""],
+        crank_acceleration: Float[Array, ""],
+        foot_acceleration: Float[Array, ""],
+    ) -> Float[Array, " 68"]:
+        """All joint forces [N] of a motion, in the order of JOINT_FORCES."""
+        motion, loads = self._motion_and_loads(theta)
+        gravity = jnp.asarray(self.params.gravity, jnp.result_type(crank_rate))
+        u = jnp.stack([crank_acceleration, crank_rate**2, foot_acceleration, gravity])
+        return _solution(motion, (loads @ u)[..., None])[0][:, 0]
+
+    def _motion_and_loads(self, theta: Float[Array, ""]) -> tuple[LinkMotion, Array]:
+        motion = link_motion(self.params, theta, self.difference_step)
+        return motion, _loads(self.params, motion)
+
+
+def _solution(motion: LinkMotion, loads: Float[Array, "24 3 k"]) -> tuple[Array, Array, Array]:
+    """Joint forces [68, k], motor torque [k] and ground force and moment [3, k] of the loads."""
+    ground = _ground_balance(motion, loads)
+    to_ankle = motion.pins.E[0] - motion.centres[FOOT]
+    turn = ground[2] + to_ankle[0] * ground[1] - to_ankle[1] * ground[0]
+    foot = loads[FOOT] - jnp.stack([ground[0], ground[1], turn])
+    legs = _legs(motion, jnp.concatenate([foot[None], loads[FOOT + 1 :]])[LEG_BODIES])
+    crank, centre = loads[CRANK], motion.centres[CRANK]
+    pushes = legs[7, 8]  # on the rods; the reverse on the crank
+    axis = crank[:2] + jnp.sum(pushes, axis=0)
+    turns = jnp.sum(_moment(motion.pins.crank_pin - centre, pushes), axis=0)
+    arm = motion.hip_pins[0] - centre
+    torque = crank[2] + turns - (arm[0] * axis[1] - arm[1] * axis[0])
+    ordered = jnp.concatenate([legs[on, by] for on, by, _ in (*LEG_PINS, LEG_SLOT)], axis=1)
+    return jnp.concatenate([*ordered, axis]), torque, ground
+
+
+class _Link(NamedTuple):
+    """A link of a group: its outer joint, and whether the force's sign there is +1."""
+
+    link: int
+    outer: Pin
+    outer_sign: int
+    known: tuple[tuple[int, int, int], ...]
+    """Joints solved before, with the sign of their force on this link."""
+
+
+class _Group(NamedTuple):
+    links: tuple[_Link, ...]
+    inner: Pin
+    inner_sign: int
+    """Sign of the inner force on the first link."""
+
+
+def _plan() -> tuple[_Group, ...]:
+    """The joints of each group, by the pin table: which is solved where."""
+    joints = [(on, by) for on, by, _ in (*LEG_PINS, LEG_SLOT)]
+    solved: set[Pin] = set()
+    groups = []
+    for members in GROUPS:
+        touching = [joint for joint in joints if set(joint) & set(members)]
+        unsolved = [joint for joint in touching if joint not in solved]
+        inner = next(j for j in unsolved if set(j) == set(members) or j == LEG_SLOT[:2])
+        links = []
+        for link in members:
+            sign = {j: 1 if j[0] == link else -1 for j in touching if link in j}
+            outer = next(j for j in unsolved if link in j and j != inner)
+            known = tuple((*j, s) for j, s in sign.items() if j in solved)
+            links.append(_Link(link, outer, sign[outer], known))
+        groups.append(_Group(tuple(links), inner, 1 if inner[0] == members[0] else -1))
+        solved.update(unsolved)
+    return tuple(groups)
+
+
+_PLAN = _plan()
+
+
+def _legs(motion: LinkMotion, loads: Float[Array, "2 11 3 k"]) -> dict[Pin, Array]:
+    """Force in every joint of both legs [2, components, k], group by group from the foot."""
+    hip = {name: jnp.stack([p, p]) for name, p in zip("ABD", motion.hip_pins, strict=True)}
+    places = motion.pins._asdict() | hip
+    at = {(on, by): places[place] for on, by, place in (*LEG_PINS, LEG_SLOT)}
+    centres = motion.centres[LEG_BODIES]
+    along = motion.hip_pins[1] - motion.hip_pins[0]
+    normal = jnp.stack([-along[1], along[0]]) / jnp.sqrt(along @ along)
+    forces: dict[Pin, Array] = {}
+    for group in _PLAN:
+        needs = [_remaining(link, at, centres, loads, forces) for link in group.links]
+        arms = [at[group.inner] - at[link.outer] for link in group.links]
+        inner = _inner_force(arms, [turn for _, turn in needs], normal)
+        for sign, link, (force, _) in zip((1, -1), group.links, needs, strict=False):
+            forces[link.outer] = link.outer_sign * (force - sign * inner)
+        if group.inner == LEG_SLOT[:2]:
+            inner = jnp.sum(normal[None, :, None] * inner, axis=1, keepdims=True)
+        forces[group.inner] = group.inner_sign * inner
+    return forces
+
+
+def _remaining(
+    link: _Link,
+    at: dict[Pin, Float[Array, "2 2"]],
+    centres: Float[Array, "2 11 2"],
+    loads: Float[Array, "2 11 3 k"],
+    forces: dict[Pin, Array],
+) -> tuple[Float[Array, "2 2 k"], Float[Array, "2 k"]]:
+    """Force and moment about its outer pin that a link still needs: [2, 2, k], [2, k]."""
+    place = LEG_LINKS.index(link.link)
+    load, about = loads[:, place], at[link.outer]
+    force = load[:, :2]
+    turn = load[:, 2] + _moment(centres[:, place] - about, force)
+    for on, by, sign in link.known:
+        given = sign * forces[on, by]
+        force = force - given
+        turn = turn - _moment(at[on, by] - about, given)
+    return force, turn
+
+
+def _inner_force(
+    arms: list[Float[Array, "2 2"]], turns: list[Float[Array, "2 k"]], normal: Float[Array, " 2"]
+) -> Float[Array, "2 2 k"]:
+    """Force on a group's first link in its inner joint [2, 2, k], from moments about outer pins.
+
+    A pair: arm_1 x force = turn_1, arm_2 x (-force) = turn_2; the divisor vanishes only where the
+    pair is stretched, its dead position. The stabiliser: arm x normal * size = turn.
+    """
+    if len(arms) == 1:
+        return normal[None, :, None] * (turns[0] / _cross(arms[0], normal)[:, None])[:, None]
+    (arm, other), (turn, back) = arms, turns
+    span = _cross(arm, other)[:, None, None]
+    return (other[..., None] * turn[:, None] + arm[..., None] * back[:, None]) / span
+
+
+def _cross(a: Float[Array, "*#n 2"], b: Float[Array, "*#n 2"]) -> Float[Array, "..."]:
+    """Cross product a_x b_y - a_y b_x in the plane, of vectors whose batches broadcast."""
+    ax, ay, bx, by = same_rank(a[..., 0], a[..., 1], b[..., 0], b[..., 1])
+    return ax * by - ay * bx
+
+
+def _moment(arm: Float[Array, "n 2"], force: Float[Array, "n 2 k"]) -> Float[Array, "n k"]:
+    """arm x force for arm [n, 2] and force [n, 2, k]."""
+    return arm[:, 0, None] * force[:, 1] - arm[:, 1, None] * force[:, 0]

@@ -1,0 +1,289 @@
+"""Static choices of a computation: fidelity, integrator, step, precision. Hashable, one class each.
+
+Whatever the fidelity, the reduced equations (contact.py), the friction switching and the
+integrators are the same; it says where their coefficients M, P and Y come from. All integrators
+share the friction switching (`contact.mode_of`), the exchange of support and the statuses. The
+unsplit ones look at the floor at the beginning of each of their steps and take the step in that
+mode; RK4Split and EventExact stop at every switching instant.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import jax
+import numpy as np
+
+from stickslip.dynamics.checks import (
+    nearest,
+    require_choice,
+    require_integer,
+    require_kind,
+    shown,
+)
+from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import settle
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The full Newton-Euler system, solved for the coefficients at every call (eqs. 18, 28, 36)."""
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """M, P, Y exact, by differentiating the closed linkage."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Piecewise polynomials: number of pieces and degree.
+
+    With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in
+    SI units and float64.
+    """
+
+    pieces: int = 32
+    degree: int = 7
+
+    def __post_init__(self):
+        for name, low, high in (("pieces", 1, 4096), ("degree", 2, 12)):
+            accepted = f"an integer from {low} to {high}"
+            require_integer(name, getattr(self, name), low=low, high=high, accepted=accepted)
+
+
+@dataclass(frozen=True)
+class Chebyshev:
+    """Chebyshev series of the given degree."""
+
+    degree: int = 48
+
+    def __post_init__(self):
+        accepted = "an integer from 4 to 256"
+        require_integer("degree", self.degree, low=4, high=256, accepted=accepted)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """The paper's: the full system with forward differences (eqs. 23-25 as they should read).
+
+    step: the paper's D, a crank angle [rad].
+    """
+
+    step: float = 1e-3
+
+    def __post_init__(self):
+        accepted = "a crank angle in (0, 0.5] rad"
+        step = require_one("step", self.step, low=0.0, strict=True, high=0.5, accepted=accepted)
+        settle(self, step=step)
+
+
+Fidelity = str | Joint | Reduced | Table | Chebyshev | Paper
+"""A name out of FIDELITIES, or one of their classes with other settings."""
+
+FIDELITIES: dict[str, Fidelity] = {
+    "joint": Joint(),
+    "reduced": Reduced(),
+    "table": Table(),
+    "chebyshev": Chebyshev(),
+    "paper": Paper(),
+}
+"""Fidelities by name, with default settings."""
+
+
+def require_fidelity(fidelity: Fidelity) -> Joint | Reduced | Table | Chebyshev | Paper:
+    """The fidelity's settings; ValueError for an unknown one."""
+    return _chosen("fidelity", fidelity, FIDELITIES, "Table(...)")
+
+
+def _chosen(what: str, given: Any, known: Mapping[str, Any], instance: str) -> Any:
+    """The settings of that name, or the instance itself; ValueError for anything else."""
+    if type(given) in map(type, known.values()):
+        return given
+    if not isinstance(given, str) or given not in known:
+        raise ValueError(
+            f"{what} = {shown(given)} is unknown; accepted: {', '.join(map(repr, known))} or an "
+            f"instance such as {instance}{nearest(given, known)}"
+        )
+    return known[given]
+
+
+MOST_STEPS = 10**6
+"""Inside one call; more is more than a call's time has places for in double precision."""
+
+
+def _require_counts(spec: Unsplit | RK4Split | EventExact, *counts: str) -> None:
+    """Check whole numbers and record_events."""
+    for name in counts:
+        require_integer(name, getattr(spec, name), high=MOST_STEPS)
+    require_kind("record_events", spec.record_events, bool, "True or False")
+
+
+@dataclass(frozen=True)
+class Unsplit:
+    """Fixed steps that switch, and end, at their ends only. Error of first order wherever they do.
+
+    substeps: steps that one call of `step` is divided into. record_events: report what was switched
+    in Contact.events; instants are those of the steps' ends.
+    """
+
+    substeps: int = 1
+    record_events: bool = False
+
+    def __post_init__(self):
+        _require_counts(self, "substeps")
+
+    @property
+    def log_size(self) -> int:
+        """The most events of one call: slip, stop, slip back and exchange in every substep."""
+        return 4 * self.substeps
+
+
+@dataclass(frozen=True)
+class Euler(Unsplit):
+    """The paper's: accelerations constant during a step (eqs. 27, 35), stopped at t_s (eq. 36).
+
+    A slide that stops inside a step ends there, and the rest of the step is taken from rest, so
+    each step solves the motion twice. Order 1.
+    """
+
+
+@dataclass(frozen=True)
+class SemiImplicitEuler(Unsplit):
+    """Velocities first, positions with the new ones. Order 1; one solution of the motion a step."""
+
+
+@dataclass(frozen=True)
+class RK4(Unsplit):
+    """The classical Runge-Kutta step in one mode. Order 4 between switches, 1 across them."""
+
+
+@dataclass(frozen=True)
+class RK4Split:
+    """Fixed Runge-Kutta steps that are split at every switching instant. Order 4 throughout.
+
+    substeps: Runge-Kutta steps that one call of `step` is divided into. max_events: switching
+    instants located in one call, for which three trials each are allowed; beyond them the rest of
+    the call is taken unsplit. record_events: report the instants in Contact.events.
+    """
+
+    substeps: int = 1
+    max_events: int = 4
+    record_events: bool = False
+
+    close: ClassVar[float] = 0.01
+    """A trial within this fraction of itself of an event is corrected onto the event."""
+    reach: ClassVar[float] = 1.0
+    """A trial aimed at an event and this fraction of itself short of it is aimed again."""
+
+    def __post_init__(self):
+        _require_counts(self, "substeps", "max_events")
+
+    @property
+    def trials(self) -> int:
+        """The most Runge-Kutta steps that one call can take."""
+        return self.substeps + 3 * self.max_events
+
+    @property
+    def log_size(self) -> int:
+        """The most events of one call."""
+        return self.trials
+
+
+@dataclass(frozen=True)
+class EventExact:
+    """Adaptive Dormand-Prince 5(4) steps, every switching instant located to the tolerance.
+
+    rtol, atol: of crank angle [rad], crank rate [rad/s], slide [m] and foot velocity [m/s] a step;
+    rtol counts as at least 32 units in the last place of the working precision. max_steps: steps of
+    one call, rejected and repeated ones included; if they do not suffice the status is
+    NOT_CONVERGED. max_turn: largest turn of the crank in one step [rad], so that no switch hides
+    between two samples. record_events: report the instants in Contact.events (the first 32).
+    """
+
+    rtol: float = 1e-9
+    atol: float = 1e-12
+    max_steps: int = 1024
+    max_turn: float = 0.1
+    record_events: bool = False
+
+    log_size: ClassVar[int] = 32
+    """Number of events of one call that are recorded."""
+    close: ClassVar[float] = 1e-3
+    reach: ClassVar[float] = 0.1
+    """As of RK4Split. Farther off, aims from one start might alternate for ever: the step stands,
+    and the next one begins nearer."""
+
+    def __post_init__(self):
+        _require_counts(self, "max_steps")
+        for name, high in (("rtol", 0.1), ("atol", 0.1), ("max_turn", 1.0)):
+            accepted = f"above 0, up to {high:g}"
+            rule = {"low": 0.0, "strict": True, "high": high, "dtype": np.float64}
+            value = require_one(name, getattr(self, name), accepted=accepted, **rule)
+            settle(self, **{name: value})
+
+    @property
+    def trials(self) -> int:
+        """The most Runge-Kutta steps that one call can take."""
+        return self.max_steps
+
+
+Integrator = Unsplit | RK4Split | EventExact
+
+INTEGRATORS: dict[str, Integrator] = {
+    "euler": Euler(),
+    "semi_implicit": SemiImplicitEuler(),
+    "rk4": RK4(),
+    "rk4_split": RK4Split(),
+    "event_exact": EventExact(),
+}
+"""Integrators by name, with default settings."""
+
+
+def integrator_of(integrator: str | Integrator) -> Integrator:
+    """The integrator's settings; ValueError for an unknown one."""
+    return _chosen("integrator", integrator, INTEGRATORS, "RK4Split(...)")
+
+
+DTYPES = ("float32", "float64")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Fidelity, integrator, step size and precision of a computation.
+
+    fidelity, integrator: names or instances, kept as instances. dt: length of a step [s]; for
+    EventExact, which chooses its own steps, the time between its outputs. dtype: of the robot, the
+    scene and the state.
+    """
+
+    fidelity: Fidelity = "table"
+    integrator: str | Integrator = "rk4_split"
+    dt: float = 0.02
+    dtype: str = "float32"
+
+    def __post_init__(self):
+        settle(self, fidelity=require_fidelity(self.fidelity))
+        settle(self, integrator=integrator_of(self.integrator))
+        require_one("dt", self.dt, low=0.0, strict=True, accepted="a finite time step > 0 [s]")
+        require_choice("dtype", self.dtype, DTYPES)
+
+    def integrator_over(self, period: float) -> Integrator:
+        """The integrator for one call over `period` [s], in steps of at most dt."""
+        accepted = "a finite time > 0 [s]"
+        require_one("period", period, low=0.0, strict=True, accepted=accepted)
+        integrator = integrator_of(self.integrator)
+        if isinstance(integrator, EventExact):
+            return integrator
+        return replace(integrator, substeps=max(1, math.ceil(period / self.dt * (1 - 1e-6))))
+
+
+def precision(dtype: str):
+    """A context with float64 where it is asked for, else with the user's own switch as it is."""
+    return jax.enable_x64(True) if dtype == "float64" else nullcontext()

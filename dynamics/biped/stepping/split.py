@@ -1,0 +1,491 @@
+"""Event-split Runge-Kutta: steps that stop and start again at every switching instant.
+
+One trial step, of fixed or of controlled length, is taken in the current mode. If the foot would
+break loose, stop, cross a patch's edge or hand over to the other foot inside it, the trial is taken
+again up to that instant, corrected onto it and the mode switched; else it stands. Every trial does
+the same work whatever happens, so a batch runs in step without branches, and the number of trials
+is bounded: the last one allowed goes to the end of the call unsplit.
+
+The loop alternates `attempt` (compute a trial and judge it) and `settle` (act on the judgement).
+Judgement and action stand on either side of the loop's boundary on purpose: what
+crosses it is computed once, where inside one body the compiler repeats it for every result.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from stickslip.dynamics.biped.contact import (
+    EDGE_ROUNDINGS,
+    System,
+    Torque,
+    edge_ahead,
+    friction_on,
+)
+from stickslip.dynamics.biped.settings import EventExact, RK4Split
+from stickslip.dynamics.biped.stepping.stages import (
+    Crossing,
+    Taken,
+    classical_step,
+    cone_margin,
+    dormand_prince_step,
+    first_crossing,
+    next_size,
+    parabola_slope,
+)
+from stickslip.dynamics.biped.stepping.walk import (
+    END,
+    Ending,
+    Walk,
+    bounds,
+    first_ending,
+    ground_of,
+    hand_over,
+    levers_of,
+    mode_at,
+    note,
+    slips_freely,
+    status_at,
+)
+from stickslip.dynamics.kernels.jax_interface import jvp_in_front
+from stickslip.dynamics.kernels.lanes import compacting_while
+from stickslip.dynamics.scene import Patches
+from stickslip.dynamics.status import EventKind, Status
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.dynamics.biped.contact import Motion
+
+
+@partial(jax.custom_jvp, nondiff_argnums=(0,))
+def advance(spec: RK4Split | EventExact, system: System, walk: Walk) -> Walk:
+    """Run a call to its end, stopping as soon as every member of a batch is done.
+
+    Derivatives, forward and reverse, are those of the same trials with the bound as their number:
+    the instants of events move with the inputs, so the jumps of the sensitivities are included.
+    """
+    pending = compacting_while(
+        lambda _, pending: pending.going, partial(_round, spec), system, _first(system, walk)
+    )
+    return settle(spec, system, pending.walk, pending.trial)
+
+
+@advance.defjvp
+def _advance_jvp(spec, primals, tangents):
+    def bounded(system, walk):
+        def body(now, _):
+            again = partial(_round, spec, system)
+            if isinstance(spec, RK4Split):  # few trials: a branch would keep a table a member
+                return jax.tree.map(partial(jnp.where, now.going), again(now), now), None
+            return jax.lax.cond(now.going, again, lambda now: now, now), None
+
+        pending, _ = jax.lax.scan(body, _first(system, walk), length=spec.trials)
+        return settle(spec, system, pending.walk, pending.trial)
+
+    return jvp_in_front(bounded, primals, tangents)
+
+
+class Trial(NamedTuple):
+    """A Runge-Kutta step from the walk's state, and its acceptance."""
+
+    step: Float[Array, ""]
+    """Its length [s]."""
+    mode: Float[Array, ""]
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
+    foot_position: Float[Array, ""]
+    foot_velocity: Float[Array, ""]
+    alpha: Float[Array, ""]
+    """Crank acceleration at the end."""
+    foot: Float[Array, ""]
+    """Foot acceleration at the end."""
+    alpha_middle: Float[Array, ""]
+    foot_middle: Float[Array, ""]
+    work: Float[Array, ""] | None
+    """Work of the motor at the end [J], where its torque is not given; and its power there [W]."""
+    power: Float[Array, ""] | None
+    size: Float[Array, ""] | None
+    """Next step of the adaptive integrator; None for fixed steps."""
+    direction: Float[Array, ""]
+    """Direction in which the foot would break loose at the end."""
+    kind: Int[Array, ""]
+    """The first event inside, if there is one."""
+    ending: Int[Array, ""]
+    """The status that it ends the walk with, if it does."""
+    time: Float[Array, ""]
+    """When, in fractions of the step."""
+    accepted: Bool[Array, ""]
+    """Move to the end; else aim again at `time`."""
+    switches: Bool[Array, ""]
+    """The end is the event (accepted then, too)."""
+    final: Bool[Array, ""]
+    """The last trial allowed, accepted unsplit."""
+    status: Int[Array, ""]
+    """Terminal if the model does not hold where the trial starts, or the step is none."""
+
+
+class _Beginning(NamedTuple):
+    """Mode and length of a trial."""
+
+    step: Float[Array, ""]
+    mode: Float[Array, ""]
+    near: Float[Array, ""]
+    """The time within which the event that is aimed at is at once [s]."""
+    final: Bool[Array, ""]
+    """The last trial allowed."""
+
+
+class _Samples(NamedTuple):
+    """Start, middle and end of a trial."""
+
+    phase: tuple[Array, Array, Array]
+    crank_rate: tuple[Array, Array, Array]
+    foot_position: tuple[Array, Array, Array]
+    foot_velocity: tuple[Array, Array, Array]
+    cone: tuple[Array, Array, Array]
+    """Margin of the static friction cone [N]."""
+
+
+class _Event(NamedTuple):
+    """First event of a trial, if there is one; fields as in Trial."""
+
+    kind: Int[Array, ""]
+    ending: Int[Array, ""]
+    time: Float[Array, ""]
+    happens: Bool[Array, ""]
+    reached: Bool[Array, ""]
+    """The trial's end is close enough to the event to be moved onto it."""
+
+
+class _Pending(NamedTuple):
+    """A walk and a trial that is still to be settled; going: the call does not end with it."""
+
+    walk: Walk
+    trial: Trial
+    going: Bool[Array, ""]
+
+
+def _round(spec: RK4Split | EventExact, system: System, pending: _Pending) -> _Pending:
+    walk = settle(spec, system, pending.walk, pending.trial)
+    trial = attempt(spec, system, walk)
+    return _Pending(walk, trial, _going(settle(spec, system, walk, trial)))
+
+
+def _first(system: System, walk: Walk) -> _Pending:
+    return _Pending(walk, _blank(system, walk), _going(walk))
+
+
+def _going(walk: Walk):
+    return (walk.left > 0) & (walk.status <= Status.SLIP_ONSET)
+
+
+def _blank(system: System, walk: Walk) -> Trial:
+    """The trial before the first: nothing moves when it is settled."""
+    zero, none = jnp.zeros_like(walk.phase), jnp.zeros_like(walk.status)
+    no = walk.phase != walk.phase
+    power = None if isinstance(system.drive, Torque) else zero
+    rest = [zero] * (len(Trial._fields) - 6)
+    return Trial(zero, zero, *walk[:4], *rest)._replace(
+        work=power,
+        power=power,
+        size=None if walk.size is None else walk.aim,
+        kind=none,
+        ending=none,
+        accepted=~no,
+        switches=no,
+        final=no,
+        status=none,
+    )
+
+
+def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
+    """Take one Runge-Kutta step in the walk's mode and judge it."""
+    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
+    inertia = system.model.inertia.at(walk.phase)
+    begun = _begun(spec, system, walk, friction, inertia)
+    step, mode = begun.step, begun.mode
+    first = system.motion(friction, mode, inertia, walk.crank_rate, walk.foot_velocity)
+    if isinstance(spec, EventExact):
+        taken = dormand_prince_step(system, friction, mode, walk, step)
+    else:
+        taken = classical_step(system, friction, mode, walk, inertia, step)
+    end, middle = taken.end, taken.middle
+    samples = _sampled(friction, walk, first, taken, step)
+    levers = levers_of(system, samples.phase, inertia, taken.inertia)
+    motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
+    grounds = [ground_of(system, *motion) for motion in motions]
+    ending = first_ending(system, grounds)
+    event = _event(spec, system, walk, begun, first, samples, ending, taken)
+    reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
+    status = status_at(system, walk, first, grounds[0], step, reached)
+    if isinstance(spec, EventExact):
+        event, status, size = _controlled(spec, system, walk, begun, taken, event, status)
+        switches = event.reached
+    else:
+        size, switches = None, event.reached & ~begun.final | begun.final & (event.kind == END)
+        switches &= event.happens
+    accepted = ~event.happens | switches | begun.final
+    return Trial(
+        step,
+        mode,
+        *taken[:4],
+        alpha=end.crank_acceleration,
+        foot=end.foot_acceleration,
+        alpha_middle=middle.crank_acceleration,
+        foot_middle=middle.foot_acceleration,
+        work=taken.work,
+        power=None if taken.work is None else end.torque * taken.crank_rate,
+        size=size,
+        direction=-jnp.sign(end.friction_force),
+        kind=event.kind,
+        ending=event.ending,
+        time=event.time,
+        accepted=accepted,
+        switches=switches,
+        final=begun.final,
+        status=status,
+    )
+
+
+def _begun(
+    spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia
+) -> _Beginning:
+    """Mode and length of the trial that starts here."""
+    final = walk.trials >= spec.trials - 1
+    whole, near = walk.left <= 1.001 * walk.aim, system.tiny()
+    mode = mode_at(system, friction, walk, inertia)
+    if isinstance(spec, RK4Split):
+        whole = whole | final  # the last trial goes to the end of the call
+        # a foot that breaks loose again and again to no effect sticks
+        mode = jnp.where(final & (walk.foot_velocity == 0), 0.0, mode)
+        # the cone's margin is noise within some roundings of its edge
+        noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * system.duration
+        near = jnp.where(walk.target == EventKind.SLIP, noise, near)
+    return _Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
+
+
+def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Samples:
+    """The step's samples; in the middle, cubics through the ends' values and slopes."""
+
+    def halfway(before, after, slope, slope_after):
+        return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
+
+    end = taken.end
+    return _Samples(
+        halfway(walk.phase, taken.phase, walk.crank_rate, taken.crank_rate),
+        halfway(
+            walk.crank_rate, taken.crank_rate, first.crank_acceleration, end.crank_acceleration
+        ),
+        halfway(walk.foot_position, taken.foot_position, walk.foot_velocity, taken.foot_velocity),
+        halfway(
+            walk.foot_velocity, taken.foot_velocity, first.foot_acceleration, end.foot_acceleration
+        ),
+        (cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)),
+    )
+
+
+def _event(
+    spec: RK4Split | EventExact,
+    system: System,
+    walk: Walk,
+    begun: _Beginning,
+    first: Motion,
+    samples: _Samples,
+    ending: Ending,
+    taken: Taken,
+) -> _Event:
+    """The event that is aimed at, where it is at once; else the first one inside the step."""
+    kind, crossing = _first_event(spec, system, begun, walk, first, samples, ending, taken)
+    at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
+    if isinstance(spec, EventExact) and not slips_freely(system.scene):
+        at_once |= _is_noise(system, walk, begun, samples, taken)
+    happens = at_once | (crossing.time < jnp.inf)
+    kind = jnp.where(at_once, walk.target, kind)
+    time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
+    return _Event(kind, ending.status, time, happens, at_once | crossing.close)
+
+
+def _is_noise(system: System, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
+    """True if the step ends so near the onset or the stop that is aimed at that the cone's margin,
+    or the foot's speed, is what roundings make of it: no aim comes nearer."""
+    share = EDGE_ROUNDINGS * jnp.finfo(begun.step.dtype).eps
+    edge = share * jnp.abs(taken.end.friction_force)
+    speed = share * system.model.gravity * begun.step
+    onset = (begun.mode == 0) & (jnp.abs(samples.cone[2]) <= edge)
+    stop = (begun.mode != 0) & (jnp.abs(samples.foot_velocity[2]) <= speed)
+    return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
+
+
+def _controlled(
+    spec: EventExact,
+    system: System,
+    walk: Walk,
+    begun: _Beginning,
+    taken: Taken,
+    event: _Event,
+    status,
+):
+    """Event, status and next size with the step's error looked at: one that misses the tolerance is
+    repeated shorter, whatever happens in it, and may overflow."""
+    step = begun.step
+    size, fails = next_size(spec, system, walk, taken, step)
+    kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
+    time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
+    event = _Event(kind, event.ending, time, event.happens | fails, event.reached & ~fails)
+    overflows = (status == Status.NON_FINITE) | (status == Status.NOT_CONVERGED)
+    status = jnp.where(fails & overflows, Status.OK, status)
+    status = jnp.where(begun.final, Status.NOT_CONVERGED, status).astype(jnp.int32)
+    return event, status, size
+
+
+def _first_event(
+    spec: RK4Split | EventExact,
+    system: System,
+    begun: _Beginning,
+    walk: Walk,
+    first: Motion,
+    samples: _Samples,
+    ending: Ending,
+    taken: Taken,
+):
+    """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
+    floor, mode, step = system.scene.floor, begun.mode, begun.step
+    near = spec.close, spec.reach
+    rate, end = taken.crank_rate, taken.end
+    last, margins = jnp.full_like(walk.target, END), ending.margins
+    slope = parabola_slope(margins)
+    nearer = spec.close / 10, spec.reach  # a walk ends once: another trial costs little
+    ended = last, first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
+    low, high = bounds(walk.phase.dtype)
+    exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
+    room = [jnp.minimum(high - theta, theta - low) for theta in samples.phase]
+    theta = samples.phase[2]
+    inwards = jnp.where(high - theta < theta - low, -rate, rate)
+    best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
+    best = _earlier(ended, best)
+    if slips_freely(system.scene):
+        return best
+    slides = mode != 0
+    margins = [
+        jnp.where(slides, mode * velocity, cone)
+        for velocity, cone in zip(samples.foot_velocity, samples.cone, strict=True)
+    ]
+    slowing = mode * end.foot_acceleration * step
+    slope = jnp.where(slides, slowing, parabola_slope(margins))
+    change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
+    leaving = None
+    if isinstance(spec, EventExact):
+        leaving = jnp.where(slides, mode * first.foot_acceleration * step, 0.0)
+    crossing = first_crossing(margins, slope, walk.target == change, *near, leaving)
+    best = _earlier((change, crossing), best)
+    if isinstance(floor, Patches):
+        edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
+        edge = edge - walk.steps.astype(edge.dtype) * system.model.step_length
+        ahead = slides & jnp.isfinite(edge)
+        edge = jnp.where(ahead, edge, 0.0)
+        gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.foot_position]
+        kind = jnp.full_like(exchange, EventKind.PATCH)
+        closing = jnp.where(ahead, -mode * samples.foot_velocity[2] * step, 0.0)
+        crossing = first_crossing(gaps, closing, walk.target == kind, *near)
+        best = _earlier((kind, crossing), best)
+    return best
+
+
+def _earlier(event: tuple[Array, Crossing], best: tuple[Array, Crossing]):
+    """The earlier of two events, each a kind and a crossing."""
+    (_, crossing), (_, first) = event, best
+    sooner = crossing.time < first.time
+    return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), event, best)
+
+
+def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial) -> Walk:
+    """Act on a trial's judgement: move or stay, switch or aim at what comes first.
+
+    A walk that has ended stays as it is, to the last bit: 0 times its rate may be no number.
+    """
+    fixed = isinstance(spec, RK4Split)
+    longest = system.duration / spec.substeps if fixed else trial.size
+    slips = (walk.foot_velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
+    walk = note(walk, slips, EventKind.SLIP)
+    ends = trial.switches & (trial.kind == END)
+    moved = note(_moved(system, walk, trial), trial.switches & ~ends, trial.kind)
+    switched = _switched(system, moved, trial)
+    switched = _tidy_unsplit(system, switched, trial)
+    status = jnp.where(ends, trial.ending, switched.status)
+    switched = switched._replace(aim=longest, target=jnp.zeros_like(trial.kind), status=status)
+    again = walk._replace(
+        aim=trial.time * trial.step,
+        target=trial.kind,
+        breakaway=jnp.where(walk.foot_velocity == 0, trial.mode, 0.0),
+    )
+    ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
+    over = ended.status > Status.SLIP_ONSET
+    result = jax.tree.map(
+        lambda new, old, end: jnp.where(over, end, jnp.where(trial.accepted, new, old)),
+        switched,
+        again,
+        ended,
+    )
+    return result._replace(trials=walk.trials + 1, size=trial.size)
+
+
+def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
+    """The walk at the trial's end, corrected onto the event by a small fraction of the step."""
+    part = jnp.where(trial.switches & (trial.step > 0), trial.time - 1, 0.0)
+    time = part * trial.step
+    theta = trial.phase + time * trial.crank_rate + time**2 / 2 * trial.alpha
+    rate = trial.crank_rate + time * trial.alpha + time * part * (trial.alpha - trial.alpha_middle)
+    slide = trial.foot_position + time * trial.foot_velocity + time**2 / 2 * trial.foot
+    velocity = (
+        trial.foot_velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
+    )
+    left = walk.left - trial.step - time
+    tiny = 8 * jnp.finfo(walk.phase.dtype).eps * system.duration
+    if isinstance(system.drive, Torque):
+        work = system.drive.torque * (theta - walk.phase)
+    else:  # a given crank motion: integrated along the step
+        work = jnp.asarray(trial.work) + time * jnp.asarray(trial.power)
+    work = jnp.where(trial.step > 0, work, 0.0)
+    return walk._replace(
+        phase=theta,
+        crank_rate=rate,
+        foot_position=slide,
+        foot_velocity=velocity,
+        left=jnp.where((left <= tiny) | trial.final & ~trial.switches, 0.0, left),
+        breakaway=jnp.zeros_like(walk.breakaway),
+        distance=walk.distance + jnp.abs(slide - walk.foot_position),
+        work=walk.work + work,
+        positive_work=walk.positive_work + jnp.maximum(work, 0.0),
+    )
+
+
+def _switched(system: System, walk: Walk, trial: Trial) -> Walk:
+    """State after an event: new velocity, direction, leg or patch."""
+    low, high = bounds(walk.phase.dtype)
+    kind = jnp.where(trial.switches, trial.kind, EventKind.NONE)
+    exchange = kind == EventKind.EXCHANGE
+    bound = jnp.where(walk.phase > jnp.pi, high, low)
+    if not slips_freely(system.scene):
+        walk = walk._replace(
+            foot_velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.foot_velocity),
+            breakaway=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
+        )
+    if isinstance(system.scene.floor, Patches):
+        crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)
+        walk = walk._replace(patch=jnp.where(kind == EventKind.PATCH, crossed, walk.patch))
+    walk = walk._replace(phase=jnp.where(exchange, bound, walk.phase))
+    return hand_over(system, walk, exchange)
+
+
+def _tidy_unsplit(system: System, walk: Walk, trial: Trial) -> Walk:
+    """After the last trial allowed: no sliding against the mode, support and patch by the place."""
+    low, high = bounds(walk.phase.dtype)
+    turned_back = trial.final & (trial.mode * walk.foot_velocity < 0)
+    walk = walk._replace(foot_velocity=jnp.where(turned_back, 0.0, walk.foot_velocity))
+    passed = (walk.phase > high) | (walk.phase < low)
+    return hand_over(system, walk, trial.final & passed, landed=trial.final)
