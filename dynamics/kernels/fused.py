@@ -115,8 +115,8 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
 
 @lru_cache(maxsize=REMEMBERED)
 def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], switch: str | None) -> _Kernel:
-    """Kernel of a traced function; keys: its arguments that are random keys; switch: the user's, which
-    is part of what is remembered."""
+    """Kernel of a traced function; keys: its arguments that are random keys; switch: the variable
+    SWITCH, which is part of what is remembered."""
     function = jaxpr_as_fun(traced)
 
     def read(*leaves: Array) -> list[Array]:
