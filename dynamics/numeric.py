@@ -105,8 +105,8 @@ def require_broadcast(**values: Any) -> tuple[int, ...]:
     try:
         return np.broadcast_shapes(*shapes.values())
     except ValueError:
-        told = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
-        raise ValueError(f"shapes do not broadcast: {told}; accepted: the same, or ()") from None
+        given = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise ValueError(f"shapes do not broadcast: {given}; accepted: the same, or ()") from None
 
 
 def float_type(*trees: Any):

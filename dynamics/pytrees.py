@@ -142,10 +142,7 @@ def brief(value: Any) -> str:
         own = is_dataclass(value) and type(value).__repr__ is short_repr
         text = repr(value) if own else shown(value)
         return text if own or len(text) <= LONGEST else f"{text[:LONGEST]}..."
-    try:
-        array = np.asarray(value)
-    except Exception:  # noqa: BLE001, such as a buffer that was given away
-        return f"{type(value).__name__} that cannot be read"
+    array = np.asarray(value)
     if array.ndim == 0:
         return f"{array.item():.4g}"
     if array.ndim == 1 and array.size <= FEW:

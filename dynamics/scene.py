@@ -120,25 +120,28 @@ class Scene:
     @classmethod
     def grip(cls, **options: Unpack[SceneOptions]) -> Scene:
         """A floor without slip. Options: payload, steps, outputs."""
-        return cls._with(Grip(), options)
+        return cls._with(Grip, {}, options)
 
     @classmethod
-    def _with(cls, floor: Floor, options: SceneOptions) -> Scene:
+    def _with(cls, kind: type[Floor], numbers: dict[str, Numbers], options: SceneOptions) -> Scene:
+        """A scene on a floor of these numbers, all checked."""
         require_known(options, ("payload", "steps", "outputs"), "option of a scene")
         if (payload := options.get("payload")) is not None:
             options["payload"] = as_number("payload", payload, **PAYLOAD)
-        return cls(floor, **options).validate()
+        rules = {"edges": {"accepted": EDGES}, "slip_speed": SLIP_SPEED}
+        fields = {
+            name: as_number(name, value, **rules.get(name, FRICTION))
+            for name, value in numbers.items()
+        }
+        return cls(kind(**fields), **options).validate()
 
     @classmethod
     def uniform(
         cls, mu_static: Numbers, mu_kinetic: Numbers | None = None, **options: Unpack[SceneOptions]
     ) -> Scene:
         """One friction everywhere; mu_kinetic defaults to mu_static."""
-        mu_static = as_number("mu_static", mu_static, **FRICTION)
-        if mu_kinetic is None:
-            mu_kinetic = mu_static
-        mu_kinetic = as_number("mu_kinetic", mu_kinetic, **FRICTION)
-        return cls._with(Uniform(mu_static, mu_kinetic), options)
+        mu_kinetic = mu_static if mu_kinetic is None else mu_kinetic
+        return cls._with(Uniform, {"mu_static": mu_static, "mu_kinetic": mu_kinetic}, options)
 
     @classmethod
     def patches(
@@ -150,23 +153,16 @@ class Scene:
     ) -> Scene:
         """Friction by floor position; see Patches. Ice from 0.3 m to 0.6 m:
         `Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5])`."""
-        _require_edges(edges)
-        given = {
-            "mu_static": mu_static,
-            "mu_kinetic": mu_static if mu_kinetic is None else mu_kinetic,
-        }
-        numbers = {name: as_number(name, value, **FRICTION) for name, value in given.items()}
-        edges = as_number("edges", edges, accepted=EDGES)
-        return cls._with(Patches(edges, **numbers), options)
+        mu_kinetic = mu_static if mu_kinetic is None else mu_kinetic
+        numbers = {"edges": edges, "mu_static": mu_static, "mu_kinetic": mu_kinetic}
+        return cls._with(Patches, numbers, options)
 
     @classmethod
     def smoothed(
         cls, mu_kinetic: Numbers, slip_speed: Numbers = 0.01, **options: Unpack[SceneOptions]
     ) -> Scene:
         """Friction smoothed over sliding speeds of about slip_speed [m/s]; see Smoothed."""
-        mu_kinetic = as_number("mu_kinetic", mu_kinetic, **FRICTION)
-        slip_speed = as_number("slip_speed", slip_speed, **SLIP_SPEED)
-        return cls._with(Smoothed(mu_kinetic, slip_speed), options)
+        return cls._with(Smoothed, {"mu_kinetic": mu_kinetic, "slip_speed": slip_speed}, options)
 
     @classmethod
     def named(cls, name: str, **options) -> Scene:
@@ -248,11 +244,7 @@ def _check_patches(floor: Patches) -> None:
                 f"here {edges[-1] + 1}"
             )
     require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
-    _require_edges(floor.edges)
-
-
-def _require_edges(edges: Numbers) -> None:
-    require_number("edges", edges, accepted=EDGES)
-    if is_concrete(edges) and np.any(np.diff(np.atleast_1d(np.asarray(edges, float))) <= 0):
-        told = shown(np.asarray(edges).tolist())
-        raise ValueError(f"edges = {told}; accepted: {EDGES}")
+    require_number("edges", floor.edges, accepted=EDGES)
+    if is_concrete(floor.edges) and np.any(np.diff(np.asarray(floor.edges, float)) <= 0):
+        given = shown(np.asarray(floor.edges).tolist())
+        raise ValueError(f"edges = {given}; accepted: {EDGES}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -47,8 +47,6 @@ from stickslip.dynamics.pytrees import (
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
@@ -70,9 +68,6 @@ def inertia_of(params: BipedParams, fidelity: Fidelity) -> Inertia:
     if isinstance(spec, Reduced):
         return ExactInertia(params)
     return JointInertia(params, spec.step if isinstance(spec, Paper) else None)
-
-
-Asked = TypeVar("Asked")
 
 
 @register_pytree
@@ -254,22 +249,24 @@ class LoadedInertia:
 
     def at(self, theta: Float[Array, ""]) -> ReducedInertia | DifferencedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
-        return self._sum(lambda inertia: inertia.at(theta))
+        return self._sum("at", theta)
 
     def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad]."""
-        return self._sum(lambda inertia: inertia.moment_at(theta))
+        return self._sum("moment_at", theta)
 
     def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """L and its slope alone, at `theta` [rad]."""
-        return self._sum(lambda inertia: inertia.spin_at(theta))
+        return self._sum("spin_at", theta)
 
-    def _sum(self, part: Callable[[Inertia], Asked]) -> Asked:
-        """part: what is asked of inertia functions."""
-        scaled = jax.tree.map(lambda value: self.mass_factor * value, part(self.empty))
+    def _sum(self, part: str, theta: Float[Array, ""]) -> Any:
+        """Values of a method of the inertia functions."""
+        values = getattr(self.empty, part)(theta)
+        scaled = jax.tree.map(lambda value: self.mass_factor * value, values)
         if self.unit is None:
             return scaled
-        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, part(self.unit))
+        unit = getattr(self.unit, part)(theta)
+        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, unit)
 
 
 def load(

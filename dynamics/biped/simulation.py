@@ -354,7 +354,7 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
     if isinstance(params, BipedModel) or scene.steps == "one" or not is_concrete(params):
         return
     if np.ndim(params.crank) > 0:
-        return  # a batch: Status.NO_EXCHANGE tells the members apart
+        return  # a batch: Status.NO_EXCHANGE is said of each member
     with jax.ensure_compile_time_eval():  # a robot of plain numbers inside the caller's own jit
         mismatch = float(_mismatch(params))
     accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))

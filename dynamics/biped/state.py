@@ -31,7 +31,7 @@ class BipedState:
     phase: crank angle of the supporting leg, in [pi/2, 3 pi/2] [rad]. steps: exchanges so far,
     forwards positive (integer). crank_rate [rad/s]. foot_position: slide x1 of eq. (16), the
     supporting ankle's distance from the foothold that `steps` steps without slip lead to [m], kept
-    apart from the steps so that single precision holds over long walks. foot_velocity: of the
+    separate from the steps so that single precision holds over long walks. foot_velocity: of the
     supporting foot over the floor, exactly 0 while it is at rest [m/s]. time [s].
 
     The whole turn of the crank is `crank_angle`, the ankle's place on the floor `floor_position`.

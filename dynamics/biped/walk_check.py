@@ -67,7 +67,7 @@ class WalkCheck:
     change, of the last digit of a mass, too, grows by so much, and no promise of `recommend` is
     worth much on it. NaN where the derivative did not come to an end.
     reference_angle_error, reference_slide_error: the reference beside one with a hundred times the
-    tolerance, which bounds its own error unless both have missed an event.
+    tolerance, which bounds its own error unless both overlook an event.
     cost: seconds for each simulated second and walk, warm, waited for, without compiling and
     preparing the robot. duration: of the walk [s].
     """

@@ -1,14 +1,14 @@
 """Event-split Runge-Kutta: steps that stop and start again at every switching instant.
 
 One trial step, of fixed or of controlled length, is taken in the current mode. If the foot would
-break loose, stop, cross a patch's edge or hand over to the other foot inside it, the trial is taken
-again up to that instant, corrected onto it and the mode switched; else it stands. Every trial does
-the same work whatever happens, so a batch runs in step without branches, and the number of trials
-is bounded: the last one allowed goes to the end of the call unsplit.
+break loose, stop, cross a patch's edge or hand over to the other foot inside it, the trial is
+repeated up to that instant, corrected onto it and the mode switched; else it stands. Every trial
+does the same work whatever happens, so a batch runs in step without branches, and the number of
+trials is bounded: the last one allowed goes to the end of the call unsplit.
 
 The loop alternates `attempt` (compute a trial and judge it) and `settle` (act on the judgement).
-Judgement and action stand on either side of the loop's boundary on purpose: what
-crosses it is computed once, where inside one body the compiler repeats it for every result.
+Judgement and action stand on either side of the loop's boundary on purpose: what crosses it is
+computed once, where inside one body the compiler repeats it for every result.
 """
 
 from __future__ import annotations
@@ -79,10 +79,10 @@ def advance(spec: RK4Split | EventExact, system: System, walk: Walk) -> Walk:
 def _advance_jvp(spec, primals, tangents):
     def bounded(system, walk):
         def body(now, _):
-            again = partial(_round, spec, system)
+            go_on = partial(_round, spec, system)
             if isinstance(spec, RK4Split):  # few trials: a branch would keep a table a member
-                return jax.tree.map(partial(jnp.where, now.going), again(now), now), None
-            return jax.lax.cond(now.going, again, lambda now: now, now), None
+                return jax.tree.map(partial(jnp.where, now.going), go_on(now), now), None
+            return jax.lax.cond(now.going, go_on, lambda now: now, now), None
 
         pending, _ = jax.lax.scan(body, _first(system, walk), length=spec.trials)
         return settle(spec, system, pending.walk, pending.trial)
@@ -359,7 +359,7 @@ def _first_event(
     rate, end = taken.crank_rate, taken.end
     last, margins = jnp.full_like(walk.target, END), ending.margins
     slope = parabola_slope(margins)
-    nearer = spec.close / 10, spec.reach  # a walk ends once: another trial costs little
+    nearer = spec.close / 10, spec.reach  # one end a walk: another trial costs little
     ended = last, first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
     low, high = bounds(walk.phase.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
@@ -418,7 +418,7 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     switched = _tidy_unsplit(system, switched, trial)
     status = jnp.where(ends, trial.ending, switched.status)
     switched = switched._replace(aim=longest, target=jnp.zeros_like(trial.kind), status=status)
-    again = walk._replace(
+    aimed = walk._replace(
         aim=trial.time * trial.step,
         target=trial.kind,
         breakaway=jnp.where(walk.foot_velocity == 0, trial.mode, 0.0),
@@ -428,7 +428,7 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     result = jax.tree.map(
         lambda new, old, end: jnp.where(over, end, jnp.where(trial.accepted, new, old)),
         switched,
-        again,
+        aimed,
         ended,
     )
     return result._replace(trials=walk.trials + 1, size=trial.size)

@@ -134,10 +134,10 @@ def _stopped(
         stops = stops | turned
     else:
         stops, rest = turned, zero
-        way = walk.foot_velocity * until / 2  # until it stops, at the acceleration it starts with
-        way = jnp.where(slows & (mode * walk.foot_velocity > 0), way, zero)
+        path = walk.foot_velocity * until / 2  # until it stops, at the acceleration it starts with
+        path = jnp.where(slows & (mode * walk.foot_velocity > 0), path, zero)
         reached = reached._replace(
-            foot_position=jnp.where(stops, walk.foot_position + way, reached.foot_position)
+            foot_position=jnp.where(stops, walk.foot_position + path, reached.foot_position)
         )
     return reached._replace(foot_velocity=jnp.where(stops, 0.0, reached.foot_velocity)), rest, stops
 

@@ -135,3 +135,6 @@ def test_the_sensitivity_is_that_of_finite_differences(float64):
     slopes = np.moveaxis((walks[:4] - walks[4:]) / (2 * h), 0, -1)[1:]
     expected = np.max(np.linalg.norm(slopes, 2, axis=(1, 2)))
     assert found.sensitivity == pytest.approx(expected, rel=1e-4)
+    assert not found.sensitive
+    assert found.reference_suffices
+    assert found.cost > 0
