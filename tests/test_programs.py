@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from stickslip import programs
-from stickslip.cli import WRONG_INPUT, main
 from stickslip.programs import compiled_programs, kept_programs, prepared, programs_folder
 
 CONFIG: Any = jax.config
@@ -60,10 +59,8 @@ def test_what_one_command_compiles_the_next_one_finds(store):
         lambda raw: b"",
         lambda raw: raw[: len(raw) // 2],
         lambda raw: raw[:-1] + bytes([raw[-1] ^ 1]),
-        lambda raw: raw[:40] + b"\xff" * 8 + raw[48:],
-        lambda raw: b"not a program",
     ],
-    ids=["empty", "cut", "last bit", "middle", "text"],
+    ids=["empty", "cut", "last bit"],
 )
 def test_a_damaged_program_is_dropped_and_compiled_again(store, damage):
     first, _ = run(store)
@@ -112,20 +109,11 @@ def test_the_oldest_go_where_there_are_too_many(store, monkeypatch):
     assert left == {"a-cache", "b-cache", ".y-1.part"}
 
 
-@pytest.mark.parametrize(
-    ("system", "environment", "folder"),
-    [
-        ("linux", {"HOME": "/home/me"}, "/home/me/.cache/stickslip"),
-        ("linux", {"HOME": "/home/me", "XDG_CACHE_HOME": "/fast"}, "/fast/stickslip"),
-        ("linux", {}, None),
-        ("darwin", {"HOME": "/Users/me"}, "/Users/me/Library/Caches/stickslip"),
-        ("win32", {"LOCALAPPDATA": "C:/Local"}, "C:/Local/stickslip/Cache"),
-        ("linux", {"HOME": "/home/me", "STICKSLIP_CACHE": "/mine"}, "/mine"),
-        ("linux", {"HOME": "/home/me", "STICKSLIP_CACHE": "OFF"}, None),
-    ],
-)
-def test_programs_lie_in_the_cache_folder_of_the_system(system, environment, folder):
-    assert programs_folder(environment, system) == (folder and Path(folder))
+def test_programs_lie_in_the_users_cache_folder():
+    assert programs_folder({}) == Path.home() / ".cache" / "stickslip"
+    assert programs_folder({"XDG_CACHE_HOME": "/fast"}) == Path("/fast/stickslip")
+    assert programs_folder({"STICKSLIP_CACHE": "/mine"}) == Path("/mine")
+    assert programs_folder({"STICKSLIP_CACHE": "OFF"}) is None
 
 
 def test_a_cache_that_the_user_has_set_stays_as_it_is(tmp_path, monkeypatch):
@@ -141,13 +129,6 @@ def test_a_cache_that_the_user_has_set_stays_as_it_is(tmp_path, monkeypatch):
             assert (tmp_path / "mine").exists() == used
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
-
-
-def test_an_error_passes_through_and_leaves_nothing_behind(store):
-    with pytest.raises(KeyError), kept_programs(store):
-        raise KeyError
-    assert list(store.iterdir()) == []
-    assert main(["evaluate", "nobody", "--no-cache"]) == WRONG_INPUT
 
 
 def test_compiling_is_said_once_while_it_lasts(capsys, monkeypatch):

@@ -20,11 +20,7 @@ def test_a_table_is_printed_with_the_letters_that_there_are(monkeypatch, encodin
         monkeypatch.setattr(sys, "stdout", stream)
         assert cli.main(["policies"]) == OK
         stream.flush()
-        text = written.getvalue().decode(encoding)
-        print("0 ± 1", flush=True)
-        assert written.getvalue().decode(encoding)[len(text) :].split()[1] in ("±", "+-")
-    assert "biped-ice" in text
-    assert "-----" in text
+        assert "biped-ice" in written.getvalue().decode(encoding)
 
 
 def test_errors_of_a_closed_standard_error_are_not_printed_on_the_other(capsys, monkeypatch):

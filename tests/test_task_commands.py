@@ -67,8 +67,6 @@ def test_unknown_tasks_bring_the_nearest_everywhere(capsys):
         (["crank-speed-pi", "--scene", "wet"], "--scene with --task BipedFast-v0, which is fixed"),
         (["crank-speed-pi", "--payload", "1"], "--payload with --task BipedFast-v0"),
         (["level-body"], "'level-body' is a baseline of the UGV"),
-        (["nobody"], "'nobody' is neither a baseline nor a file"),
-        (["crank-speed-pi", "--episodes", "0"], "episodes = 0"),
     ],
 )
 def test_what_does_not_go_with_a_task_is_refused(capsys, arguments, said):

@@ -7,7 +7,6 @@ on stderr and exit status 2. With --json standard output holds one JSON object a
 from __future__ import annotations
 
 import argparse
-import codecs
 import os
 import sys
 from contextlib import redirect_stdout
@@ -52,11 +51,6 @@ EXTRAS = {
     "argcomplete": "completion",
 }
 """Optional packages and the extra that brings them."""
-
-PLAIN = "stickslip-plain"
-"""Name of the error handler."""
-INSTEAD = {"─": "-", "±": "+-", "×": "x", "–": "-", "…": "...", "²": "2", "°": " deg"}
-"""Replacements for letters that the encoding lacks; a question mark for others."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -170,26 +164,14 @@ def _found(flags: dict[str, Any]) -> Content | None:
 
 
 def prepare_streams() -> None:
-    """Make both fit to print on, whatever the surroundings gave.
-
-    A closed one (None in Python, which then prints errors on the other) leads nowhere; one whose
-    encoding lacks a letter (ASCII, Windows' code pages) gets a plainer one, where Python would end
-    a command whose work is done.
-    """
-    codecs.register_error(PLAIN, _plain)
+    """Make both fit to print on: a closed one leads nowhere (it is None in Python, which would
+    print errors on the other), and a letter that the encoding lacks becomes a question mark."""
     for name in ("stdout", "stderr"):
         stream: IO[str] | None = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif getattr(stream, "errors", None) == "strict" and hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors=PLAIN)  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _plain(error: UnicodeError) -> tuple[str, int]:
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    missing = error.object[error.start : error.end]
-    return "".join(INSTEAD.get(letter, "?") for letter in missing), error.end
+            stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _complete() -> None:

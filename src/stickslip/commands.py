@@ -76,7 +76,7 @@ COMMANDS = {
                 "a law for the torque: rows and a picture"
             ),
             "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
-            "--set kinetic_ratio=0.8 --seconds 0.9 --out ice.parquet": "a patch of ice",
+            "--seconds 0.9 --out ice.parquet": "a patch of ice",
             "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": (
                 "legs held still over a bump"
             ),

@@ -74,19 +74,19 @@ def _row(one: Record) -> list[str]:
 def _in_words(one: Record) -> str:
     earned, trained = one.earned, one.trained
     score = "" if one.score is None else f", score {one.score.shown(3)}"
-    lines = [
-        f"{one.name}: {one.task.name}, {one.task.title}",
-        f"  file           {one.path}, {_size(one):,} bytes",
-        f"  layers         {' x '.join(map(str, one.layer_sizes))}",
-        f"  definition     {one.task.digest}",
-        f"  earned         {earned['return']:.4g}{score}, over {earned['episodes']} "
-        f"episode{'' if earned['episodes'] == 1 else 's'}, {earned['failures']:.0%} failures",
-        f"  trained        {trained['timesteps']:,} steps, kept after {trained['best_after']:,}",
-        f"  with           {_packages(trained['versions'])}",
-        f"  on             {_packages(trained['machine'])}",
-        f"{'Carried over, trained as by' if one.carried_over else 'Trained by'}: {one.command}",
-    ]
-    return "\n".join(lines)
+    episodes = f"{earned['episodes']} episodes, {earned['failures']:.0%} failures"
+    facts = {
+        "file": f"{one.path}, {_size(one):,} bytes",
+        "layers": " x ".join(map(str, one.layer_sizes)),
+        "definition": one.task.digest,
+        "earned": f"{earned['return']:.4g}{score}, over {episodes}",
+        "trained": f"{trained['timesteps']:,} steps, kept after {trained['best_after']:,}",
+        "with": _packages(trained["versions"]),
+        "on": _packages(trained["machine"]),
+        "carried over, as by" if one.carried_over else "by": one.command,
+    }
+    lines = [f"  {name:<13}  {text}" for name, text in facts.items()]
+    return "\n".join([f"{one.name}: {one.task.name}, {one.task.title}", *lines])
 
 
 def _size(one: Record) -> int:

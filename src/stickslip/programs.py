@@ -10,11 +10,11 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
-import sys
 import time
 from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from threading import Timer, get_ident
+from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 from stickslip.optim.progress import say_stage
@@ -52,7 +52,7 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
 
     config: Any = jax.config
     own = bool(config.jax_compilation_cache_dir)
-    folder = programs_folder(os.environ, sys.platform) if keep and not own else None
+    folder = programs_folder(os.environ) if keep and not own else None
     store = None if folder is None else prepared(folder)
     again = " (the next time they are there)" if store or own else ""
     with said_when_compiling(lambda: say_stage(f"compiling programs{again}")):
@@ -63,19 +63,13 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
                 yield
 
 
-def programs_folder(environment: Mapping[str, str], system: str) -> Path | None:
-    """Folder of the user's kept programs, or None: the cache folder of the system's kind."""
-    if asked := environment.get(FOLDER):
-        return None if asked.lower() == OFF else Path(asked)
-    if system == "win32":
-        local = environment.get("LOCALAPPDATA")
-        return Path(local) / "stickslip" / "Cache" if local else None
-    shared = environment.get("XDG_CACHE_HOME", "")
-    if system != "darwin" and os.path.isabs(shared):
-        return Path(shared) / "stickslip"
-    home = environment.get("HOME")
-    inside = "Library/Caches" if system == "darwin" else ".cache"
-    return Path(home) / inside / "stickslip" if home else None
+def programs_folder(environment: Mapping[str, str]) -> Path | None:
+    """Folder of the user's kept programs, or None where there is to be none."""
+    asked = environment.get(FOLDER, "")
+    if asked.lower() == OFF:
+        return None
+    shared = environment.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    return Path(asked) if asked else Path(shared) / "stickslip"
 
 
 def prepared(folder: Path) -> Path | None:
@@ -184,24 +178,19 @@ def said_when_compiling(say: Callable[[], None]) -> Iterator[None]:
     """Inside, `say` is called once, in another thread, when JAX compiles a program for PATIENCE."""
     from jax import monitoring
 
-    running: dict[int, Timer] = {}
-    said = False
-
-    def tell() -> None:
-        nonlocal said
-        first, said = not said, True
-        if first:
-            say()
+    running: list[Timer] = []
+    once = cache(say)
 
     def begun(event: str, value: Any, **_: Any) -> None:
-        if event == COMPILED and not said:
-            timer = running[get_ident()] = Timer(PATIENCE, tell)
+        if event == COMPILED:
+            timer = Timer(PATIENCE, once)
             timer.daemon = True
+            running.append(timer)
             timer.start()
 
     def ended(event: str, duration_secs: float, **_: Any) -> None:
-        if event == COMPILED and (timer := running.pop(get_ident(), None)):
-            timer.cancel()
+        if event == COMPILED and running:
+            running.pop().cancel()
 
     monitoring.register_scalar_listener(begun)
     monitoring.register_event_duration_secs_listener(ended)
@@ -210,5 +199,5 @@ def said_when_compiling(say: Callable[[], None]) -> Iterator[None]:
     finally:
         monitoring.unregister_scalar_listener(begun)
         monitoring.unregister_event_duration_listener(ended)
-        for timer in running.values():
+        for timer in running:
             timer.cancel()

@@ -54,11 +54,6 @@ def test_outside_a_checkout_it_says_what_to_do(capsys, monkeypatch: pytest.Monke
     assert "The others need a checkout" in capsys.readouterr().out
 
 
-def test_a_benchmark_that_writes_its_own_json_is_refused_with_the_flag_for_it(capsys):
-    assert main(["bench", "throughput", "--json"]) == WRONG_INPUT
-    assert "accepted: --out FILE" in capsys.readouterr().err
-
-
 def test_one_of_the_package_tells_what_it_found(capsys):
     assert main(["bench", "optimisers", "methods", "--json"]) == OK
     told = json.loads(capsys.readouterr().out)

@@ -2,7 +2,6 @@
 
 import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -62,23 +61,6 @@ def test_commands_with_a_table_have_the_flag_and_only_they(capsys):
         assert COMMANDS[name].json is not (name in without)
     assert main(["export", "biped-ice", "--out", "x.npz", "--json"]) == WRONG_INPUT
     assert "unrecognized arguments: --json" in capsys.readouterr().err
-
-
-def test_a_demos_table_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    from stickslip.agents import demo
-
-    def shown(parent: str, **how: object) -> Path:
-        print("a table for people")
-        table = {"units": {"return": "-"}, "rows": [{"metrics": {"return": {"value": 1.5}}}]}
-        (tmp_path / "table.json").write_text(json.dumps(table))
-        return tmp_path
-
-    monkeypatch.setattr(demo, "demo", shown)
-    assert main(["demo", "--json"]) == OK
-    told = strict(capsys.readouterr().out)
-    assert told["directory"] == str(tmp_path)
-    assert told["rows"][0]["metrics"]["return"]["value"] == 1.5
-    assert told["units"] == {"rows": {"metrics": {"return": "-"}}}
 
 
 def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):

@@ -12,7 +12,7 @@ from stickslip.dynamics.biped import BipedState, forward_dynamics, inverse_dynam
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from tests.dynamics.biped.helpers import default_model, default_params
-from tests.fuzz.marks import unmarked
+from tests.fuzz.members import unmarked
 
 SOUND = {
     "phase": 2.0,

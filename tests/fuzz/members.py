@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics import Patches, Scene, Smoothed, Uniform
+from stickslip.dynamics import Patches, Scene, Smoothed, Status, Uniform
 from stickslip.dynamics.biped import (
     SUPPORT_END,
     SUPPORT_START,
@@ -134,3 +134,15 @@ def scene_of(kind: str, friction: Any) -> Scene:
 def at(tree: Any, index: Any) -> Any:
     """One member of a pool."""
     return jax.tree.map(lambda leaf: leaf[index], tree)
+
+
+def unmarked(status: Any, tree: Any) -> np.ndarray:
+    """Mask along the first axis: the status is not terminal and a number is not finite."""
+    status = np.asarray(status)
+    sound = np.ones(status.shape, bool)
+    for leaf in jax.tree.leaves(tree):
+        values = np.asarray(leaf)
+        if np.issubdtype(values.dtype, np.floating):
+            axes = tuple(range(status.ndim, values.ndim))
+            sound &= np.isfinite(values).all(axis=axes)
+    return ~sound & (status <= Status.SLIP_ONSET)

@@ -17,7 +17,6 @@ from stickslip.agents.policy.network import FARTHEST
 from stickslip.agents.registry import read_configuration
 from stickslip.agents.training.directory import MODEL, STATE, TrainState, read_model, read_state
 from stickslip.agents.training.log import MetricsFile, read_columns
-from stickslip.agents.untrusted import RefusedError
 from stickslip.envs import BipedEnv
 from tests.fuzz import spoilt
 
@@ -136,11 +135,3 @@ def test_text_files_of_a_run_are_refused_or_sound(tmp_path: Path):
         table.write_bytes(way(metrics.encode(), rng))
         tally.run("table", lambda: read_columns(table))
     tally.close("texts of runs")
-
-
-def test_the_boundary_turns_every_failure_into_one_kind():
-    from stickslip.agents.untrusted import refusing
-
-    for failure in (MemoryError(), RecursionError("deep"), KeyError("x"), OverflowError("big")):
-        with pytest.raises(RefusedError, match="the file is damaged"), refusing("the file"):
-            raise failure

@@ -21,7 +21,7 @@ import pytest
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv, GymEnv, GymVectorEnv, Randomisation
 from tests.envs.ugv import helpers as ugv
-from tests.fuzz.environments import HAS_SB3
+from tests.fuzz.test_constructors import HAS_SB3
 
 SEED, MANY, STEPS, CHOSEN = 7, 1000, 40, 3
 OPTIONS = {

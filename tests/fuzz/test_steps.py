@@ -28,8 +28,7 @@ from stickslip.dynamics.biped import (
     step,
 )
 from stickslip.envs import BipedEnv, Randomisation
-from tests.fuzz.marks import unmarked
-from tests.fuzz.members import Members, at, members, robots, scene_of
+from tests.fuzz.members import Members, at, members, robots, scene_of, unmarked
 
 pytestmark = pytest.mark.long
 

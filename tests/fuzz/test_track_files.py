@@ -57,47 +57,31 @@ def hostile() -> dict[str, tuple[str, bytes]]:
     many = 10**6
     files = {
         "entity bomb": f'{HEAD}<!DOCTYPE g [<!ENTITY l0 "lol">{bomb}]><gpx>&l11;</gpx>',
-        "quadratic entities": f'<!DOCTYPE g [<!ENTITY a "{"a" * 50_000}">]><g>{"&a;" * 50_000}</g>',
         "external entity": '<!DOCTYPE g [<!ENTITY x SYSTEM "file:///dev/zero">]><g>&x;</g>',
-        "parameter entity": '<!DOCTYPE g [<!ENTITY % x SYSTEM "http://h/"> %x;]><g/>',
         "entity without a type": "<gpx><trkpt lat='&lol;'/></gpx>",
         "nested elements": "<a>" * many,
-        "nested and closed": "<a>" * many + "</a>" * many,
-        "flat elements": "<gpx>" + "<a/>" * many + "</gpx>",
         "flat points": "<gpx>" + "<trkpt/>" * many + "</gpx>",
         "one attribute": f'<gpx><trkpt lat="{"1" * 10**7}"/></gpx>',
-        "many attributes": "<gpx " + " ".join(f'a{i}="1"' for i in range(2 * 10**5)) + "/>",
         "a tag without end": "<" + "a" * 10**7,
         "a comment without end": "<!--" + "-" * 10**7,
-        "CDATA without end": "<gpx><![CDATA[" + "]" * 10**7,
-        "a declaration without end": "<!" + " " * 10**7,
-        "many declarations": "<! " * (3 * 10**6),
         "utf-16 declared": GPX.replace("UTF-8", "UTF-16"),
         "utf-7 declared": GPX.replace("UTF-8", "UTF-7"),
-        "characters that are none": "<gpx>" + "&#0;" * 1000 + "</gpx>",
         "namespaces": "<gpx " + " ".join(f'xmlns:n{i}="u"' for i in range(10**5)) + "/>",
         "elevation in pieces": "<gpx><trkpt lat='1' lon='1'><ele>" + "1<!---->" * 10**6,
-        "elevation of entities": "<gpx><trkpt lat='1' lon='1'><ele>" + "&#49;" * 10**6,
     }
     tables = {
         "one line": "1," * (5 * 10**6),
         "one number": "1" * 10**7,
-        "empty lines": "\n" * 10**7,
         "comments": "#\n" * 10**7,
-        "blanks": " " * 10**7,
         "columns": "x,y" + ",z" * 10**6 + "\n",
         "points that stand still": "0 0\n" * (5 * 10**6),
         "two points far apart": "0,0\n1e300,1\n",
-        "a wall": "0,0\n1e-320,1e300\n",
         "points of no distance": "".join(f"{1 + i * 2.3e-16:.17g},0\n" for i in range(1000)),
         "other digits": "٠,٠\n١,١\n",
-        "nulls": "\0" * 10**6,
-        "quotes": '"' * 10**6,
     }
     found = {name: ("h.gpx", text.encode()) for name, text in files.items()}
     found |= {name: ("h.csv", text.encode()) for name, text in tables.items()}
     found["utf-16"] = ("h.gpx", GPX.encode("utf-16"))
-    found["utf-32"] = ("h.gpx", GPX.encode("utf-32"))
     found["too large"] = ("h.csv", b"0,0\n" * (5 * 2**20))
     return found
 

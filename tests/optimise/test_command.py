@@ -12,9 +12,7 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import Track
-from stickslip.optim import PostureProblem
 from stickslip.optimise.flags import PostureOptions
-from stickslip.optimise.picture import chosen
 from stickslip.optimise.shared import track_of, track_options_of
 from stickslip.optimise.ugv import spacing_of
 
@@ -65,16 +63,15 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     assert found["details"]["grid_bound"] == pytest.approx(found["value"], rel=1e-9)
     assert found["status"] == "FEASIBLE"
     assert found["feasible"] is True
-    assert f"centres {0.56 + np.min(at['between the wheels']):.4g} m apart or more" in printed
     assert f"no path over it is below {found['value']:.8g} J" in printed
-    assert re.search(r"lower bound +none proved: see --method branch", printed)
+    assert re.search(r"lower bound +none proved: see branch", printed)
     assert re.search(rf"legs' actuators +{found['energies']['total_energy']:.6g} J", printed)
     off = found["fine_value"] / found["value"] - 1
     assert abs(off) > 0.05
     assert found["fine_spacing"] == pytest.approx(np.diff(at["front wheel"])[0] / 10, rel=1e-6)
     assert f"{found['fine_value']:.8g} J ({off:+.1%})" in printed
-    assert f"warning: between the waypoints the value is {off:+.1%} off: 0.937 m" in warned
-    assert "4 x 4 leg angles, on which the legs can use 100% of their rate" in printed
+    assert f"warning: between the waypoints the value is {off:+.1%} off" in warned
+    assert "4 x 4 leg angles, using 100% of the leg rate" in printed
     angles = np.array(found["leg_angles"])
     np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)
     assert Path("run/drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
@@ -115,8 +112,6 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ("", "machine"),
-        ("boat", "invalid choice: 'boat'"),
         ("ugv --track moon", "track 'moon' is neither a name nor a file; accepted: flat, incline"),
         (
             "ugv --track-option hight=1",
@@ -124,21 +119,11 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
         ),
         ("ugv --track-option height=1,2", "height = (1, 2); accepted: one value"),
         ("ugv --criterion speed", "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
-        ("ugv --method magic", "method = 'magic' is unknown; accepted: 'grid', 'dp'"),
         ("ugv --set leg_rate=fast", "leg_rate: 'fast'; accepted: a number > 0, or none"),
         ("ugv --set start_angles=1,9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2"),
         (
-            "ugv --set angles=1000000",
-            "1000000 x 1000000 at 67 waypoints makes 6.7e+13 stations",
-        ),
-        (
             "ugv --set spacing=1e-9",
             "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
-        ),
-        ("ugv --track flat --track-option end=1e12", "STICKSLIP_MEMORY_LIMIT"),
-        (
-            "ugv --track flat --track-option end=5000 --set spacing=0.1 polish=true",
-            "fewer angles, polish=false",
         ),
         ("ugv --seed 3", "--seed with --method dp; accepted: without it"),
     ],
@@ -154,7 +139,6 @@ def test_spacing_goes_by_the_length_of_the_way():
     long = spacing_of(Track.flat(end=5000.0), asked)
     assert 5000 / long == pytest.approx(4999)
     assert spacing_of(Track.flat(end=5000.0), replace(asked, start=10.0, end=60.0)) == 0.1
-    assert spacing_of(Track.flat(end=5000.0), replace(asked, spacing=0.3)) == 0.3
 
 
 def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):
@@ -164,8 +148,6 @@ def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):
     )
     said = refusal(capsys, "ugv", "--track", "hill.csv", "--track-option", "height=1")
     assert "a track in a file has no 'height'; accepted: interpolation" in said
-    said = refusal(capsys, "ugv", "--columns", "x=x_m")
-    assert "--columns x=x_m with --track bump; accepted: with a file" in said
 
 
 def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
@@ -186,12 +168,3 @@ def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
         "c": "x",
         "band": (0.1, 2),
     }
-
-
-@pytest.mark.long
-def test_vehicles_are_drawn_at_waypoints_with_room_between_them():
-    problem = PostureProblem.along(Track.bump(), spacing=0.5)
-    places = problem.x[chosen(problem, 6)]
-    assert (places[0], places[-1]) == (problem.x[0], problem.x[-1])
-    assert np.all(np.diff(places) > problem.params.body_length)
-    assert len(chosen(problem, 1)) == 2

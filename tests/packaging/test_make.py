@@ -68,17 +68,6 @@ def test_the_demo_installs_what_it_needs_and_tests_add_the_rest(checkout: Checko
     assert checkout.make("venv") == checkout.make("venv", "EXTRAS=sb3") == []
 
 
-def test_what_changes_is_installed_again_into_the_same_environment(checkout: Checkout):
-    checkout.make("venv")
-    for name in ("pyproject.toml", "setup.py", "constraints.txt"):
-        later = (checkout.path / ".venv/.demo").stat().st_mtime + 1
-        os.utime(checkout.path / name, (later, later))
-        assert checkout.make("venv") == [".[all]"]
-        marks = [checkout.path / ".venv" / mark for mark in (".installed", ".demo")]
-        for mark in marks:
-            os.utime(mark, (later + 1, later + 1))
-
-
 def test_what_was_killed_or_moved_begins_anew(checkout: Checkout, tmp_path: Path):
     checkout.make(".venv/.demo")
     assert checkout.make("venv", fate="killed") == [".[all]"]

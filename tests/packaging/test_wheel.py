@@ -1,9 +1,8 @@
 """The built wheel works outside the checkout with its core dependencies only.
 
-A source distribution is built from a copy of the tree, the wheel from that. In the quick run the
-wheel is installed into a new virtual environment beside what it says it needs, linked from here;
-in the long run everything is installed at the pinned versions, which needs the network, and
-installed_checks.py steps every environment.
+A source distribution is built from a copy of the tree, the wheel from that. The wheel is installed
+into a new virtual environment beside what it says it needs, linked from here; in the long run
+installed_checks.py steps every environment there.
 """
 
 import importlib.metadata
@@ -57,17 +56,6 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return built
 
 
-@pytest.fixture(scope="module")
-def scripts(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of executables of a clean environment with the wheel and its core dependencies."""
-    home = tmp_path_factory.mktemp("clean")
-    venv.create(home, with_pip=True)
-    folder = home / ("Scripts" if os.name == "nt" else "bin")
-    install = ["-m", "pip", "--disable-pip-version-check", "--no-input", "install", "--quiet"]
-    run(folder / "python", *install, "-c", ROOT / "constraints.txt", wheel, cwd=home)
-    return folder
-
-
 def needed(names: list[str], found: dict[str, importlib.metadata.Distribution]) -> None:
     """Add the distributions named, and what they need without extras, to `found`."""
     for name in names:
@@ -81,7 +69,8 @@ def needed(names: list[str], found: dict[str, importlib.metadata.Distribution]) 
 
 @pytest.fixture(scope="module")
 def linked(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """As `scripts`, with links to this environment's packages that the wheel says it needs."""
+    """The folder of executables of a new environment with the wheel, and links to this one's
+    packages that the wheel says it needs."""
     home = tmp_path_factory.mktemp("linked")
     venv.create(home, with_pip=False)
     folder = home / ("Scripts" if os.name == "nt" else "bin")
@@ -102,17 +91,6 @@ def linked(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.long
-def test_installed_wheel_steps_every_environment(scripts: Path, tmp_path: Path):
-    shown = run(scripts / "python", "-I", "-W", "error", CHECKS, cwd=tmp_path)
-    assert "stickslip/Biped-v0" in shown
-
-
-@pytest.mark.long
-def test_installed_command_tells_its_version(scripts: Path, tmp_path: Path):
-    assert VERSION in run(scripts / "stickslip", "--version", cwd=tmp_path)
-
-
 def test_command_beside_the_core_dependencies_tells_its_version(linked: Path, tmp_path: Path):
     assert VERSION in run(linked / "stickslip", "--version", cwd=tmp_path)
 
@@ -129,3 +107,9 @@ print(s.__file__)
 """
     shown = run(linked / "python", "-I", "-W", "error", "-c", code, cwd=tmp_path)
     assert Path(shown.strip()).is_relative_to(linked.parent)
+
+
+@pytest.mark.long
+def test_installed_wheel_steps_every_environment(linked: Path, tmp_path: Path):
+    shown = run(linked / "python", "-I", "-W", "error", CHECKS, cwd=tmp_path)
+    assert "stickslip/Biped-v0" in shown

@@ -107,16 +107,6 @@ def test_the_forces_on_the_foot_balance_at_every_phase(out: Path):
     np.testing.assert_allclose(moment + offset * table.numbers("bar (11) on foot y"), 0, atol=1e-6)
 
 
-def test_the_timeline_has_no_gaps_and_never_repeats_a_state(out: Path):
-    table = Table(out / "fig16.csv")
-    states, start, end = table.words("state"), table.numbers("start"), table.numbers("end")
-    np.testing.assert_allclose(start[1:], end[:-1], atol=1e-9)
-    assert (start[0], end[-1]) == (0, 2)
-    assert np.all(end > start)
-    assert all(a != b for a, b in zip(states[1:], states[:-1], strict=True))
-    assert set(states) == {"static friction", "sliding forwards", "sliding backwards"}
-
-
 @pytest.mark.parametrize("name", ["fig17", "fig18", "fig19"])
 def test_the_slides_add_up_to_where_the_foot_ends(out: Path, name: str):
     table, slides = Table(out / f"{name}.csv"), Table(out / f"{name}-slides.csv")
@@ -135,28 +125,6 @@ def test_the_foot_slips_exactly_below_the_greatest_need_of_friction(out: Path):
     every = {float(re.findall(r"mu = ([\d.]+)", n)[0]) for n in Table(out / "fig17.csv").names[1:]}
     assert slips == {mu for mu in every if mu < need.max()}
     assert 0 < len(slips) < len(every)
-
-
-def test_distances_and_displacements_of_fig19_are_those_of_its_data(out: Path):
-    table, said = Table(out / "fig19.csv"), row(out, "the bigger μk, the smaller the slide")
-    time = table.numbers("time")
-    second = (time > 1 - 1e-9) & (time < 2 + 1e-9)
-    for column in table.names[1:]:
-        mu = re.findall(r"[\d.]+", column)[0]
-        place = 1e3 * table.numbers(column)
-        distance = np.abs(np.diff(place[second])).sum()
-        (found,) = re.findall(rf"([\d.]+) mm for {re.escape(mu)}\b", said)
-        # between two samples the foot may turn round: the sum of differences is a little short
-        assert distance - 0.006 < float(found) < distance * 1.02
-        assert f"{place[-1]:+.2f}" in said
-    assert re.search(r", -0\.\d+, ", said)  # μk = 0.1 ends behind its start
-
-
-def row(out: Path, stated: str) -> str:
-    """Measurement in the one row of the table that states so."""
-    lines = (out / "table.md").read_text(encoding="utf-8").splitlines()
-    (found,) = [cells[2] for line in lines if (cells := line.split(" | "))[1] == stated]
-    return found
 
 
 def test_the_mirrored_posture_needs_the_mirrored_torque(ugv: Path):
@@ -227,9 +195,7 @@ def test_overwrite_replaces_and_other_figures_stay(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ("", "FIGURE"),
         ("fig10", "'fig10' is not a figure here; accepted: fig11, fig12"),
-        ("fig11 figure12 fig99", "'fig99', 'figure12' is not a figure here"),
         ("fig11 --samples 3", "samples = 3; accepted: 24 to 2400"),
     ],
 )

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.paper.command import claims_in_words
-from stickslip.paper.figure import FIGURES, Claim, figures_of
+from stickslip.paper.figure import FIGURES, figures_of
 from stickslip.paper.slides import Slide, Walk
 from stickslip.paper.steady import peak_of
 
@@ -44,16 +43,3 @@ def test_names_come_in_the_chapters_order_and_all_means_all():
     assert list(figures_of(["all"])) == list(figures_of(["fig12", "all"])) == list(FIGURES)
     with pytest.raises(ValueError, match=r"'fig1'.*accepted: fig11, .*fig25, all"):
         figures_of(["fig1"])
-    with pytest.raises(ValueError, match=r"did you mean .*fig17"):
-        figures_of(["figg17"])
-    assert list(figures_of("fig17")) == ["fig17"]
-
-
-def test_claims_for_a_terminal_fit_its_width():
-    claim = Claim("|f| <= N", "1", "agrees", "because")
-    lines = claims_in_words({"fig1": [claim]}, width=24).splitlines()
-    assert lines[0] == "fig1: agrees"
-    assert " ".join("".join(lines[1:3]).split()) == "the chapter states: |f| <= N"
-    assert max(map(len, lines)) <= 24
-    with pytest.raises(ValueError, match="verdict = 'maybe'; accepted: agrees"):
-        Claim("a", "b", "maybe", "c")

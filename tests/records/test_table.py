@@ -10,8 +10,6 @@ import pytest
 from benchmarks.report import markdown
 from stickslip.agents.evaluation.table import Column as Metric
 from stickslip.agents.evaluation.table import Evaluation, Interval, Row
-from stickslip.paper.command import claims_table
-from stickslip.paper.figure import Claim
 from stickslip.records.table import Column, Table, cell_text, csv_line, json_text
 
 
@@ -64,15 +62,6 @@ def test_an_evaluation_is_a_table_in_markdown_for_a_terminal_and_in_csv(evaluati
     )
 
 
-def test_claims_are_a_table_of_words():
-    claim = Claim("|f| <= N", "1", "agrees", "because")
-    assert claims_table({"fig1": [claim]}).markdown() == (
-        "| figure | the chapter states | measured here | verdict | why |\n"
-        "| --- | --- | --- | --- | --- |\n"
-        "| fig1 | &#124;f&#124; <= N | 1 | agrees | because |\n"
-    )
-
-
 def test_a_benchmarks_table_is_aligned_with_what_begins_with_a_digit_to_the_right():
     rows = [{"case": "grip", "error": "1e-3", "flops": 12}, {"case": "μ", "error": "-", "flops": 9}]
     assert markdown(rows) == (
@@ -107,13 +96,6 @@ def test_columns_are_csv_with_ten_digits():
 )
 def test_a_cell_is_as_it_is_or_has_the_digits_asked_for(value, digits, text):
     assert cell_text(value, digits) == text
-
-
-def test_a_row_that_does_not_fit_and_a_cell_that_is_none_are_refused():
-    with pytest.raises(ValueError, match="row 1 has 1 cells; accepted: one for each of the 2 col"):
-        Table([Column("a"), Column("b", "m")], [[1, 2], [3]])
-    with pytest.raises(TypeError, match="list in a column; accepted: numbers and words"):
-        Table([Column("a")], [[[1]]]).csv()
 
 
 def test_json_has_null_for_what_is_not_finite_and_keeps_every_letter():

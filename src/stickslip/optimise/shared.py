@@ -69,8 +69,9 @@ def _number(text: str) -> int | float | str:
     return text.strip()
 
 
-def require_folder(out: Path, overwrite: bool) -> Path:
+def require_folder(path: str, overwrite: bool) -> Path:
     """The folder for the files; ValueError if something is there and may not be replaced."""
+    out = Path(path)
     require_no_file(out)
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")

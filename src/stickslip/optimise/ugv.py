@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import sys
-from contextlib import contextmanager
 from dataclasses import asdict
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.plain_checks import MEMORY_LIMIT
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
@@ -30,17 +25,12 @@ from stickslip.optimise.report import (
     table,
     warnings,
 )
-from stickslip.optimise.shared import (
-    require_folder,
-    track_of,
-    track_options_of,
-    write_all,
-)
+from stickslip.optimise.shared import require_folder, track_of, track_options_of, write_all
 from stickslip.parser import options_of
 from stickslip.records.table import Content, json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from jaxtyping import Float
 
@@ -53,8 +43,6 @@ ASKED = (
 SPACING, MOST_WAYPOINTS, POLISHED = 0.1, 5000, 2000
 """Waypoints are SPACING [m] apart, or more where there would be more than MOST_WAYPOINTS; a path of
 more than POLISHED is not polished, unless it is asked for."""
-NEEDS = {"cma": "cma"}
-"""Packages of an extra, by the method."""
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
@@ -64,21 +52,18 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     a drive only result.json. Wrong input is refused before anything is computed or written.
     """
     given = options_of(PostureOptions, flags)
-    out = _folder(given)
+    default = f"runs/ugv-{Path(given.track).stem}-{given.criterion}-{given.method}"
+    out = require_folder(given.out or default, given.overwrite)
     require_choice("criterion", given.criterion, tuple(CRITERIA))
     require_choice("method", given.method, tuple(METHODS))
-    with _less_memory_named():
-        problem = problem_of(given)
+    problem = problem_of(given)
     if given.pictures:
         require("matplotlib.figure")
-    if given.method in NEEDS:
-        import_module(NEEDS[given.method])  # where it is missing, nothing is computed in vain
     options = _method_options(given, problem)
-    with _less_memory_named():
-        result = solve(problem, given.method, progress=True, **options)
+    result = solve(problem, given.method, progress=True, **options)
     spent = energies(problem, result.x)
     print(table(rows(problem, result, spent)), end="")
-    for warning in warnings(problem, result):
+    for warning in [] if result.x is None else warnings(problem, result):
         print(f"warning: {warning}", file=sys.stderr)
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
     found = result_content(problem, result, spent, {name: asked[name] for name in ASKED})
@@ -95,11 +80,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
 
 def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
     """Options of the method. ValueError for one that it does not take."""
-    options: dict[str, Any] = {
-        name: getattr(given, name)
-        for name in ("angles", "seed")
-        if getattr(given, name) is not None
-    }
+    asked = {"angles": given.angles, "seed": given.seed}
+    options: dict[str, Any] = {name: one for name, one in asked.items() if one is not None}
     taken = options_of_method(methods_of(problem)[given.method])
     for name in options:
         if name not in taken:
@@ -108,24 +90,12 @@ def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str,
     return options | {"polish": len(problem.x) <= POLISHED if polish is None else polish}
 
 
-@contextmanager
-def _less_memory_named() -> Iterator[None]:
-    """Add to a refusal for want of memory which settings ask for less."""
-    try:
-        yield
-    except ValueError as error:
-        if MEMORY_LIMIT not in str(error):
-            raise
-        less = "a greater spacing, start and end nearer together, fewer angles, polish=false"
-        raise ValueError(f"{error}; less takes {less}") from error
-
-
 def spacing_of(track: Track, given: PostureOptions) -> float:
     """Requested spacing, or the default for the track's length: see SPACING [m]."""
     if given.spacing is not None:
         return given.spacing
-    ends = (given.start, track.start), (given.end, track.end)
-    start, end = (float(np.asarray(of if given is None else given)) for given, of in ends)
+    start = float(track.start) if given.start is None else given.start
+    end = float(track.end) if given.end is None else given.end
     return max(SPACING, (end - start) / (MOST_WAYPOINTS - 1))
 
 
@@ -147,13 +117,6 @@ def problem_of(given: PostureOptions) -> PostureProblem:
     )
 
 
-def _folder(given: PostureOptions) -> Path:
-    """Directory of the files; ValueError if it exists and may not be replaced."""
-    default = f"ugv-{Path(given.track).stem}-{given.criterion}-{given.method}"
-    out = Path("runs", default) if given.out is None else Path(given.out)
-    return require_folder(out, given.overwrite)
-
-
 def _picture(
     problem: PostureProblem, result: PostureResult, x: Float[np.ndarray, "n"], track: str
 ) -> bytes:
@@ -161,9 +124,7 @@ def _picture(
     from stickslip.optimise.picture import draw_drive
 
     say_stage("drawing")
-    name = problem.criterion.name.replace("_", " ")
     unit = "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
-    off_grid = result.details.get("grid_value", result.value) != result.value
-    how = f"{result.method} and scp" if off_grid else result.method
-    title = f"{name} {result.value:.5g}{unit} over {track}, by {how}"
+    name = problem.criterion.name.replace("_", " ")
+    title = f"{name} {result.value:.5g}{unit} over {track}, by {result.method}"
     return png(draw_drive(problem, x), title)

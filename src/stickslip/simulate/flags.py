@@ -78,8 +78,8 @@ class WalkOptions(Output):
     """A walk of the biped under a torque."""
 
     torque: str = option(
-        about="of the motor [N m]: a number, a .csv or .npy of times and torques, or arithmetic, "
-        "see below; held for each --period",
+        about="of the motor [N m]: a number, a .csv of times and torques, or arithmetic, see "
+        "below; held for each --period",
         metavar="TORQUE",
     )
     columns: str | None = option(
@@ -141,12 +141,6 @@ class WalkOptions(Output):
     )
     foot_velocity: float = option(0.0, "at the start [m/s]", setting=True, metavar="SPEED")
     one_step: bool = option(False, "end at the first exchange of support", setting=True)
-    kinetic_ratio: float | None = option(
-        None,
-        "kinetic friction as a share of the static one, 0 to 1, instead of --mu-kinetic",
-        setting=True,
-        metavar="SHARE",
-    )
     fidelity: str | None = option(
         None,
         f"{', '.join(FIDELITIES)}, see below",

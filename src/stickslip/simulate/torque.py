@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import nearest, require_number, shown
-from stickslip.optim.columns import ColumnSpec, accepted_table, read_columns
+from stickslip.optim.columns import ColumnSpec, read_columns
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -24,13 +24,10 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedState
     from stickslip.dynamics.numeric import Number
 
-FILES = (".csv", ".npy")
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""
 COLUMNS = (ColumnSpec("time", "s", ("t",)), ColumnSpec("torque", "N m", ("T", "tau", "M")))
-OF_AN_ARRAY = "an .npy of [rows, 2], finite numbers, times [s] that increase, or a .csv, "
-OF_A_FILE = OF_AN_ARRAY + accepted_table(COLUMNS)
-LONGEST, DEEPEST = 1000, 40
+LONGEST, DEEPEST = 1000, 100
 """Characters of arithmetic, and levels of it."""
 LARGEST = sys.float_info.max
 STATE: dict[str, Callable[[BipedState], Number]] = {
@@ -86,10 +83,6 @@ class Recorded:
         """The last time [s]."""
         return float(self.times[-1])
 
-    def over(self, times: Float[np.ndarray, " m"], count: int) -> Float[np.ndarray, " m"]:
-        """The torques at the first `count` times, and the last of these for the rest."""
-        return self.at(np.minimum(times, times[count - 1]))
-
     def at(self, times: Float[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
         """The torques at other times. ValueError beyond the first and the last one."""
         slack = 1e-9 * max(1.0, abs(self.end))
@@ -121,41 +114,13 @@ def torque_of(text: str, columns: Mapping[str, str] | None = None) -> float | Ex
     if not text.strip():
         raise ValueError(f"the torque is empty; accepted: a number [N m], a file, or {ACCEPTED}")
     if path.suffix.lower() == ".csv":
-        times, torques = read_columns(path, COLUMNS, columns, also=OF_AN_ARRAY).T
+        times, torques = read_columns(path, COLUMNS, columns).T
         return Recorded(str(path), times, torques)
-    if path.suffix.lower() == ".npy":
-        return Recorded(str(path), *_array(path).T)
     if len(text) < LONGEST_NAME and path.exists():
         raise ValueError(
-            f"torque {shown(text)} is a {'folder' if path.is_dir() else 'file'}; accepted: a file "
-            f"that ends in {' or '.join(FILES)}"
+            f"torque {shown(text)} is a {'folder' if path.is_dir() else 'file'}; accepted: a .csv"
         )
     return Expression(text)
-
-
-def _array(path: Path) -> Float[np.ndarray, "n 2"]:
-    """Pairs from an .npy, times that increase; nothing of an object array is unpickled, and what
-    the head says is held to the file's length before anything of that size exists."""
-    try:
-        laid = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, EOFError) as error:
-        raise ValueError(f"{path}: {error}; accepted: {OF_A_FILE}") from None
-    if laid.ndim != 2 or laid.shape[1] != 2 or not len(laid) or laid.dtype.kind not in "fiu":
-        raise ValueError(f"{path} holds {laid.dtype} of shape {laid.shape}; accepted: {OF_A_FILE}")
-    found = np.array(laid, dtype=np.float64)
-    bad = np.flatnonzero(~np.isfinite(found).all(axis=1))
-    if bad.size:
-        raise ValueError(
-            f"{path}: row {int(bad[0]) + 1} is {found[bad[0]].tolist()}; accepted: {OF_A_FILE}"
-        )
-    wrong = np.flatnonzero(np.diff(found[:, 0]) <= 0)
-    if wrong.size:
-        i = int(wrong[0])
-        raise ValueError(
-            f"{path}: row {i + 2}: time = {found[i + 1, 0]} after {found[i, 0]} does not increase; "
-            f"accepted: {OF_A_FILE}"
-        )
-    return found
 
 
 @dataclass(frozen=True)
@@ -207,8 +172,8 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
             return library.asarray(float(number), library.asarray(names["pi"]).dtype)
         case ast.Name(id=name) if name in names:
             return names[name]
-        case ast.BinOp():
-            return _chained(node, values, library)
+        case ast.BinOp(op=op, left=a, right=b) if type(op) in OPERATORS:
+            return getattr(library, OPERATORS[type(op)])(*values(a, b))
         case ast.UnaryOp(op=op, operand=a) if type(op) in OPERATORS:
             return getattr(library, OPERATORS[type(op)])(*values(a))
         case ast.BoolOp(op=op, values=parts):
@@ -224,32 +189,11 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
     raise ValueError(_refusal(node))
 
 
-def _chained(node: ast.BinOp, values: Callable[..., list[Any]], library: Any) -> Any:
-    """Value of a + b - c, in a loop: long sums are no deeper than short ones."""
-    parts: list[tuple[ast.operator, ast.expr]] = []
-    left: ast.expr = node
-    while isinstance(left, ast.BinOp):
-        if type(left.op) not in OPERATORS:
-            raise ValueError(_refusal(left))
-        parts.append((left.op, left.right))
-        left = left.left
-    (found,) = values(left)
-    for op, right in reversed(parts):
-        found = getattr(library, OPERATORS[type(op)])(found, *values(right))
-    return found
-
-
 def _refusal(node: ast.AST) -> str:
     """Message about a node that is not accepted."""
-    match node:
-        case ast.Name(id=name):
-            return f"{shown(name)} is unknown{nearest(name, (*STATE, *CONSTANTS, *FUNCTIONS))}"
-        case ast.Call(func=ast.Name(id=name), args=args):
-            if name in FUNCTIONS:
-                count = FUNCTIONS[name]
-                given = ", ".join(f"{one.arg}=" for one in node.keywords) or len(args)
-                return f"{name} takes {count} value{'s' if count > 1 else ''}, not {given}"
-            return f"{shown(name)} is no function here{nearest(name, FUNCTIONS)}"
-        case ast.Constant(value=value):
-            return f"{shown(value)} is no finite number"
-    return f"{shown(ast.unparse(node))} is not accepted"
+    name = node.func if isinstance(node, ast.Call) else node
+    if not isinstance(name, ast.Name):
+        return f"{shown(ast.unparse(node))} is not accepted"
+    if count := FUNCTIONS.get(name.id):
+        return f"{name.id} takes {count} value{'s' if count > 1 else ''}"
+    return f"{shown(name.id)} is unknown{nearest(name.id, (*STATE, *CONSTANTS, *FUNCTIONS))}"

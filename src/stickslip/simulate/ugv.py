@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, PostureProblem
-from stickslip.optim.columns import ColumnSpec, accepted_table, read_columns
+from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optimise.report import (
     FRONT_LEG,
     FRONT_WHEEL,
@@ -24,7 +24,7 @@ from stickslip.optimise.report import (
 )
 from stickslip.optimise.shared import track_of
 from stickslip.parser import options_of
-from stickslip.records.files import write_whole
+from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
 from stickslip.simulate.flags import DriveOptions
 from stickslip.simulate.output import STATUS, output_paths, print_summary, write_table
@@ -95,8 +95,8 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
         for name, value in (("spacing", given.spacing), *places.items()):
             if value is not None:
                 raise ValueError(f"{name} with --posture, which has waypoints of its own")
-        posture = read_posture(given.posture)
-        return PostureProblem(UGVParams(), track, posture.x, **limits), posture.angles.reshape(-1)
+        x, angles = read_posture(given.posture)
+        return PostureProblem(UGVParams(), track, x, **limits), angles.reshape(-1)
     spacing = SPACING if given.spacing is None else given.spacing
     problem = PostureProblem.along(track, spacing=spacing, **places, **limits)
     return problem, np.tile(_held(given.angles or (), problem), len(problem.x))
@@ -149,23 +149,15 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
     return Table(list(row), [list(row.values())])
 
 
-class Posture(NamedTuple):
-    """Leg angles [K, 2] [rad], rear and front, with the front wheel at x [K] [m]."""
+def read_posture(text: str) -> tuple[Float[np.ndarray, "K"], Float[np.ndarray, "K 2"]]:
+    """Places of the front wheel [m] and rear and front leg angles [rad] from a file.
 
-    x: Float[np.ndarray, "K"]
-    angles: Float[np.ndarray, "K 2"]
-
-
-def read_posture(text: str) -> Posture:
-    """The drive in a file. ValueError naming the file and the line of what will not do."""
+    ValueError naming the file and the line of what will not do.
+    """
     path = Path(text)
     path = path / STATIONS if path.is_dir() else path
-    if path.suffix.lower() != ".csv":
-        raise ValueError(
-            f"{path} ends in {path.suffix!r}; accepted: {OF_OPTIMISE}a .csv, "
-            f"{accepted_table(COLUMNS)}"
-        )
+    require_suffix(path, (".csv",))
     found = read_columns(path, COLUMNS, also=OF_OPTIMISE)
     if len(found) < 2:
         raise ValueError(f"{path}: one row; accepted: 2 or more")
-    return Posture(found[:, 0], found[:, 1:])
+    return found[:, 0], found[:, 1:]

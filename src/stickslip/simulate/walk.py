@@ -1,8 +1,9 @@
-"""A walk piece by piece, so that its length is bounded by a disk's room and not by a program's."""
+"""A walk under a torque: simulated, as rows with units, and in a few numbers."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -11,10 +12,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import (
+    JOINT_FORCES,
     BipedModel,
     BipedParams,
     BipedState,
     Trajectory,
+    floor_position,
     prepare,
     simulate,
 )
@@ -22,39 +25,41 @@ from stickslip.dynamics.biped.params import own_time
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.dynamics.checks import require_memory, require_number
+from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.status import Status
+from stickslip.envs.biped.state import centre_of_mass
+from stickslip.records.table import Column, Table
+from stickslip.simulate.output import STATUS
 from stickslip.simulate.torque import Expression, Recorded
 
 if TYPE_CHECKING:
-    from jaxtyping import Array
+    from jaxtyping import Array, Float
 
     from stickslip.dynamics import Scene, Setting
-    from stickslip.optim.progress import Bar
 
-PIECE = 500
-"""The most periods of one program's run."""
 BYTES = 3000
 """Of a row, while it is a row of a table."""
 SHORTEST, LONGEST = 1e-6, 1e7
 """Seconds of a walk."""
+FALLS = ("TOPPLE", "LIFT_OFF")
+WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
+"""Statuses of a walk that came to the end of what was asked."""
+SHORT = 0.1
+"""Of a step: of a shorter walk no energy per metre is given."""
 
 
 @dataclass(frozen=True)
 class Walk:
     """Simulated walk as NumPy arrays: states [n + 1], torques and contacts [n].
 
-    status: the gravest one met. events: (time [s], kind, crank angle [rad]) in their order. period:
-    between two states [s]. torque: held when it ended [N m]. A period that ends NON_FINITE is left
-    out: its numbers are none. amplification: how many times a small difference of the start grew
-    along the walk, by a second walk that begins beside it (see `separation`).
+    status: the gravest one of the walk. A period that ends NON_FINITE is left out: its numbers are
+    none. amplification: how many times a small difference of the start grew along the walk, by a
+    second walk that begins beside it (see `separation`).
     """
 
     robot: BipedModel
     trajectory: Trajectory
-    events: list[tuple[float, str, float]]
     status: Status
-    torque: float
-    period: float
     dtype: str
     amplification: float
 
@@ -62,6 +67,11 @@ class Walk:
     def count(self) -> int:
         """Number of simulated periods."""
         return len(self.trajectory.torques)
+
+    @property
+    def events(self) -> list[tuple[float, str, float]]:
+        """Time [s], kind and crank angle [rad] of each switching instant, in their order."""
+        return self.trajectory.events()
 
 
 def periods(seconds: float, period: float) -> tuple[int, float]:
@@ -84,44 +94,26 @@ def walked(
     seconds: float,
     period: float,
     setting: Setting,
-    bar: Bar,
 ) -> Walk:
-    """Walk; see `simulate` for what is refused. The torque is held for each period: that of its
-    beginning. bar: told of periods."""
+    """Walk; see `simulate` for what is refused. The torque of a period's beginning is held."""
     count, size = periods(seconds, period)
-    pieces = math.ceil(count / PIECE)
-    each = math.ceil(count / pieces)
-    starts = np.arange(each * pieces + 1) * size + float(np.asarray(state.time))
-    law, values = (0.0, torque) if isinstance(torque, Recorded) else (torque, None)
-    held = None if values is None else values.over(starts, count)
+    starts = np.arange(count) * size + float(np.asarray(state.time))
+    law = torque.at(starts) if isinstance(torque, Recorded) else torque
     integrator = replace(setting.integrator_over(size), record_events=True)
     with precision(setting.dtype):
         params, scene = _cast((params, scene), setting.dtype)
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, state = replace(scene, payload=None), state.astype(setting.dtype)
+        held = jnp.asarray(law, setting.dtype) if isinstance(law, np.ndarray) else law
 
-        def walk(now: BipedState):
-            parts: list[Trajectory] = []
-            last: tuple[int, float] | None = None
-            for piece in range(pieces):
-                here = slice(piece * each, (piece + 1) * each)
-                given = law if held is None else jnp.asarray(held[here], setting.dtype)
-                part = simulate(robot, scene, now, given, each * size, size, integrator=integrator)
-                part, last = _trimmed(part, count - piece * each)
-                parts.append(part)
-                time = np.asarray(starts[(piece + 1) * each], setting.dtype)  # counted
-                now = replace(part.final, time=time)
-                bar.advance(len(part.torques))
-                if last is not None:
-                    break
-            return _joined(parts), last, [event for part in parts for event in part.events()]
+        def walk(now: BipedState) -> tuple[Trajectory, Status]:
+            path = simulate(robot, scene, now, held, count * size, size, integrator=integrator)
+            return _trimmed(path)
 
-        whole, last, events = walk(state)
-        beside = walk(nudged(state, params.crank, own_time(params)))[0]
+        whole, status = walk(state)
+        beside, _ = walk(nudged(state, params.crank, own_time(params)))
         grown = _amplification(whole, beside, params.crank)
-    code, held_last = last or (np.max(whole.contacts.status), whole.torques[-1])
-    status, torque_last = Status(int(code)), float(held_last)
-    return Walk(robot, whole, events, status, torque_last, size, setting.dtype, grown)
+    return Walk(robot, whole, status, setting.dtype, grown)
 
 
 def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
@@ -137,30 +129,116 @@ def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Sc
     return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), parts)
 
 
-def _trimmed(part: Trajectory, most: int) -> tuple[Trajectory, tuple[int, float] | None]:
-    """Simulated part of a piece, as NumPy arrays, and, where the walk ends in it, the status
-    of that and the torque [N m]."""
-    part = jax.tree.map(np.asarray, part)
-    ended = np.flatnonzero(part.contacts.status[:most] > Status.SLIP_ONSET)
-    keep, last = min(most, len(part.torques)), None
+def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
+    """A trajectory up to the period in which it ends, as NumPy arrays, and its status."""
+    path = jax.tree.map(np.asarray, path)
+    keep, status = len(path.torques), Status(int(np.max(path.contacts.status)))
+    ended = np.flatnonzero(path.contacts.status > Status.SLIP_ONSET)
     if ended.size:
-        end = int(ended[0])
-        last = int(part.contacts.status[end]), float(part.torques[end])
-        keep = end + (last[0] != Status.NON_FINITE)
-    states = jax.tree.map(lambda leaf: leaf[: keep + 1], part.states)
-    contacts = jax.tree.map(lambda leaf: leaf[:keep], part.contacts)
-    return Trajectory(states, part.torques[:keep], contacts), last
+        status = Status(int(path.contacts.status[ended[0]]))
+        keep = int(ended[0]) + (status != Status.NON_FINITE)
+    states = jax.tree.map(lambda leaf: leaf[: keep + 1], path.states)
+    contacts = jax.tree.map(lambda leaf: leaf[:keep], path.contacts)
+    return Trajectory(states, path.torques[:keep], contacts), status
 
 
-def _joined(parts: list[Trajectory]) -> Trajectory:
-    """One after the other; each begins in the state that the one before it ends in."""
-    first, *rest = (part.states for part in parts)
-    states = [first, *(jax.tree.map(lambda leaf: leaf[1:], one) for one in rest)]
-    torques, contacts = (
-        [getattr(part, name) for part in parts] for name in ("torques", "contacts")
+def walk_table(walk: Walk) -> Table:
+    """A row for the start and one for the end of every period, numbers as they were computed.
+
+    torque: held from there on (in the last row: up to there). Forces: at the end of the period that
+    ends there. slid: the foot's path during it, either direction; foot position: how far it has
+    slid in all, forwards positive. What belongs to the period before is empty in the first row.
+    """
+    states, torques, contacts = (
+        getattr(walk.trajectory, name) for name in ("states", "torques", "contacts")
     )
-    return Trajectory(*(jax.tree.map(_end_to_end, *each) for each in (states, torques, contacts)))
+    ankle, mass = _places(walk)
+    at_ends: dict[Column, object] = {
+        Column("time", "s"): states.time,
+        Column("torque", "N m"): [*torques, *(torques[-1:] if len(torques) else [None])],
+        Column("phase", "rad"): states.phase,
+        Column("steps"): states.steps,
+        Column("crank angle", "rad"): states.phase + np.pi * states.steps,
+        Column("crank rate", "rad/s"): states.crank_rate,
+        Column("foot position", "m"): states.foot_position,
+        Column("foot velocity", "m/s"): states.foot_velocity,
+        Column("ankle on the floor", "m"): ankle,
+        Column("centre of mass", "m"): mass,
+    }
+    of_periods: dict[Column, object] = {
+        Column("friction force", "N"): contacts.friction_force,
+        Column("normal force", "N"): contacts.normal_force,
+        Column("zero-moment point", "m"): contacts.zmp,
+        Column("mode"): contacts.mode,
+        Column("slid", "m"): contacts.slide_distance,
+        Column("switches"): contacts.switches,
+        Column("work", "J"): contacts.work,
+        Column("positive work", "J"): contacts.positive_work,
+    }
+    if contacts.joint_forces is not None:
+        forces = np.asarray(contacts.joint_forces).T
+        of_periods |= {
+            Column(str(name), "N"): one for name, one in zip(JOINT_FORCES, forces, strict=True)
+        }
+    columns = [np.asarray(values).tolist() for values in at_ends.values()]
+    columns += [[None, *np.asarray(values).tolist()] for values in of_periods.values()]
+    columns.append([None, *(Status(int(code)).name for code in contacts.status)])
+    heads = [*at_ends, *of_periods, Column("status", words=True)]
+    return Table(heads, list(zip(*columns, strict=True)))
 
 
-def _end_to_end(*leaves: np.ndarray) -> np.ndarray:
-    return np.concatenate(leaves)
+def event_table(walk: Walk) -> Table:
+    """A row a switching instant."""
+    heads = [Column("time", "s"), Column("event", words=True), Column("crank_angle", "rad")]
+    return Table(heads, walk.events)
+
+
+def walk_summary(walk: Walk, seconds: float) -> Table:
+    """One row. distance: of the centre of mass. slid: the foot's path, either direction; slide: how
+    far it is displaced, forwards positive. slips: how often it broke loose. energy_per_metre: of
+    walks of at least SHORT of a step. seconds: asked for."""
+    states, contacts = walk.trajectory.states, walk.trajectory.contacts
+    time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
+    angle += np.pi * float(states.steps[-1] - states.steps[0])
+    mass = _places(walk)[1]
+    distance = float(mass[-1] - mass[0])
+    slid, work, positive = (
+        float(np.sum(of, dtype=np.float64))
+        for of in (contacts.slide_distance, contacts.work, contacts.positive_work)
+    )
+    kinds = Counter(kind for _, kind, _ in walk.events)
+    steps = int(states.steps[-1] - states.steps[0])
+    went = distance >= SHORT * float(walk.robot.step_length)
+    row: dict[Column, object] = {
+        Column("status", words=True): walk.status.name,
+        Column("meaning", words=True): STATUS[walk.status.name],
+        Column("asked", "s"): float(seconds),
+        Column("time", "s"): time,
+        Column("distance", "m"): distance,
+        Column("mean_speed", "m/s"): distance / time if time else None,
+        Column("mean_crank_rate", "rad/s"): angle / time if time else None,
+        Column("steps"): steps,
+        Column("slid", "m"): slid,
+        Column("slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
+        Column("slips"): kinds["slip"],
+        Column("work", "J"): work,
+        Column("positive_work", "J"): positive,
+        Column("energy_per_metre", "J/m"): positive / distance if went else None,
+        Column("falls"): int(walk.status.name in FALLS),
+        Column("amplification"): walk.amplification,
+    }
+    return Table(list(row), [list(row.values())])
+
+
+def _places(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
+    """The supporting ankle and the centre of mass along the floor, at every state [m]."""
+    with precision(walk.dtype):
+        ankle, mass = _along(walk.robot, jax.tree.map(jnp.asarray, walk.trajectory.states))
+        return np.asarray(ankle), np.asarray(mass)
+
+
+@run_once
+def _along(robot: BipedModel, states: BipedState) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    nought = jnp.zeros((), jnp.int32)
+    mass = jax.vmap(lambda state: centre_of_mass(robot, state, nought))(states)
+    return floor_position(robot, states), mass
