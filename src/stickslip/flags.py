@@ -176,16 +176,23 @@ def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
 def _sweep_tables(machine: AnyMachine) -> dict[str, Mapping[str, str]]:
     """Tables for the end of the help: values, axes, baselines, scenes."""
     others = {"PART.NAME": "any other number, see docs/sweeps.md"}
-    tables: dict[str, Mapping[str, str]] = {
-        "values": AXIS_VALUES,
-        f"axes of the {machine.title}": {**machine.axes, **others},
+    axes = {f"axes of the {machine.title}": {**machine.axes, **others}}
+    return {"values": AXIS_VALUES, **axes} | _names_of([machine])
+
+
+def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
+    """Tables of the machines' baselines, scenes and what else they name."""
+    baselines = {one.title: ", ".join(one.baselines) for one in every if one.baselines}
+    scenes = {
+        one.title: ", ".join(filter(None, (*one.scenes, one.scene_files)))
+        for one in every
+        if one.scenes
     }
-    if machine.baselines:
-        tables["baselines"] = {machine.title: ", ".join(machine.baselines)}
-    if machine.scenes:
-        names = filter(None, (*machine.scenes, machine.scene_files))
-        tables["scenes"] = {machine.title: ", ".join(names)}
-    return tables | machine.tables()
+    found = {"baselines": baselines, "scenes": scenes}
+    tables: dict[str, Mapping[str, str]] = {name: one for name, one in found.items() if one}
+    for machine in every:
+        tables |= machine.tables()
+    return tables
 
 
 def demo_flags(parser: Parser, _: Sequence[str]) -> None:
@@ -323,14 +330,6 @@ def _add_scene(parser: Parser, many: bool) -> None:
         for option in machine.options(viewed=not many):
             if option.flag not in parser._option_string_actions:
                 option.add_to(under)
-    tables: dict[str, Mapping[str, str]] = {
-        "baselines": {one.title: ", ".join(one.baselines) for one in every if one.baselines},
-        "scenes": {
-            one.title: ", ".join(filter(None, (*one.scenes, one.scene_files)))
-            for one in every
-            if one.scenes
-        },
-    } | _shipped()
-    for machine in every:
-        tables |= machine.tables()
-    add_tables(parser, tables)
+    tables = _names_of(every)
+    first = {name: tables.pop(name) for name in ("baselines", "scenes") if name in tables}
+    add_tables(parser, first | _shipped() | tables)

@@ -69,14 +69,20 @@ def shuffle(raw: bytes, rng: np.random.Generator) -> bytes:
     return raw[:low] + block + raw[high:]
 
 
+def array_bytes(array: np.ndarray) -> bytes:
+    """The array as an entry of an archive."""
+    file = io.BytesIO()
+    np.save(file, array, allow_pickle=False)
+    return file.getvalue()
+
+
 EXTREME = (0.0, -0.0, 1e-45, -1e-45, 1e-38, 1.2e-38, 3.4e38, -3.4e38, np.inf, -np.inf, np.nan, 1e19)
 
 
 def numbers(raw: bytes, rng: np.random.Generator) -> bytes:
     """Some numbers of an array made extreme, in its own type or in float64."""
     members = members_of(raw)
-    names = [name for name in members if not name.startswith(("metadata", "structure"))]
-    name = str(rng.choice(names))
+    name = str(rng.choice([name for name in members if name != "metadata.npy"]))
     array = np.load(io.BytesIO(members[name]), allow_pickle=False).copy()
     if rng.integers(2) and array.dtype.kind == "f":
         array = array.astype(float)
@@ -85,9 +91,7 @@ def numbers(raw: bytes, rng: np.random.Generator) -> bytes:
         extreme = EXTREME[int(rng.integers(len(EXTREME)))] * (1.0 if rng.integers(2) else 1e200)
         with np.errstate(all="ignore"):
             array.flat[at] = extreme
-    file = io.BytesIO()
-    np.save(file, array, allow_pickle=False)
-    return archive_of(members | {name: file.getvalue()})
+    return archive_of(members | {name: array_bytes(array)})
 
 
 CONSTANTS = (
@@ -118,18 +122,6 @@ def value(rng: np.random.Generator) -> str:
     return texts[int(rng.integers(len(texts)))]
 
 
-def text_of(entry: bytes) -> str:
-    """The text that an array holds."""
-    return str(np.load(io.BytesIO(entry), allow_pickle=False))
-
-
-def array_of(text: str) -> bytes:
-    """The array that holds a text."""
-    file = io.BytesIO()
-    np.save(file, np.array(text), allow_pickle=False)
-    return file.getvalue()
-
-
 def spoil_json(text: str, rng: np.random.Generator) -> str:
     """One entry of an object, at any depth, replaced, dropped or renamed; or characters changed."""
     if rng.integers(4) == 0:
@@ -156,9 +148,9 @@ def spoil_json(text: str, rng: np.random.Generator) -> str:
 def metadata(raw: bytes, rng: np.random.Generator) -> bytes:
     """The archive's JSON text spoilt."""
     members = members_of(raw)
-    name = "metadata.npy" if "metadata.npy" in members else "structure.npy"
-    text = spoil_json(text_of(members[name]), rng)
-    return archive_of(members | {name: array_of(text.encode("utf-8", "replace").decode())})
+    array = np.load(io.BytesIO(members["metadata.npy"]), allow_pickle=False)
+    text = spoil_json(str(array), rng).encode("utf-8", "replace").decode()
+    return archive_of(members | {"metadata.npy": array_bytes(np.array(text))})
 
 
 WAYS = (cut, flip, shuffle, numbers, metadata)

@@ -15,7 +15,7 @@ from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.policy.network import FARTHEST
 from stickslip.agents.registry import read_configuration
-from stickslip.agents.training.directory import MODEL, STATE, TrainState, read_model, read_state
+from stickslip.agents.training.directory import STATE, TrainState, read_state
 from stickslip.agents.training.log import MetricsFile, read_columns
 from stickslip.envs import BipedEnv
 from tests.fuzz import spoilt
@@ -91,24 +91,6 @@ def test_a_policy_file_is_refused_or_gives_finite_actions(tmp_path: Path, policy
         tally.run(kind, read)
     tally.close("policy files")
     assert tally.counts["numbers", "sound"] > 0  # or the finite actions were never looked at
-
-
-def test_a_checkpoint_is_refused_or_whole(tmp_path: Path):
-    from stickslip.agents.untrusted import pack
-
-    weights = np.random.default_rng(0).normal(size=(20, 6))
-    model = {"algorithm": "PPO", "updates": 3, "policy/a.weight": weights, "step": np.array(3.0)}
-    whole, tally = pack(model), Tally()
-
-    def read():
-        found = read_model(tmp_path)
-        json.dumps(found, default=lambda tensor: tensor.tolist())
-
-    for seed in range(OTHERS):
-        kind, raw = spoilt.spoil(whole, seed)
-        (tmp_path / MODEL).write_bytes(raw)
-        tally.run(kind, read)
-    tally.close("checkpoints' tensors")
 
 
 def test_text_files_of_a_run_are_refused_or_sound(tmp_path: Path):

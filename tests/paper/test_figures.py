@@ -195,7 +195,7 @@ def test_overwrite_replaces_and_other_figures_stay(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ("fig10", "'fig10' is not a figure here; accepted: fig11, fig12"),
+        ("fig10", "'fig10' is no figure here; accepted: fig11, fig12"),
         ("fig11 --samples 3", "samples = 3; accepted: 24 to 2400"),
     ],
 )

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from stickslip.dynamics.plain_checks import nearest
+from stickslip.dynamics.plain_checks import require_known
 
 AGREES = "agrees"
 PARTLY = "partly"
@@ -33,10 +33,6 @@ class Claim:
     measured: str
     verdict: str
     why: str
-
-    def __post_init__(self):
-        if self.verdict not in VERDICTS:
-            raise ValueError(f"verdict = {self.verdict!r}; accepted: {', '.join(VERDICTS)}")
 
 
 @cache
@@ -120,11 +116,6 @@ EVERYTHING = "all"
 
 def figures_of(names: Iterable[str]) -> dict[str, Figure]:
     """The figures asked for, each once, in the chapter's order; ValueError for unknown names."""
-    wanted = {names} if isinstance(names, str) else set(names)
-    unknown = sorted(wanted - {*FIGURES, EVERYTHING})
-    if unknown or not wanted:
-        given = ", ".join(map(repr, unknown)) or "no figure"
-        accepted = ", ".join([*FIGURES, EVERYTHING])
-        near = nearest(unknown[0], FIGURES) if unknown else ""
-        raise ValueError(f"{given} is not a figure here; accepted: {accepted}{near}")
+    wanted = set(names)
+    require_known(sorted(wanted), [*FIGURES, EVERYTHING], "figure here")
     return {name: one for name, one in FIGURES.items() if wanted & {name, EVERYTHING}}
