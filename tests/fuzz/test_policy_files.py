@@ -113,7 +113,6 @@ def test_text_files_of_a_run_are_refused_or_sound(tmp_path: Path):
         text = spoilt.spoil_json(state, rng)
         (tmp_path / STATE).write_bytes(text.encode("utf-8", "surrogateescape"))
         tally.run("state", read_state_again)
-        way = (spoilt.cut, spoilt.flip, spoilt.shuffle)[seed % 3]
-        table.write_bytes(way(metrics.encode(), rng))
+        table.write_bytes(spoilt.mutated(metrics.encode(), spoilt.PIECES, rng))
         tally.run("table", lambda: read_columns(table))
     tally.close("texts of runs")

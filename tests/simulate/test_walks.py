@@ -3,7 +3,6 @@
 import csv
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -17,7 +16,6 @@ from stickslip.dynamics.biped import (
     INTEGRATORS,
     BipedParams,
     BipedState,
-    EventExact,
     SemiImplicitEuler,
     floor_position,
     own_time,
@@ -155,18 +153,6 @@ def test_wrong_input_is_refused_in_one_line_and_nothing_is_written(capsys, words
     assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
     assert said in line
     assert list(Path().iterdir()) == []
-
-
-@pytest.mark.long
-def test_an_integrator_that_gives_up_is_said_in_words_and_by_the_status(capsys, monkeypatch):
-    exact = replace(PRESETS["exact"], integrator=EventExact(max_steps=1, max_turn=1e-3))
-    monkeypatch.setitem(biped.PRESETS, "exact", replace(exact, dtype="float32"))
-    asked = ["simulate", "biped", "--torque=1", "--crank-rate=3", "--seconds=0.1", "--json"]
-    assert main(asked) == NOTHING_FOUND
-    (summary,) = found_in_json(capsys)["summary"]
-    assert summary["status"] == "NOT_CONVERGED"
-    assert "used up its steps" in summary["meaning"]
-    assert rows("walk.csv")[-1]["status"] == "NOT_CONVERGED"
 
 
 def test_names_in_the_help_are_those_of_the_library():
