@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from stickslip.envs.rendering.drawing import Drawing
     from stickslip.optim import Gait, GaitProblem, GaitResult, PostureProblem, Station
 
 VEHICLES = 6
@@ -46,7 +47,8 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     """
     stations = problem.stations(x)
     shown = chosen(problem, VEHICLES)
-    tall = scene_height(problem, stations, shown)
+    vehicles = drawing_of(problem, stations, shown)
+    tall = scene_height(problem, vehicles)
     heights = [tall, 1.5, 1.5, 1.5]
     figure, (top, legs, torque, grip) = make_sheet(4, 1, (9.0, sum(heights) + 2), heights=heights)
     draw_angles(legs, stations)
@@ -64,7 +66,7 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     legend(grip)
     note = f"μ = {mu}; dashed: the least allowed"
     name_panel(grip, "grip margin μ N − |F| [N]", note, "front wheel [m]")
-    draw_vehicles(top, problem, stations, shown)
+    draw_vehicles(top, problem, vehicles)
     name_panel(top, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
     return figure
 
@@ -78,9 +80,9 @@ def chosen(problem: PostureProblem, most: int) -> np.ndarray:
     return np.unique(np.argmin(np.abs(problem.x[:, None] - places), axis=0))
 
 
-def scene_height(problem: PostureProblem, stations: Station, shown: np.ndarray) -> float:
+def scene_height(problem: PostureProblem, vehicles: Drawing) -> float:
     """Height of the scene's panel for equal scales [inches], within the page."""
-    left, right, bottom, top = _extent(problem, _drawn(problem, stations, shown).points)
+    left, right, bottom, top = _extent(problem, vehicles.points)
     return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
 
 
@@ -92,18 +94,15 @@ def draw_angles(axis: Axes, stations: Station) -> None:
     legend(axis)
 
 
-def draw_vehicles(
-    axis: Axes, problem: PostureProblem, stations: Station, shown: np.ndarray
-) -> None:
-    """The ground and the vehicles at some stations, to scale; sets both axes' limits. Where x axes
-    are shared, draw this one last."""
-    drawing = _drawn(problem, stations, shown)
-    left, right, bottom, top = _extent(problem, drawing.points)
-    x, y = drawing.ground.T
+def draw_vehicles(axis: Axes, problem: PostureProblem, vehicles: Drawing) -> None:
+    """The ground and the vehicles, to scale; sets both axes' limits. Where x axes are shared, draw
+    this one last."""
+    left, right, bottom, top = _extent(problem, vehicles.points)
+    x, y = vehicles.ground.T
     axis.fill_between(x, y, y.min() - (right - left), color=theme.floor_colour(0.8), lw=0, zorder=1)
     axis.plot(x, y, color=theme.INK, lw=1.2, zorder=4)
-    for k in range(len(shown)):
-        draw_machine(axis, drawing, k, 72 * WIDTH / (right - left) / 400)
+    for k in range(len(vehicles.points)):
+        draw_machine(axis, vehicles, k, 72 * WIDTH / (right - left) / 400)
     axis.grid(visible=False)
     axis.set_yticks([])
     axis.set_xlim(left, right)
@@ -111,7 +110,7 @@ def draw_vehicles(
     axis.set_aspect("equal", adjustable="datalim")
 
 
-def _drawn(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Any:
+def drawing_of(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Drawing:
     """Drawing of the vehicle at some stations."""
     posture, at = problem.posture, stations.map(lambda of: np.asarray(of)[shown])
     friction = np.broadcast_to(posture.friction, len(problem.x))[shown]

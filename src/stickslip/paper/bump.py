@@ -14,7 +14,7 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel, shades
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
-from stickslip.optimise.picture import draw_angles, draw_vehicles, scene_height
+from stickslip.optimise.picture import draw_angles, draw_vehicles, drawing_of, scene_height
 from stickslip.paper.figure import (
     BY_CONSTRUCTION,
     Claim,
@@ -287,7 +287,8 @@ def passes_turning(drive: Drive) -> Claim:
 def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
     stations = drives[LIMITED].stations
     shown = np.linspace(0, len(problem.x) - 1, VEHICLES).round().astype(int)
-    heights = [1.9, 1.9, scene_height(problem, stations, shown)]
+    vehicles = drawing_of(problem, stations, shown)
+    heights = [1.9, 1.9, scene_height(problem, vehicles)]
     figure, (legs, torque, scene) = make_sheet(3, 1, (9.0, sum(heights) + 2.1), heights=heights)
     draw_angles(legs, stations)
     name_panel(legs, "(a) leg angles [°]", LIMITED)
@@ -299,6 +300,6 @@ def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
     legend(torque)
     note = "legs turn evenly between points 0.1 m apart"
     name_panel(torque, "torque on each wheel [N m]", note)
-    draw_vehicles(scene, problem, stations, shown)
+    draw_vehicles(scene, problem, vehicles)
     name_panel(scene, f"(b) least variation, {LIMITED}", "", "front wheel [m]")
     return figure

@@ -77,7 +77,8 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         title = f"Torque {shorten(given.torque, 60)}, floor: {floor_words(scene)}"
         written.append(plot_walk(walk, scene, picture, title))
     print(f"Written: {', '.join(map(str, written))}")
-    about = {"setting": repr(setting), "files": list(map(str, written)), "promise": promise}
+    about = {"setting": _content(setting), "files": list(map(str, written))}
+    about |= {} if promise is None else {"promise": promise}
     status = OK if walk.status.name in WHOLE else NOTHING_FOUND
     return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
 
@@ -151,3 +152,9 @@ def promise_of(given: WalkOptions, setting: Setting, walk: Walk) -> str | None:
     covered = found.covers(walk.amplification, float(times[-1] - times[0]))
     share = f"within {found.promised_error:.2g} rad/s on {100 * found.quantile:g} % of walks"
     return f"{share}; it {'covers' if covered else 'does not cover'} this one"
+
+
+def _content(setting: Setting) -> dict[str, str | float | None]:
+    exact = isinstance(setting.integrator, EventExact)
+    found = {name: repr(getattr(setting, name)) for name in ("fidelity", "integrator")}
+    return {**found, "step": None if exact else setting.dt, "dtype": setting.dtype}
