@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 
-import numpy as np
 import pytest
 
-from stickslip.agents import MLPPolicy, save_policy
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import TASKS, known_of
 from stickslip.envs.tasks import WITHDRAWN
@@ -71,15 +69,6 @@ def test_unknown_tasks_bring_the_nearest_everywhere(capsys):
 )
 def test_what_does_not_go_with_a_task_is_refused(capsys, arguments, said):
     assert said in refusal(capsys, "evaluate", "--task", "BipedFast-v0", *arguments)
-
-
-def test_a_policy_that_observes_something_else_is_refused(capsys, tmp_path):
-    weights, biases = (np.zeros((4, 1), np.float32),), (np.zeros(1, np.float32),)
-    policy = MLPPolicy(weights, biases, np.zeros(4, np.float32), np.ones(4, np.float32))
-    path = tmp_path / "small.npz"
-    save_policy(policy, path, {"environment": "BipedEnv"})
-    said = refusal(capsys, "evaluate", "--task", "BipedFast-v0", str(path))
-    assert "observes 4 numbers, BipedFast-v0 has 6" in said
 
 
 def test_evaluate_prints_scores_and_says_what_they_are(capsys, tmp_path):

@@ -5,7 +5,6 @@ Needs the right to mount a small tmpfs.
 
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -102,22 +101,6 @@ def test_a_training_on_a_full_disk_goes_on_when_there_is_room(disk, whole, capfd
     assert main(["train", "--out", str(path), *how]) == OK
     assert_same_run(whole, path)
     assert not list(path.rglob("*.part"))
-
-
-def test_a_training_on_a_read_only_disk_is_refused_and_goes_on_later(disk, whole, capfd):
-    disk.change("size=20m")
-    path = disk.path / "run"
-    shutil.copytree(whole, path)
-    shutil.rmtree(list_checkpoints(path / "checkpoints")[-1])
-    before = {one: one.read_bytes() for one in path.rglob("*") if one.is_file()}
-    disk.change("ro")
-    refused(capfd, READ_ONLY, "train", "--out", str(path), "--resume", "--no-pictures")
-    refused(capfd, READ_ONLY, *TRAIN, "--out", str(disk.path / "new"))
-    refused(capfd, READ_ONLY, *TRAIN, "--out", str(path), "--overwrite")
-    assert before == {one: one.read_bytes() for one in path.rglob("*") if one.is_file()}
-    disk.change("rw")
-    assert main(["train", "--out", str(path), "--resume", "--no-pictures"]) == OK
-    assert_same_run(whole, path)
 
 
 @pytest.mark.parametrize("how", ["full", "read-only"])

@@ -62,12 +62,6 @@ def test_workflows_make_what_the_makefile_has():
     assert asked - pages <= made
 
 
-def test_workflows_hold_no_address_and_no_secret():
-    for path in WORKFLOWS:
-        text = path.read_text(encoding="utf-8")
-        assert re.findall(r"https?://|secrets\.|password", text) == [], path.name
-
-
 def test_workflows_pin_actions_by_commit_and_say_the_version():
     text = "\n".join(path.read_text(encoding="utf-8") for path in WORKFLOWS)
     used = re.findall(r"uses: (?!\./)(.*)", text)

@@ -26,15 +26,6 @@ def test_the_table_has_every_figure_and_known_verdicts():
     assert {row[3] for row in rows} == set(VERDICTS)
 
 
-def test_the_summary_has_a_verdict_of_the_table_in_every_row():
-    summary = TEXT[TEXT.index("| the chapter | here | |") :].split("\n\n")[0].splitlines()[2:]
-    verdicts = [re.split("[|;]", line.rsplit(" | ", 1)[1])[0].strip() for line in summary]
-    assert set(verdicts) == set(VERDICTS)
-    for verdict in set(verdicts):
-        found = [line for line in TABLE if f" | {verdict} | " in line]
-        assert len(found) >= verdicts.count(verdict)
-
-
 def test_every_figure_is_shown_by_its_picture():
     shown = re.findall(r"\]\(paper/(\w+)\.png\)", TEXT)
     assert sorted(shown) == sorted(FIGURES)
