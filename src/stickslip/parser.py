@@ -11,6 +11,7 @@ import shutil
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, field, fields
+from functools import partial
 from itertools import takewhile
 from typing import Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
@@ -22,7 +23,7 @@ T = TypeVar("T")
 def option(default: Any = MISSING, about: str = "", **how: Any) -> Any:
     """A field of a dataclass of options, see `add_options`.
 
-    how: setting=True for `--set`; names: completed by shells; group: title in the help; flag: where
+    how: names: completed by shells; group: title in the help; flag: where
     it is not the field's name; and options of `add_argument`.
     """
     metadata = {"about": about, "how": how}
@@ -31,6 +32,10 @@ def option(default: Any = MISSING, about: str = "", **how: Any) -> Any:
     if isinstance(default, list):
         return field(default_factory=list, metadata=metadata, kw_only=True)
     return field(default=default, metadata=metadata, kw_only=True)
+
+
+set_option = partial(option, setting=True)
+"""A field that is set by `--set name=value`."""
 
 
 def add_options(parser: Parser, kind: type) -> None:

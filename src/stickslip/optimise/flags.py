@@ -9,7 +9,7 @@ from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
-from stickslip.parser import add_options, add_tables, limit, option
+from stickslip.parser import add_options, add_tables, limit, option, set_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,21 +76,19 @@ class TrackOptions:
     max_torque: float | None = option(
         None, "of each wheel's motor, either way [N m] (default: none)", type=limit, metavar="NM"
     )
-    leg_rate: float | None = option(
+    leg_rate: float | None = set_option(
         1.0,
         "what a leg may turn for each metre [rad/m], or none for no limit",
         type=limit,
-        setting=True,
         metavar="RATE",
     )
-    spacing: float | None = option(
+    spacing: float | None = set_option(
         None,
         "of waypoints [m] (default: 0.1, or more on a long track: 5000 waypoints at most)",
-        setting=True,
         metavar="M",
     )
-    start: float | None = option(None, "first place of the front wheel", setting=True, metavar="M")
-    end: float | None = option(None, "last place of the front wheel", setting=True, metavar="M")
+    start: float | None = set_option(None, "first place of the front wheel", metavar="M")
+    end: float | None = set_option(None, "last place of the front wheel", metavar="M")
 
 
 @dataclass(frozen=True)
@@ -106,43 +104,29 @@ class PostureOptions(TrackOptions, Output):
     """A posture problem and the method that solves it."""
 
     criterion: str = option(
-        "wheel_energy",
-        "what is to be small, see below",
-        metavar="NAME",
-        names=CRITERIA_IN_WORDS,
+        "wheel_energy", "what is to be small, see below", metavar="NAME", names=CRITERIA_IN_WORDS
     )
     method: str = option("dp", "see below", metavar="NAME", names=METHODS)
     seed: int | None = option(None, "of the method cma", metavar="N")
     out: str | None = option(
         None, "where files go (default: runs/ugv-TRACK-CRITERION-METHOD)", metavar="DIR"
     )
-    overlap: bool = option(
-        False,
-        "let the wheels overlap, as the chapter does, to compare with it; no vehicle can",
-        setting=True,
+    overlap: bool = set_option(
+        False, "let the wheels overlap, as the chapter does, to compare with it; no vehicle can"
     )
-    start_angles: tuple[float, float] | None = option(
-        None,
-        "rear and front leg at the first waypoint (default: any)",
-        setting=True,
-        metavar="RAD",
+    start_angles: tuple[float, float] | None = set_option(
+        None, "rear and front leg at the first waypoint (default: any)", metavar="RAD"
     )
-    end_angles: tuple[float, float] | None = option(
-        None,
-        "rear and front leg at the last waypoint (default: any)",
-        setting=True,
-        metavar="RAD",
+    end_angles: tuple[float, float] | None = set_option(
+        None, "rear and front leg at the last waypoint (default: any)", metavar="RAD"
     )
-    angles: int | None = option(
+    angles: int | None = set_option(
         None,
         "of each leg on the grid, over its range (default: a grid that uses the leg rate)",
-        setting=True,
         metavar="N",
     )
-    polish: bool | None = option(
-        None,
-        "let scp follow the grid's path (default: up to 2000 waypoints)",
-        setting=True,
+    polish: bool | None = set_option(
+        None, "let scp follow the grid's path (default: up to 2000 waypoints)"
     )
 
 
@@ -170,34 +154,22 @@ class GaitOptions(Output):
     payload: float = option(0.0, "on the hip [kg]", metavar="KG")
     steps: int | None = option(None, "a walk of so many (default: one periodic step)", metavar="N")
     out: str | None = option(None, "where files go (default: runs/biped-OBJECTIVE)", metavar="DIR")
-    gravity: float = option(9.81, "[m/s^2]", setting=True, metavar="G")
-    min_normal: float = option(0.0, "least normal force [N]", setting=True, metavar="N")
-    zmp: bool = option(False, "keep the zero-moment point inside the foot", setting=True)
-    copper_loss: float = option(
-        0.5, "of the objective energy [W/(N m)^2]", setting=True, metavar="W"
-    )
-    reserve: float = option(
+    gravity: float = set_option(9.81, "[m/s^2]", metavar="G")
+    min_normal: float = set_option(0.0, "least normal force [N]", metavar="N")
+    zmp: bool = set_option(False, "keep the zero-moment point inside the foot")
+    copper_loss: float = set_option(0.5, "of the objective energy [W/(N m)^2]", metavar="W")
+    reserve: float = set_option(
         0.0,
         "of the friction that the gait leaves unused; 0.02 lets the replay walk without a slip",
-        setting=True,
         metavar="SHARE",
     )
-    start: float | None = option(
-        None,
-        "crank rate at the beginning of a walk [rad/s] (default: 0, rest)",
-        setting=True,
-        metavar="RATE",
+    start: float | None = set_option(
+        None, "crank rate at the beginning of a walk [rad/s] (default: 0, rest)", metavar="RATE"
     )
-    end: float | None = option(
-        None,
-        "crank rate at its end [rad/s], 0 for a stop (default: any)",
-        setting=True,
-        metavar="RATE",
+    end: float | None = set_option(
+        None, "crank rate at its end [rad/s], 0 for a stop (default: any)", metavar="RATE"
     )
-    cells: int = option(200, "of the grid in each step", setting=True, metavar="N")
-    feedback: float = option(
-        2.0,
-        "of the second replay [1/rad]; the first one has none",
-        setting=True,
-        metavar="GAIN",
+    cells: int = set_option(200, "of the grid in each step", metavar="N")
+    feedback: float = set_option(
+        2.0, "of the second replay [1/rad]; the first one has none", metavar="GAIN"
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.names import SCENES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 from stickslip.optimise.flags import TRACK_TABLE, TrackOptions
-from stickslip.parser import add_options, add_tables, option
+from stickslip.parser import add_options, add_tables, option, set_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -110,10 +110,7 @@ class WalkOptions(Output):
         metavar="MU",
     )
     mu_kinetic: list[float] | None = option(
-        None,
-        "kinetic friction of the same (default: the static one)",
-        group=FLOOR,
-        metavar="MU",
+        None, "kinetic friction of the same (default: the static one)", group=FLOOR, metavar="MU"
     )
     edges: list[float] | None = option(None, "where friction changes [m]", group=FLOOR, metavar="M")
     payload: float | None = option(None, "mass on the hip [kg]", group=FLOOR, metavar="KG")
@@ -133,38 +130,28 @@ class WalkOptions(Output):
         group=METHOD,
         metavar="RATE",
     )
-    phase: float | None = option(
+    phase: float | None = set_option(
         None,
         "crank angle of the supporting leg at the start, pi/2 to 3 pi/2 (default: pi/2)",
-        setting=True,
         metavar="RAD",
     )
-    foot_velocity: float = option(0.0, "at the start [m/s]", setting=True, metavar="SPEED")
-    one_step: bool = option(False, "end at the first exchange of support", setting=True)
-    fidelity: str | None = option(
-        None,
-        f"{', '.join(FIDELITIES)}, see below",
-        setting=True,
-        choices=tuple(FIDELITIES),
-        metavar="NAME",
+    foot_velocity: float = set_option(0.0, "at the start [m/s]", metavar="SPEED")
+    one_step: bool = set_option(False, "end at the first exchange of support")
+    fidelity: str | None = set_option(
+        None, f"{', '.join(FIDELITIES)}, see below", choices=tuple(FIDELITIES), metavar="NAME"
     )
-    integrator: str | None = option(
-        None,
-        f"{', '.join(INTEGRATORS)}, see below",
-        setting=True,
-        choices=tuple(INTEGRATORS),
-        metavar="NAME",
+    integrator: str | None = set_option(
+        None, f"{', '.join(INTEGRATORS)}, see below", choices=tuple(INTEGRATORS), metavar="NAME"
     )
-    step: float | None = option(
+    step: float | None = set_option(
         None,
         "the integrator's longest step [s] (default: the setting's; with integrator= 0.005)",
-        setting=True,
         metavar="S",
     )
-    dtype: str | None = option(
-        None, f"precision: {', '.join(DTYPES)}", setting=True, choices=DTYPES, metavar="NAME"
+    dtype: str | None = set_option(
+        None, f"precision: {', '.join(DTYPES)}", choices=DTYPES, metavar="NAME"
     )
-    joints: bool = option(False, "also the 68 components of the joints' forces", setting=True)
+    joints: bool = set_option(False, "also the 68 components of the joints' forces")
 
 
 @dataclass(frozen=True)
