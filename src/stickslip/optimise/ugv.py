@@ -32,6 +32,7 @@ from stickslip.records.table import Content, json_text
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import numpy as np
     from jaxtyping import Float
 
 RESULT, PICTURE = "result.json", "drive.png"
