@@ -68,8 +68,9 @@ def programs_folder(environment: Mapping[str, str]) -> Path | None:
     asked = environment.get(FOLDER, "")
     if asked.lower() == OFF:
         return None
-    shared = environment.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return Path(asked) if asked else Path(shared) / "stickslip"
+    shared, home = environment.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache")
+    found = Path(asked or os.path.join(shared if os.path.isabs(shared) else home, "stickslip"))
+    return found if asked or found.is_absolute() else None
 
 
 def prepared(folder: Path) -> Path | None:
