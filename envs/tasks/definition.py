@@ -19,8 +19,9 @@ if TYPE_CHECKING:
 
     from stickslip.envs.functional import FunctionalEnv, Plain
 
-Made: TypeAlias = "tuple[FunctionalEnv[Any, Any], Any]"
-"""An environment of some machine, and its parameters."""
+    Made: TypeAlias = tuple[FunctionalEnv[Any, Any], Any]
+    """An environment of some machine, and its parameters."""
+
 NAMESPACE = "stickslip/"
 ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
 """Machine of each environment that a task may have."""
