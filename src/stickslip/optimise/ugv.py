@@ -60,6 +60,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     problem = problem_of(given)
     if given.pictures:
         require("matplotlib.figure")
+    if given.method == "cma":
+        import cma  # noqa: F401  (where it is missing, nothing is computed in vain)
     options = _method_options(given, problem)
     result = solve(problem, given.method, progress=True, **options)
     spent = energies(problem, result.x)
