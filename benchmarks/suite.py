@@ -1,7 +1,7 @@
 """The suite of instances: verify what is recorded, prove lower bounds, write the page's table.
 
     python -m benchmarks.suite --verify [--only ID ...]
-    python -m benchmarks.suite --bound [--seconds S] [--only ID ...]
+    python -m benchmarks.suite --bound [--only ID ...]
     python -m benchmarks.suite --docs docs/suite.md
 
 --verify: compare each instance with its recorded digest, and its recorded point with the recorded
@@ -27,7 +27,7 @@ SAME = 1e-6
 MARKS = ("<!-- suite -->", "<!-- end of suite -->")
 
 
-def bound(instance: Instance, seconds: float | None) -> None:
+def bound(instance: Instance) -> None:
     """Prove a lower bound for a UGV instance and record it where it is higher."""
     known, problem = instance.known, instance.problem
     if len(instance.goals) > 1 or not isinstance(problem, PostureProblem):
@@ -35,7 +35,7 @@ def bound(instance: Instance, seconds: float | None) -> None:
     if known is None or known.x is None:
         return
     best = problem.free.expand(known.x)
-    found = bound_every_drive(problem, best, seconds=seconds)
+    found = bound_every_drive(problem, best)
     print(
         f"{instance.id}: {known.value:.8g}, no less than {found.value:.8g}, {found.seconds:.0f} s",
         flush=True,
@@ -94,13 +94,12 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
     parser.add_argument("--verify", action="store_true")
     parser.add_argument("--bound", action="store_true")
-    parser.add_argument("--seconds", type=float, help="of a proof, about")
     parser.add_argument("--docs", type=Path, help="put the table into this page")
     given = parser.parse_args()
     for name in given.only:
         require_choice("--only", name, tuple(suite()))
         if given.bound:
-            bound(suite()[name], given.seconds)
+            bound(suite()[name])
     if given.docs is not None:
         put_between(given.docs, f"\n{table()}\n", MARKS)
     if given.verify:

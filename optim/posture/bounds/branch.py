@@ -180,7 +180,6 @@ def bound_every_drive(
     tolerance: float = 0.02,
     cells: int = CELLS,
     most_corners: int = CORNERS,
-    seconds: float | None = None,
     progress: bool = False,
 ) -> DriveBound:
     """A number that no drive at the problem's waypoints goes below, on the grid or off it.
@@ -190,8 +189,7 @@ def bound_every_drive(
     them dynamic programming over pairs of cells bounds every drive (steps.py, sweep.py). Worst
     stations: the least worst of all paths of cells. Cells that no drive as good as the best known
     can pass are dropped, the others halved where the bound loses (`lossy`), until the gap is
-    `tolerance`, the next level has more than `most_corners` or would end later than `seconds` (the
-    first is always gone through), or there were MOST_LEVELS.
+    `tolerance`, the next level has more than `most_corners`, or there were MOST_LEVELS.
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
@@ -202,7 +200,10 @@ def bound_every_drive(
     tolerance a drive may seem to cost less by what that misses.
     """
     began = time.perf_counter()
-    _require(problem, tolerance, cells, most_corners, seconds)
+    require_kind("problem", problem, PostureProblem, "a PostureProblem")
+    require_scalar("tolerance", tolerance, low=0.0, accepted="a number >= 0")
+    require_integer("cells", cells, low=2, high=COUNT)
+    require_integer("most_corners", most_corners, high=COUNT)
     require_boundable(problem)
     best = np.inf
     if x is not None:
@@ -215,7 +216,6 @@ def bound_every_drive(
     found, levels, after, note = -np.inf, [], [], "no bound yet"
     worth = np.ones(K, bool)
     while True:
-        level_began = time.perf_counter()
         # A waypoint is surveyed, and its costs to go and of arriving bounded: three turns for each.
         with Bar(f"branch, level {len(levels) + 1}", 3 * K, "turn", progress) as bar:
             bar.advance(0, note)
@@ -231,9 +231,6 @@ def bound_every_drive(
         )
         if found >= enough or alive == 0 or size > most_corners or len(levels) == MOST_LEVELS:
             break
-        ended, longer = time.perf_counter(), size / max(1, sum(of.size for of in now))
-        if seconds is not None and ended - began + longer * (ended - level_began) > seconds:
-            break
         note = _left(found, best, size, most_corners)
     return DriveBound(found, float(best), tuple(levels), time.perf_counter() - began)
 
@@ -246,19 +243,6 @@ def require_boundable(problem: PostureProblem) -> None:
 
 def _method(problem: PostureProblem, known: Float[np.ndarray, "n"] | None) -> Worst | Sums:
     return (Worst if problem.criterion.kind == "max" else Sums)(problem, known)
-
-
-def _require(
-    problem: object, tolerance: float, cells: int, most_corners: int, seconds: float | None
-) -> None:
-    """ValueError for an option of `bound_every_drive` that will not do."""
-    require_kind("problem", problem, PostureProblem, "a PostureProblem")
-    require_scalar("tolerance", tolerance, low=0.0, accepted="a number >= 0")
-    require_integer("cells", cells, low=2, high=COUNT)
-    require_integer("most_corners", most_corners, high=COUNT)
-    if seconds is not None:
-        accepted = "None, or a time > 0 [s]"
-        require_scalar("seconds", seconds, low=0.0, strict=True, accepted=accepted)
 
 
 def _left(found: float, best: float, size: float, most: int) -> str:

@@ -52,7 +52,7 @@ class StationCells:
     values: dict[str, Float[np.ndarray, "R F"]]
     radii: dict[str, float]
     inside: Boxes
-    """Derivatives over each cell [2, R-1, F-1]; 0 where unknown."""
+    """Derivatives over each cell [..., R-1, F-1]; 0 where unknown."""
 
     @property
     def corners(self) -> Bool[np.ndarray, "R F"]:
@@ -83,8 +83,9 @@ class StationCells:
         total = np.zeros(self.alive.shape)
         widths = (self.rear.widths[:, None], self.front.widths)
         smooth, known = self.inside.smooth, self.inside.known
+        first, second = (self.inside.derivative(name, order) for order in (1, 2))
         for leg, h in enumerate(widths):
-            bend, slope = self.inside.second[name][leg], self.inside.first[name][leg]
+            bend, slope = second[leg], first[leg]
             above = bend.hi if sign > 0 else -bend.lo
             curved = h**2 / 8 * np.maximum(above, 0)
             straight = h / 2 * slope.size
@@ -158,62 +159,53 @@ class Surveyor:
 
     def _wheels_clear(self, rear: Axis, front: Axis, alive: np.ndarray) -> np.ndarray:
         """The cells in some posture of which the wheels may clear each other."""
-        rows, columns = np.nonzero(alive)
         clear = np.zeros_like(alive)
-        Q = self._wheelbases(
-            Interval(rear.nodes[rows], rear.nodes[rows + 1]),
-            Interval(front.nodes[columns], front.nodes[columns + 1]),
-        )
-        clear[rows, columns] = Q.value.hi >= self.least**2
+        clear[alive] = self._wheelbases(_boxes(rear, front, alive)).value.hi >= self.least**2
         return clear
 
     def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Boxes:
-        rows, columns = np.nonzero(alive)
-        whole = (
-            Interval(rear.nodes[rows], rear.nodes[rows + 1]),
-            Interval(front.nodes[columns], front.nodes[columns + 1]),
-        )
-        if not len(rows):
-            none = {name: interval(np.zeros((2, *alive.shape))) for name in self.inside}
-            return Boxes(none, none, np.zeros_like(alive), np.zeros_like(alive))
-        found = by_parts(lambda angles: self._over(bracket, *angles), whole)
+        if not np.any(alive):
+            none = np.zeros((len(self.inside), 2, 2, *alive.shape))
+            return Boxes(self.inside, none, none, np.zeros_like(alive), np.zeros_like(alive))
+        whole = _boxes(rear, front, alive)
+        found = by_parts(lambda angles: self._over(bracket, angles), whole)
 
         def spread(of: np.ndarray) -> np.ndarray:
             cells = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
-            cells[..., rows, columns] = np.where(found.known, of, of.dtype.type(0))
+            cells[..., alive] = np.where(found.known, of, of.dtype.type(0))
             return cells
 
         return found.map(spread)
 
-    def _over(
-        self, bracket: Bracket, r: Interval, f: Interval
-    ) -> tuple[Boxes, dict[str, np.ndarray]]:
-        """Boxes of angles, each as a whole, and the middle of each field there."""
-        rear_jet, front_jet = angle_jets(r, f)
-        Q = self._wheelbases(r, f)
+    def _over(self, bracket: Bracket, angles: Interval) -> tuple[Boxes, np.ndarray]:
+        """Boxes of angles [2, n], each as a whole, and the middle of each field there."""
+        rear_jet, front_jet = angle_jets(angles)
+        Q = self._wheelbases(angles)
         x, known, (first, last) = bracket.where(Q.value)
         with np.errstate(all="ignore"):
             behind = rear_jets(bracket, Q, first, last)
             found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
-        parts = [(name, getattr(found, name)) for name in self.inside]
-        sizes = [of for _, jet in parts for of in (jet.first.size, jet.second.size)]
-        known &= np.all([np.all(np.isfinite(of), axis=0) for of in sizes], axis=0)
+        jets = [getattr(found, name) for name in self.inside]
+        lo, hi = (
+            np.stack(
+                [np.stack([getattr(jet.first, end), getattr(jet.second, end)]) for jet in jets]
+            )
+            for end in ("lo", "hi")
+        )
+        known &= np.all(np.isfinite(lo) & np.isfinite(hi), axis=(0, 1, 2))
         bends = np.sort(self.ground.bends)
         smooth = np.searchsorted(bends, x.lo, "left") == np.searchsorted(bends, x.hi, "right")
-        first, second = (
-            {name: getattr(jet, part) for name, jet in parts} for part in ("first", "second")
-        )
-        middle = {name: jet.value.middle for name, jet in parts}
-        return Boxes(first, second, known, smooth), middle
+        middle = np.stack([jet.value.middle for jet in jets])
+        return Boxes(self.inside, lo, hi, known, smooth), middle
 
-    def _wheelbases(self, r: Interval, f: Interval) -> Jet:
-        """The squared wheelbase over boxes of angles, its range by the slopes where that says
-        more."""
-        Q = wheelbase_squared(self.vehicle, *angle_jets(r, f))
-        middles = interval(r.middle), interval(f.middle)
-        about = wheelbase_squared(self.vehicle, *middles)
-        for leg, (whole, middle) in enumerate(zip((r, f), middles, strict=True)):
-            about = about + Q.first[leg] * (whole - middle)
+    def _wheelbases(self, angles: Interval) -> Jet:
+        """The squared wheelbase over boxes of angles [2, n], its range by the slopes where that
+        says more."""
+        Q = wheelbase_squared(self.vehicle, *angle_jets(angles))
+        middle = interval(angles.middle)
+        about = wheelbase_squared(self.vehicle, middle[0], middle[1])
+        for leg in (0, 1):
+            about = about + Q.first[leg] * (angles[leg] - middle[leg])
         value = Interval(np.maximum(Q.value.lo, about.lo), np.minimum(Q.value.hi, about.hi))
         return replace(Q, value=value)
 
@@ -273,6 +265,13 @@ class Surveyor:
                 out |= cells.grip_at_most(name, sign, mu) < float(problem.min_grip) - slack
             out |= mu * N - F.least_size < float(problem.min_grip) - slack
         return out & np.isfinite(F.size)
+
+
+def _boxes(rear: Axis, front: Axis, alive: np.ndarray) -> Interval:
+    """Leg angles of the cells that are alive [2, n] [rad]."""
+    rows, columns = np.nonzero(alive)
+    ends = (np.stack([rear.nodes[rows + k], front.nodes[columns + k]]) for k in (0, 1))
+    return Interval(*ends)
 
 
 def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:

@@ -44,14 +44,10 @@ class Ground:
     profile: Callable[[Interval], Derivatives]
     kinks: Float[np.ndarray, "n"]
     bends: Float[np.ndarray, "m"]
-    knots: Float[np.ndarray, "k"] = None  # type: ignore[assignment]
+    knots: Float[np.ndarray, "k"]
     """Places at which an integral is best divided."""
     missed: float = 0.0
     """Gap between pieces that count as joined, in height [m] or slope."""
-
-    def __post_init__(self):
-        if self.knots is None:
-            object.__setattr__(self, "knots", NOWHERE)
 
 
 @singledispatch
@@ -185,11 +181,6 @@ def _(shape: Ditch) -> Ground:
     )
 
 
-@ground_of.register
-def _(shape: Spline) -> Ground:
-    return Ground(*spline_ground(shape))
-
-
 TWO_PI = Interval(np.asarray(6.283185307179586), np.asarray(6.283185307179587))
 
 
@@ -227,104 +218,64 @@ def _quintic_rise(z: Interval, length: float) -> Derivatives:
     return value, slope, second, _inside(free, bent / length / length / length)
 
 
-Four = tuple[Interval, Interval, Interval, Interval]
-"""Height, slope and two derivatives more."""
 JOINED, BENT = 1e-5, 1e-2
 """Tolerance between a piece's end and the next one's beginning that count as joined: in height
 [m] and slope, and in parts of the largest second derivative. Tables in single precision miss by so
 much by rounding; a bound is lowered for it by an allowance (branch.py), which is not proved."""
 
 
-def spline_ground(
-    shape: Spline,
-) -> tuple[Callable[[Interval], Four], np.ndarray, np.ndarray, np.ndarray, float]:
-    """profile, kinks, bends, knots and what joints miss of a Ground; straight past the ends."""
+@ground_of.register
+def _(shape: Spline) -> Ground:
+    """Pieces within knots, and the straights beyond the ends as pieces of their own."""
     knots = np.asarray(shape.knots, float) + np.asarray(shape.rests, float)
     rows = np.asarray(shape.coefficients, float)
     lows = np.asarray(shape.lows, float)
     kinks, bends, missed = _jumps(knots, rows, lows)
-    last = len(rows) - 1
+    edges = np.concatenate([[-np.inf], knots, [np.inf]])
+    origins = np.concatenate([knots[:1], knots])
+    powers = [_with_straights(k, knots, rows, lows) for k in range(rows.shape[1])]
+    last = len(edges) - 2
 
-    def profile(x: Interval) -> Four:
-        first = np.searchsorted(knots, x.lo, side="left") - 1
-        past = np.searchsorted(knots, x.hi, side="right") - 1
-        first, past = np.clip(first, 0, last), np.clip(past, 0, last)
-        found = _piece(x, knots, rows, lows, first)
+    def piece(x: Interval, at: np.ndarray) -> Derivatives:
+        """Value over the part of x in that piece."""
+        begin, end = edges[at], edges[at + 1]
+        t = Interval(np.clip(x.lo, begin, end), np.clip(x.hi, begin, end)) - origins[at]
+        y = dy = d2y = d3y = interval(np.zeros(x.shape))
+        for power in powers[::-1]:
+            d3y = d3y * t + d2y * 3.0
+            d2y = d2y * t + dy * 2.0
+            dy = dy * t + y
+            y = y * t + power[at]
+        return y, dy, d2y, d3y
+
+    def profile(x: Interval) -> Derivatives:
+        first = np.clip(np.searchsorted(edges, x.lo, side="left") - 1, 0, last)
+        past = np.clip(np.searchsorted(edges, x.hi, side="right") - 1, 0, last)
+        found = piece(x, first)
         for more in range(1, int(np.max(past - first, initial=0)) + 1):
             beyond = first + more <= past
-            piece = np.minimum(first + more, past)
-            other = _piece(x, knots, rows, lows, piece)
+            other = piece(x, np.minimum(first + more, past))
             y, dy, d2y, d3y = (
                 where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True)
             )
             found = y, dy, d2y, d3y
         return found
 
-    return profile, kinks, bends, knots, missed
+    return Ground(profile, kinks, bends, knots, missed)
 
 
-def _piece(
-    x: Interval, knots: np.ndarray, rows: np.ndarray, lows: np.ndarray, piece: np.ndarray
-) -> Four:
-    """Value over the part of x in that piece; straight where x lies outside all of them."""
-    begin, end = knots[piece], knots[piece + 1]
-    inside = Interval(np.clip(x.lo, begin, end), np.clip(x.hi, begin, end))
-    t = inside - begin
-    row = rows[piece]
-    powers = rows.shape[1]
-    zero = interval(np.zeros(x.shape))
-    y, dy, d2y, d3y = zero, zero, zero, zero
-    for k in range(powers - 1, -1, -1):
-        d3y = d3y * t + d2y * 3.0
-        d2y = d2y * t + dy * 2.0
-        dy = dy * t + y
-        y = y * t + row[..., k]
-    y = y + lows[piece]
-    before = (piece == 0) & (x.lo < begin)
-    after = (piece == len(rows) - 1) & (x.hi > end)
-    outside = before | after
-    if np.any(outside):
-        y, dy, d2y, d3y = _straight(x, (y, dy, d2y, d3y), outside, begin, end, (row, lows[piece]))
-    return y, dy, d2y, d3y
-
-
-def _straight(
-    x: Interval,
-    found: Four,
-    outside: np.ndarray,
-    begin: np.ndarray,
-    end: np.ndarray,
-    numbers: tuple[np.ndarray, np.ndarray],
-) -> Four:
-    """The hull of a piece and of the straight beyond its outer end."""
-    row, low = numbers
-    y, dy, d2y, d3y = found
-    at_end = interval(end) - begin
-    edge, slope = interval(np.zeros(x.shape)), interval(np.zeros(x.shape))
-    for k in range(row.shape[-1] - 1, -1, -1):
-        slope = slope * at_end + edge
-        edge = edge * at_end + row[..., k]
-    edge = edge + low
-    back = Interval(np.minimum(x.lo, begin), np.minimum(x.hi, begin)) - begin
-    on = Interval(np.maximum(x.lo, end), np.maximum(x.hi, end)) - end
-    behind = x.lo < begin
-    ahead = x.hi > end
-    first = interval(row[..., 0]) + low + back * row[..., 1]
-    beyond = edge + on * slope
-    zero = interval(np.zeros(x.shape))
-    wholly = (outside & behind & (x.hi <= begin)) | (outside & ahead & (x.lo >= end))
-
-    def joined(within: Interval, before: Interval, after: Interval) -> Interval:
-        """The hull of what x meets, or the straight alone."""
-        wide = where(outside & behind, where(wholly, before, hull(within, before)), within)
-        return where(outside & ahead, where(wholly, after, hull(wide, after)), wide)
-
-    return (
-        joined(y, first, beyond),
-        joined(dy, interval(row[..., 1]), slope),
-        joined(d2y, zero, zero),
-        joined(d3y, zero, zero),
-    )
+def _with_straights(k: int, knots: np.ndarray, rows: np.ndarray, lows: np.ndarray) -> Interval:
+    """Coefficients of a power, of the straight before the first knot and of that after the last,
+    too."""
+    if k > 1:
+        return interval(np.pad(rows[:, k], 1))
+    here, length, end = interval(rows[:, k]), interval(knots[-1]) - knots[-2], interval(0.0)
+    for power in range(rows.shape[1] - 1, k - 1, -1):
+        end = end * length + interval(rows[-1, power]) * float(power if k else 1)
+    if k == 0:
+        here, end = here + lows, end + lows[-1]
+    return Interval(*(np.concatenate([of[:1], of, [at]])
+                      for of, at in ((here.lo, end.lo), (here.hi, end.hi))))  # fmt: skip
 
 
 def _jumps(

@@ -35,9 +35,6 @@ PARTS = 16
 ROOM = 2_000
 FLOOR = 1e-3
 """Least range of a field, in its unit."""
-Arrays = Callable[..., np.ndarray]
-Angles = tuple[Interval, Interval]
-"""Angles of both legs [rad]."""
 MOST_CELLS = 256
 """Most cells of a leg at the first level, beyond which cells are no part of the rate."""
 
@@ -117,48 +114,40 @@ def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np
 
 
 class Boxes(NamedTuple):
-    """Derivatives of each field over each box [2, n], along rear and front; anything if unknown."""
+    """Derivatives of fields over each of n boxes of leg angles; anything where unknown.
 
-    first: dict[str, Interval]
-    second: dict[str, Interval]
+    lo, hi: ends [fields, 2, 2, n], of the first and the second derivative along rear and front.
+    """
+
+    names: tuple[str, ...]
+    lo: Float[np.ndarray, "fields 2 2 n"]
+    hi: Float[np.ndarray, "fields 2 2 n"]
     known: Bool[np.ndarray, "n"]
     """False: of postures in the box nothing is known."""
     smooth: Bool[np.ndarray, "n"]
     """False: the second derivatives are none."""
 
-    def map(
-        self, low: Arrays, high: Arrays | None = None, mask: Arrays | None = None, *others: Boxes
-    ) -> Boxes:
-        """Functions of the lower ends, of the upper ends and of the masks, of these boxes and
-        others; the first one for all where no other is given."""
-        all_ = (self, *others)
+    def derivative(self, name: str, order: int) -> Interval:
+        """The first or the second derivative of a field [2, n]."""
+        at = self.names.index(name), order - 1
+        return Interval(self.lo[at], self.hi[at])
 
-        def ends(part: str) -> dict[str, Interval]:
-            each = {name: [getattr(one, part)[name] for one in all_] for name in self.first}
-            return {
-                name: Interval(low(*(of.lo for of in ins)), (high or low)(*(of.hi for of in ins)))
-                for name, ins in each.items()
-            }
-
-        known, smooth = zip(*((one.known, one.smooth) for one in all_), strict=True)
-        masks = mask or low
-        return Boxes(ends("first"), ends("second"), masks(*known), masks(*smooth))
+    def map(self, *functions: Callable[[np.ndarray], np.ndarray]) -> Boxes:
+        """Functions of the lower ends, of the upper ends and of the masks; or one of all."""
+        low, high, mask = functions if len(functions) > 1 else functions * 3
+        return Boxes(self.names, low(self.lo), high(self.hi), mask(self.known), mask(self.smooth))
 
 
-def by_parts(
-    of: Callable[[Angles], tuple[Boxes, dict[str, Float[np.ndarray, "n"]]]], whole: Angles
-) -> Boxes:
-    """Hull over whole boxes of their parts, each cut in four until it is narrow enough.
+def by_parts(of: Callable[[Interval], tuple[Boxes, np.ndarray]], whole: Interval) -> Boxes:
+    """Hull over whole boxes [2, n] of their parts, each cut in four until it is narrow enough.
 
-    of: boxes of angles, and about what each field is there, but for a constant.
+    of: boxes of angles, and about what each field is there, but for a constant [fields, n].
     """
     boxes, middle = of(whole)
-    widths = np.stack([box.hi - box.lo for box in whole])
-    count = boxes.known.size
-    scales = {
-        name: max(float(np.ptp(v[boxes.known])) if np.any(boxes.known) else 0.0, FLOOR)
-        for name, v in middle.items()
-    }
+    count, widths = boxes.known.size, whole.hi - whole.lo
+    scales = np.full(len(middle), FLOOR)
+    if np.any(boxes.known):
+        scales = np.maximum(np.ptp(middle[:, boxes.known], axis=1), FLOOR)
     cuts, owner, lost = whole, np.arange(count), _lost(boxes, widths, scales)
     for _ in range(CUTS):
         worst = np.zeros(count)
@@ -166,51 +155,38 @@ def by_parts(
         poor = (lost > FINE) & (lost >= WORST * worst[owner])
         if not np.any(poor) or owner.size + 3 * np.sum(poor) > PARTS * count + ROOM:
             break
-        parts, theirs = _quarters(cuts, poor), np.tile(owner[poor], 4)
+        parts, theirs = _quarters(cuts[:, poor]), np.tile(owner[poor], 4)
         found, _ = of(parts)
-        boxes = boxes.map(lambda v, kept=~poor: v[..., kept]).map(_after, None, None, found)
-        lost = np.concatenate([lost[~poor], _lost(found, widths[:, theirs], scales)])
-        rear, front = (
-            Interval(_after(cut.lo[~poor], part.lo), _after(cut.hi[~poor], part.hi))
-            for cut, part in zip(cuts, parts, strict=True)
-        )
-        cuts, owner = (rear, front), np.concatenate([owner[~poor], theirs])
+        pairs = zip(boxes[1:], found[1:], strict=True)
+        boxes = Boxes(boxes.names, *(_after(one, poor, other) for one, other in pairs))
+        lost = _after(lost, poor, _lost(found, widths[:, theirs], scales))
+        cuts = Interval(_after(cuts.lo, poor, parts.lo), _after(cuts.hi, poor, parts.hi))
+        owner = _after(owner, poor, theirs)
     order = np.argsort(owner, kind="stable")
     begin = np.searchsorted(owner[order], np.arange(count))
-    least, most, all_ = (
-        lambda v, join=join: join.reduceat(v[..., order], begin, -1)
-        for join in (np.minimum, np.maximum, np.logical_and)
-    )
-    return boxes.map(least, most, all_)
+    joins = (np.minimum, np.maximum, np.logical_and)
+    return boxes.map(*(lambda v, of=of: of.reduceat(v[..., order], begin, -1) for of in joins))
 
 
-def _after(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    return np.concatenate([one, other], -1)
+def _after(one: np.ndarray, poor: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Entries that are not cut, then those of the parts."""
+    return np.concatenate([one[..., ~poor], other], -1)
 
 
-def _lost(boxes: Boxes, widths: np.ndarray, scales: dict[str, float]) -> np.ndarray:
+def _lost(boxes: Boxes, widths: np.ndarray, scales: np.ndarray) -> np.ndarray:
     """Greatest loss in each part, in ranges of the field; infinite where nothing is known.
     widths: of the boxes that they are parts of [2, n]."""
-    worst = np.zeros(boxes.known.shape)
-    for name, scale in scales.items():
-        curved = widths**2 / 8 * boxes.second[name].size
-        straight = widths / 2 * boxes.first[name].size
-        lost = np.where(boxes.smooth, np.minimum(curved, straight), straight)
-        worst = np.maximum(worst, np.max(lost, axis=0) / scale)
-    return np.where(boxes.known, worst, np.inf)
+    size = np.maximum(np.abs(boxes.lo), np.abs(boxes.hi))
+    straight, curved = widths / 2 * size[:, 0], widths**2 / 8 * size[:, 1]
+    lost = np.where(boxes.smooth, np.minimum(curved, straight), straight)
+    return np.where(boxes.known, np.max(np.max(lost, 1) / scales[:, None], 0), np.inf)
 
 
-def _quarters(boxes: Angles, which: np.ndarray) -> Angles:
-    halves = []
-    for box in boxes:
-        lo, hi = box.lo[which], box.hi[which]
-        middle = lo + (hi - lo) / 2
-        halves.append((Interval(lo, middle), Interval(middle, hi)))
-    pairs = [(rear, front) for rear in halves[0] for front in halves[1]]
-    rear, front = (
-        Interval(
-            *(np.concatenate([getattr(one[leg], end) for one in pairs]) for end in ("lo", "hi"))
-        )
-        for leg in (0, 1)
-    )
-    return rear, front
+def _quarters(boxes: Interval) -> Interval:
+    """Boxes [2, n] cut in four [2, 4 n]."""
+    middle = boxes.lo + (boxes.hi - boxes.lo) / 2
+    ends = []
+    for low, high in ((boxes.lo, middle), (middle, boxes.hi)):
+        pairs = [(rear, front) for rear in (low, high) for front in (low, high)]
+        ends.append(np.concatenate([np.stack([r[0], f[1]]) for r, f in pairs], -1))
+    return Interval(*ends)

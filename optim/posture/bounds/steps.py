@@ -146,7 +146,7 @@ def _field(cells: StationCells, name: str, box: tuple[slice, slice]) -> Field:
         found = of[(..., *box)].reshape(*of.shape[:-2], -1)
         return np.where(counts, found, 0.0)
 
-    first, second = (part[name].map(row) for part in (cells.inside.first, cells.inside.second))
+    first, second = (cells.inside.derivative(name, order).map(row) for order in (1, 2))
     with np.errstate(invalid="ignore"):
         over = cells.range_of(name).map(row)
     at = cells.values[name]

@@ -292,15 +292,11 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     return Held(F * (-r), turn, leg_rear, leg_front, F, N_rear, N_front)
 
 
-def angle_jets(rear: Interval, front: Interval) -> tuple[Jet, Jet]:
-    """The leg angles themselves over boxes, derivatives along rear and front."""
-    shape = rear.shape
-    one, zero = np.ones(shape), np.zeros(shape)
-    nothing = interval(np.zeros((2, *shape)))
-    return (
-        Jet(rear, interval(np.stack([one, zero])), nothing),
-        Jet(front, interval(np.stack([zero, one])), nothing),
-    )
+def angle_jets(angles: Interval) -> tuple[Jet, Jet]:
+    """The leg angles themselves over boxes [2, n], derivatives along rear and front."""
+    nothing, one = np.zeros(angles.shape), np.eye(2)[:, :, None]
+    rear, front = (Jet(angles[k], interval(nothing + one[k]), interval(nothing)) for k in (0, 1))
+    return rear, front
 
 
 def rear_jets(bracket: Bracket, Q: Jet, first: np.ndarray, last: np.ndarray) -> Rear[Jet]:

@@ -7,6 +7,7 @@ import pytest
 
 from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
+from stickslip.optim.posture.bounds.sweep import BESIDE, bottleneck, lossy
 from stickslip.optim.result import OptimStatus as Status
 from tests.optim.posture.bounds.helpers import better, drives, over
 
@@ -62,8 +63,6 @@ def test_nor_on_other_floors_and_with_free_or_given_ends(searched, name: str, ki
     free = bound_every_drive(replace(problem, start_angles=None), cells=12, most_corners=1)
     alone = bound_every_drive(problem, cells=12, most_corners=1)
     known = bound_every_drive(problem, x[np.argmin(value)], cells=12, most_corners=1)
-    hurried = bound_every_drive(problem, cells=12, seconds=1e-3)
-    assert (len(hurried.levels), hurried.value) == (1, alone.value)
     ended = replace(problem, end_angles=tuple(x[np.argmin(value)][-2:]))
     last = bound_every_drive(ended, cells=12, most_corners=1)
     assert free.value <= alone.value + 1e-6 * abs(alone.value)
@@ -96,9 +95,19 @@ def test_the_method_says_how_good_its_drive_is(searched):
 
 def test_bad_options_are_refused():
     problem = over()
-    for name, bad in (("tolerance", -1), ("cells", 1), ("most_corners", 0), ("cells", 10**7),
-                      ("seconds", 0.0)):  # fmt: skip
+    for name, bad in (("tolerance", -1), ("cells", 1), ("most_corners", 0), ("cells", 10**7)):
         with pytest.raises(ValueError, match=name):
             bound_every_drive(problem, **{name: bad})
     with pytest.raises(ValueError, match="worst station"):
         bound_every_drive(over(Weighted((("grip", 1.0), ("wheel_energy", 1.0)))))
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 2 * BESIDE, 2 * BESIDE + 1, 30])
+def test_waypoints_are_halved_where_the_bound_loses_and_four_beside(count: int):
+    at = count // 3
+    places = np.arange(count)
+    costs = np.where(places == at, 1.0, 0.0)
+    assert bottleneck(costs, 1.0).tolist() == (np.abs(places - at) <= BESIDE).tolist()
+    go = np.where(places <= at, 1.0, 0.0)  # all is paid between at and the next one
+    near = (places >= at - BESIDE) & (places <= at + 1 + BESIDE)
+    assert lossy(np.zeros(count), go).tolist() == near.tolist()
