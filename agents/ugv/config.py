@@ -44,8 +44,6 @@ SB3: dict[str, Json] = {"discount": 0.99}
 """Defaults of Stable-Baselines3 that differ from the fields' own."""
 SHAC: dict[str, Json] = {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3}
 """Defaults of short-horizon actor-critic that differ."""
-LARGEST = (2 - 2**-23) * 2.0**127
-"""The largest number in single precision."""
 LEGS = 30, 150
 """Range of the vehicle's legs [degrees]."""
 
@@ -135,18 +133,8 @@ class UGVTrainConfig(LearningConfiguration):
     def _check_together(self) -> None:
         require_ground(self.tracks)
         self._require_inside("friction", "random_friction")
-        self._check_failure()
         require_room(self, self.preview + OBSERVATION)
         require_whole_batches(self)
-
-    def _check_failure(self) -> None:
-        """A failure's penalty in the criterion's unit is a number in single precision, too."""
-        scale = self.reward_scale or 1 / USUAL[self.criterion]
-        if self.failure is not None and not self.failure / scale < LARGEST:
-            raise ValueError(
-                f"failure = {self.failure:g} is {self.failure / scale:.3g} in the criterion's unit "
-                f"(reward_scale = {scale:.3g}); accepted: less than {LARGEST:.3g} there"
-            )
 
 
 def require_ground(name: str) -> None:

@@ -11,7 +11,7 @@ from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.ugv.swept import UGVSwept
+    from stickslip.agents.ugv.task import UGVSwept
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams  # noqa: F401, in the class's bases
 
@@ -49,7 +49,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         "stickslip.dynamics.ugv.ground.roughness",
         "stickslip.dynamics.ugv.ground.shapes",
         "stickslip.dynamics.ugv.ground.spline",
-        "stickslip.dynamics.ugv.ground.surface",
         "stickslip.dynamics.ugv.track",
         "stickslip.envs.ugv.env",
         "stickslip.envs.ugv.randomisation",
@@ -112,6 +111,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
     def swept(self) -> UGVSwept:
         """See Machine."""
-        from stickslip.agents.ugv.swept import UGVSwept
+        from stickslip.agents.ugv.task import UGVSwept
 
         return UGVSwept()

@@ -1,10 +1,10 @@
-"""Tasks of the UGV: of a configuration, into a policy's file, out of it, changed by options."""
+"""Tasks of the UGV: of a configuration, in a policy's file, changed by options or swept over."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -13,15 +13,20 @@ import numpy as np
 from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
+from stickslip.agents.sweeps.swept import Swept
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
+from stickslip.envs.ugv.params import NUMBERS as RULES
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
     from typing import TypeAlias
+
+    from jaxtyping import PyTree
 
     from stickslip.agents.machine import Parts
     from stickslip.agents.protocol import Options
@@ -29,46 +34,27 @@ if TYPE_CHECKING:
 
     UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
 
-NUMBERS = (
-    "friction",
-    "leg_rate",
-    "spacing",
-    "start",
-    "end",
-    "start_angles",
-    "min_clearance",
-    "preview_length",
-    "preview_noise",
-    "failure_penalty",
-    "reward_scale",
-    "speed",
-)
-"""Of UGVEnvParams."""
 LIMITS = ("max_torque",)
-"""The same, in a task that has them."""
+"""Numbers of UGVEnvParams, in a task that has them."""
+NUMBERS = ("start_angles", *(name for name in RULES if name not in LIMITS))
+"""Those of every task."""
 FRICTION = 0.8
 """Of the standard task."""
 SOLVER = PoseSolver(iterations=5, samples=8)
 """Of training: unrolled, which suits batches; exact to rounding on such ground."""
 
 
-class Ground(NamedTuple):
-    """A track, and what is drawn in its place for every episode, if anything."""
-
-    track: Track
-    drawn: RandomTrack | None = None
-
-
-def ground_by_name(name: str) -> Ground:
-    """The ground of that name, or from the file of that name. ValueError listing the names."""
+def ground_by_name(name: str) -> tuple[Track, RandomTrack | None]:
+    """The ground of that name, or from the file of that name, and what is drawn in its place for
+    every episode, if anything. ValueError listing the names."""
     require_ground(name)
     if name in RANDOM_TRACKS:
-        return Ground(Track.flat(), RandomTrack.named(name))
+        return Track.flat(), RandomTrack.named(name)
     if name in FIXED:
-        return Ground(Track.named(name))
+        return Track.named(name), None
     from stickslip.optim.posture.track_file import read_track
 
-    return Ground(read_track(Path(name)))
+    return read_track(Path(name)), None
 
 
 def standard_task() -> UGVTask:
@@ -84,46 +70,32 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
     is; but for a factor on all rewards of training episodes, and what the configuration says of
     their starts and of failing.
     """
+    failure = config.failure
     if config.task is not None:
-        made, params = task_by_name(config.task).make("same_step")
+        made, tested = task_by_name(config.task).make("same_step")
         env = cast("UGVEnv", made)
-        scale = config.reward_scale or 1 / USUAL[env.criterion]
-        training = params.replace(reward_scale=scale)
-        if config.failure is not None:
-            training = training.replace(failure_penalty=config.failure / scale)
-        if config.random_start is not None:
-            drawn = replace(params.randomisation, start_angles=_radians(config.random_start))
-            training = training.replace(randomisation=drawn)
-        return TrainingTask(env, training, params, params)
-    env = UGVEnv(config.criterion, config.preview, SOLVER)
-    ground = ground_by_name(config.tracks)
-    start = np.radians(config.start_angle)
-    common: Parts = {
-        "track": ground.track,
-        "friction": config.friction,
-        "leg_rate": config.leg_rate,
-        "spacing": config.spacing,
-        "start_angles": (start, start),
-        "preview_length": config.preview_length,
-        "preview_noise": config.preview_noise,
-    }
-    drawn = UGVRandomisation(ground.drawn, config.random_friction)
-    tested = env.make_params(randomisation=drawn, **common)
-    scale = config.reward_scale or 1 / USUAL[config.criterion]
+    else:
+        env = UGVEnv(config.criterion, config.preview, SOLVER)
+        track, drawn = ground_by_name(config.tracks)
+        failure = failure or 0.0
+        tested = env.make_params(
+            track=track,
+            randomisation=UGVRandomisation(drawn, config.random_friction),
+            friction=config.friction,
+            leg_rate=config.leg_rate,
+            spacing=config.spacing,
+            start_angles=(np.radians(config.start_angle),) * 2,
+            preview_length=config.preview_length,
+            preview_noise=config.preview_noise,
+        )
+    scale = config.reward_scale or 1 / USUAL[env.criterion]
+    changes: Parts = {"reward_scale": scale}
+    if failure is not None:
+        changes["failure_penalty"] = failure / scale
     if config.random_start is not None:
-        drawn = replace(drawn, start_angles=_radians(config.random_start))
-    training = env.make_params(
-        randomisation=drawn,
-        reward_scale=scale,
-        failure_penalty=(config.failure or 0.0) / scale,
-        **common,
-    )
-    return TrainingTask(env, training, tested, tested)
-
-
-def _radians(degrees: tuple[float, float]) -> tuple[float, float]:
-    low, high = np.radians(degrees)
-    return float(low), float(high)
+        angles = tuple(np.radians(config.random_start).tolist())
+        changes["randomisation"] = replace(tested.randomisation, start_angles=angles)
+    return TrainingTask(env, tested.replace(**changes), tested, tested)
 
 
 def with_options(task: UGVTask, options: Options, scene: str | None, viewed: bool) -> UGVTask:
@@ -134,8 +106,8 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
     given = parts(task.env, task.params)
     numbers, drawn = dict(given["numbers"]), task.params.randomisation
     if scene is not None:
-        ground = ground_by_name(scene)
-        given["track"], drawn = ground.track, replace(drawn, track=ground.drawn)
+        given["track"], random_track = ground_by_name(scene)
+        drawn = replace(drawn, track=random_track)
         numbers |= {"start": None, "end": None, "failure_penalty": None}
     if options["friction"] is not None:
         numbers["friction"], drawn = options["friction"], replace(drawn, friction=None)
@@ -214,3 +186,72 @@ def build(
         kept = ("spacing", "start", "end", "start_angles")
         params = params.replace(**{name: numbers[name] for name in kept})
     return Task(env, params)
+
+
+class UGVSwept(Swept):
+    """Numbers of the task, vehicle, track and randomisation."""
+
+    units: ClassVar[Mapping[str, str]] = {
+        "task.leg_rate": "rad/m",
+        "task.spacing": "m",
+        "task.start": "m",
+        "task.end": "m",
+        "task.start_angles": "rad",
+        "task.min_clearance": "m",
+        "task.preview_length": "m",
+        "task.preview_noise": "m",
+        "task.max_torque": "N m",
+        "task.speed": "m/s",
+        "randomisation.start_angles": "rad",
+        "randomisation.track.roughness": "m^3",
+        **dict.fromkeys(("body_length", "leg_length", "wheel_radius", "wheel_gap"), "m"),
+        **dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg"),
+        **dict.fromkeys(("leg_angle_min", "leg_angle_max"), "rad"),
+        "vehicle.gravity": "m/s^2",
+        **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
+        **dict.fromkeys(("position", "length", "joint", "depth", "side"), "m"),
+        **dict.fromkeys(("bump_height", "bump_width", "bump_centre"), "m"),
+        "track.start": "m",
+        "track.end": "m",
+    }
+    kept: ClassVar[Mapping[str, str]] = {
+        "reward": "-",
+        "cost": "-",
+        "distance": "m",
+        "wheel_energy": "J",
+        "total_energy": "J",
+        "demand": "-",
+    }
+
+    def parts(self, params: UGVEnvParams) -> dict[str, PyTree]:
+        """See Swept; numbers that are None have no place in the program, and of a ground that is
+        drawn, its ranges stand under randomisation."""
+        given = {name: getattr(params, name) for name in (*NUMBERS, *LIMITS)}
+        return {
+            "task": {name: value for name, value in given.items() if value is not None},
+            "track": vars(params.track.shape) if params.randomisation.track is None else {},
+            "vehicle": vars(params.vehicle),
+            "randomisation": params.randomisation,
+        }
+
+    def with_parts(
+        self, params: UGVEnvParams, parts: Mapping[str, PyTree], names: Iterable[str]
+    ) -> UGVEnvParams:
+        """See Swept. What an axis sets is no longer drawn."""
+        names = set(names)
+        touched = {name.partition(".")[0] for name in names}
+        drawn = parts["randomisation"]
+        own = {name.split(".")[1] for name in names if name.startswith("task.")}
+        changed: dict[str, PyTree] = {name: parts["task"][name] for name in own}
+        drawn = replace(drawn, **dict.fromkeys(own & {"friction", "start_angles"}))
+        if "track" in touched:
+            shape: PyTree = params.track.shape
+            shape = replace(shape, **parts["track"])
+            changed["track"] = replace(params.track, shape=shape)
+        if "vehicle" in touched:
+            changed["vehicle"] = replace(params.vehicle, **parts["vehicle"])
+        return params.replace(**changed, randomisation=drawn)
+
+    def kept_units(self, env: UGVEnv) -> Mapping[str, str]:
+        """See Swept; the cost in the criterion's unit."""
+        return {**self.kept, "cost": env.measure.unit}

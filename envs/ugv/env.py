@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
@@ -16,29 +16,32 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.compilation import moves_numbers
-from stickslip.dynamics.numeric import compensated
+from stickslip.dynamics.numeric import compensated, require_one
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver
+from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 from stickslip.envs.rendering import UGVRenderer
-from stickslip.envs.ugv.observation import MOST_PREVIEW, bounds, observe
-from stickslip.envs.ugv.options import OPTIONS, episode_params, from_plain, read_by_steps
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
-from stickslip.envs.ugv.picture import ugv_frame
+from stickslip.envs.ugv.picture import ugv_frames
+from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation, ground_of
 from stickslip.envs.ugv.state import (
+    MOST_PREVIEW,
     Attitude,
     UGVDrawn,
     UGVEnvState,
     UGVTotals,
+    bounds,
     draw,
     ground,
     info_of,
-    work_between,
+    observe,
 )
-from stickslip.optim.posture.criteria import CRITERIA, Criterion, increase
+from stickslip.optim.posture.criteria import CRITERIA, Criterion, increase, step_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.posture.station import Station, station_of, torque_left
+from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,6 +51,11 @@ if TYPE_CHECKING:
     from stickslip.envs.functional import Entries, Given
 
 T = TypeVar("T")
+OPTIONS = ("track", "friction", "start_angles")
+"""Of a reset."""
+ROUNDING = 1e-6
+"""Waypoints may lie so much further apart, relatively: the spacing is one that came out of others,
+rounded, and a track as long as the one before gets as many."""
 
 
 @dataclass(frozen=True)
@@ -171,8 +179,23 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     @classmethod
     def from_plain(cls, parameters: Entries) -> Given:
-        """See FunctionalEnv and stickslip.envs.ugv.options."""
-        return from_plain(parameters)
+        """See FunctionalEnv.
+
+        track: a name, or {name: {...}} with the named track's arguments. randomisation: ranges as
+        pairs, by the names of UGVRandomisation; its track by the names of RandomTrack. Numbers stay
+        as they are.
+        """
+        given = dict(parameters)
+        track = given.get("track")
+        if isinstance(track, dict):
+            ((name, numbers),) = track.items()
+            given["track"] = Track.named(name, **numbers)
+        if "randomisation" in given:
+            drawn = _ranges(given["randomisation"])
+            if "track" in drawn:
+                drawn["track"] = RandomTrack(**_ranges(drawn["track"]))
+            given["randomisation"] = UGVRandomisation(**drawn)
+        return given
 
     @classmethod
     def choices_from_plain(cls, choices: Entries) -> Given:
@@ -182,13 +205,35 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return {**choices, **given}
 
     def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
-        """See FunctionalEnv."""
+        """See FunctionalEnv; what the options set is not drawn."""
         self.check_params(params)
-        return episode_params(params, options)
+        require_known(options, OPTIONS, "option of reset")
+        drawn = params.randomisation
+        changes: dict[str, Any] = {}
+        if "friction" in options:
+            accepted = "a finite coefficient >= 0"
+            mu = require_one("friction", options["friction"], low=0, accepted=accepted)
+            changes["friction"], drawn = mu, replace(drawn, friction=None)
+        if "start_angles" in options:
+            changes["start_angles"] = options["start_angles"]
+            drawn = replace(drawn, start_angles=None)
+        if "track" in options:
+            track, drawn = ground_of(options["track"], replace(drawn, track=None))
+            spacing = float(params.spacing) * (1 + ROUNDING)
+            places = waypoints_along(track, params.vehicle, spacing, None, None)
+            first, last = float(places[0]), float(places[-1])
+            changes |= {"track": track, "start": first, "end": last}
+            changes["spacing"] = (last - first) / (len(places) - 1)
+        changed = params.replace(randomisation=drawn, **changes)
+        if {*options} <= {"start_angles"}:  # other entries keep their last digits
+            own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}
+            return rebuilt(params, **own)
+        return changed
 
     def read_by_steps(self, params: UGVEnvParams) -> UGVEnvParams:
-        """See FunctionalEnv."""
-        return read_by_steps(params)
+        """See FunctionalEnv. Steps do ask what is drawn, not the range."""
+        drawn = jax.tree.map(lambda _: 0.0, replace(params.randomisation, start_angles=None))
+        return rebuilt(params, randomisation=drawn, start_angles=0.0)
 
     @property
     def default_params(self) -> UGVEnvParams:
@@ -246,8 +291,11 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         more = increase(self.measure, state.cost, before, after, state.elapsed == 0)
         more = jnp.where(failed, 0.0, more).astype(dtype)
         reward = -params.reward_scale * (more + jnp.where(failed, params.failure_penalty, 0.0))
-        work = work_between(before, after, dtype)
-        added = (more, UGVTotals(reward, work.wheel_work, work.total_work))
+        wheel_work, total_work = (
+            jnp.asarray(step_cost(CRITERIA[name], before, after), dtype)
+            for name in ("wheel_energy", "total_energy")
+        )
+        added = (more, UGVTotals(reward, wheel_work, total_work))
         (cost, totals), rests = compensated((state.cost, state.totals), state.rests, added)
         done = elapsed >= params.steps
         state = UGVEnvState(
@@ -260,7 +308,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             totals=totals,
             rests=rests,
         )
-        info = {"status": status, **work._asdict(), **info_of(state, params)}
+        work = {"wheel_work": wheel_work, "total_work": total_work}
+        info = {"status": status, **work, **info_of(state, params)}
         return (
             self._observe(state, params),
             state,
@@ -276,7 +325,9 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def picture(self, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
-        return ugv_frame(state, info, params, self.solver, self.preview)
+        states = jax.tree.map(lambda leaf: np.asarray(leaf)[None], jax.device_get(state))
+        infos = {"status": np.asarray(info.get("status", state.station.status))[None]}
+        return ugv_frames(states, infos, params, self.solver, self.preview)
 
     def renderer(self, params: UGVEnvParams) -> UGVRenderer:
         """A renderer for these parameters (extra `viz`)."""
@@ -324,6 +375,11 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         station = station._replace(status=status)
         attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude
+
+
+def _ranges(given: Entries) -> Given:
+    """Pairs as ranges; what is no pair as it is."""
+    return {name: tuple(one) if isinstance(one, list) else one for name, one in given.items()}
 
 
 def _double(tree: T) -> T:

@@ -105,18 +105,15 @@ class UGVEnvParams:
         return f"UGVEnvParams({joined(self, *words, usual=defaults_of(make_params, names))})"
 
     def __post_init__(self):
-        penalty = self.given_penalty
-        numbers = (self.vehicle, self.odometer, self.friction, self.start, self.end)
-        if holds_numbers(*numbers):
+        penalty, friction = self.given_penalty, self.friction
+        if holds_numbers(self.vehicle, self.odometer, friction, self.start, self.end):
             settle(self, odometer=covering(self.odometer, self.start, self.end))
             if penalty is None:
-                penalty = self._ample_penalty()
+                if (drawn := self.randomisation.friction) is not None:
+                    friction = jnp.maximum(friction, drawn[1])
+                way = self.end - self.start
+                penalty = penalty_for(self.penalty_unit, self.vehicle, friction, way)
         settle(self, failure_penalty=penalty)
-
-    def _ample_penalty(self):
-        drawn = self.randomisation.friction
-        friction = self.friction if drawn is None else jnp.maximum(self.friction, drawn[1])
-        return penalty_in(self.penalty_unit, self.vehicle, friction, self.end - self.start)
 
     @property
     def track(self) -> Track:
@@ -162,17 +159,15 @@ class UGVEnvParams:
         _require_kinds(**{name: changes[name] for name in kinds})
         changes = _as_numbers(changes)
         if "track" in changes:
-            track, drawn = changes["track"], changes.get("randomisation", self.randomisation)
+            track, drawn = changes.pop("track"), changes.get("randomisation", self.randomisation)
             named = isinstance(track, str) and track in RANDOM_TRACKS
             if named and "randomisation" not in changes:
                 drawn = replace(drawn, track=None)
-            changes["track"], changes["randomisation"] = ground_of(track, drawn)
-        if "failure_penalty" in changes:
-            changes["given_penalty"] = changes.pop("failure_penalty")
-        track = changes.pop("track", None)
-        if track is not None:
+            track, changes["randomisation"] = ground_of(track, drawn)
             start, end = (changes.get(name, getattr(self, name)) for name in ("start", "end"))
             changes["odometer"] = odometer_over(track, start, end, dtype)
+        if "failure_penalty" in changes:
+            changes["given_penalty"] = changes.pop("failure_penalty")
         return cast(replace(self, **changes).validate(), dtype)
 
     def shortened(self, steps: int) -> UGVEnvParams:
@@ -180,16 +175,18 @@ class UGVEnvParams:
         end = self.start + steps * self.spacing
         return self.replace(end=end, failure_penalty=self.failure_penalty)
 
-    def _goes_a_step(self) -> bool:
-        """True if `steps` is 1 or more; of numbers, also inside a trace of other things."""
-        way, spacing = np.asarray(self.end) - np.asarray(self.start), np.asarray(self.spacing)
-        return bool(np.all(way / spacing + 1e-3 >= 1))
-
-    def _require_resolved(self, dtype: Any) -> None:
-        """Raise ValueError where a waypoint's last digit is no small part of a step."""
-        farthest = np.maximum(np.abs(np.asarray(self.start)), np.abs(np.asarray(self.end)))
+    def _require_steps(self, dtype: Any) -> None:
+        """Raise ValueError where the way is no step, or a waypoint's last digit no small part of
+        one; of numbers, also inside a trace of other things."""
+        start, end, spacing = map(np.asarray, (self.start, self.end, self.spacing))
+        if not np.all((end - start) / spacing + 1e-3 >= 1):
+            raise ValueError(
+                f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; "
+                "accepted: start + spacing <= end [m]"
+            )
+        farthest = np.maximum(np.abs(start), np.abs(end))
         digit = np.spacing(farthest.astype(dtype)).astype(np.float64)
-        if np.any(digit > COARSEST * np.asarray(self.spacing, np.float64)):
+        if np.any(digit > COARSEST * spacing.astype(np.float64)):
             raise ValueError(
                 f"spacing = {self.spacing} m at x = {float(np.max(farthest)):.9g} m, where "
                 f"{np.dtype(dtype).name} has a number every {float(np.max(digit)):.2g} m; "
@@ -202,24 +199,16 @@ class UGVEnvParams:
         _require_kinds(**given)
         self.vehicle.validate()
         numbers = {name: getattr(self, name) for name in NUMBERS}
-        for name in OPTIONAL:
-            if numbers[name] is None:
-                del numbers[name]
+        numbers = {k: of for k, of in numbers.items() if of is not None or k not in OPTIONAL}
         kind = jnp.result_type(self.odometer.start)
         require_numeric(**numbers)
-        penalty = {"failure_penalty": numbers.pop("failure_penalty")}  # follows from the others
+        penalty = numbers.pop("failure_penalty")  # follows from the others
         for name, value in numbers.items():
             require_number(name, value, **NUMBERS[name], dtype=kind)
-        require_broadcast(**numbers, **penalty)
+        require_broadcast(**numbers, failure_penalty=penalty)
         if is_concrete(self.start, self.end, self.spacing):
-            if not self._goes_a_step():
-                raise ValueError(
-                    f"start = {self.start}, end = {self.end} with spacing = {self.spacing}; "
-                    "accepted: start + spacing <= end [m]"
-                )
-            self._require_resolved(kind)
-        for name, value in penalty.items():
-            require_number(name, value, **NUMBERS[name], dtype=kind)
+            self._require_steps(kind)
+        require_number("failure_penalty", penalty, **NUMBERS["failure_penalty"], dtype=kind)
         self.vehicle.check_leg_angles(self.start_angles, "start_angles")
         self.randomisation.validate(self.vehicle)
         return self
@@ -331,7 +320,7 @@ def make_params(
     return cast(params.validate(), dtype)
 
 
-def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, length: Numeric):
+def penalty_for(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeric):
     """A penalty that makes failing cost more than any drive to the end, in the criterion's unit.
 
     A wheel that does not slip has |F| <= mu N, both have the same F, and the normal forces add up
@@ -340,11 +329,6 @@ def penalty_for(criterion: Criterion, vehicle: UGVParams, friction: Numeric, len
     total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
     torque's variation: W r built up and let go once a metre stands for it.
     """
-    return penalty_in(criterion.unit, vehicle, friction, length)
-
-
-def penalty_in(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeric):
-    """`penalty_for` a criterion with this unit."""
     W, r = vehicle.weight, vehicle.wheel_radius
     bounds = {
         "J": (1 + friction) * W * length,

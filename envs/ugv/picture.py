@@ -30,22 +30,6 @@ REACH = 4.0
 """Range of ground drawn before and behind the front contact, in vehicle lengths."""
 
 
-def ugv_frame(
-    state: UGVEnvState,
-    info: Mapping[str, float],
-    params: UGVEnvParams,
-    solver: PoseSolver,
-    preview: int = 0,
-) -> UGVFrame:
-    """The frame of one state; `info` of the step that led to it, {} after a reset.
-
-    preview: how many points ahead are observed.
-    """
-    states = jax.tree.map(lambda leaf: np.asarray(leaf)[None], jax.device_get(state))
-    status = info.get("status", state.station.status)
-    return ugv_frames(states, {"status": np.asarray(status)[None]}, params, solver, preview)
-
-
 def ugv_frames(
     states: UGVEnvState,
     infos: Mapping[str, np.ndarray],
@@ -53,7 +37,10 @@ def ugv_frames(
     solver: PoseSolver,
     preview: int = 0,
 ) -> UGVFrame:
-    """The frame of states in a row, every leaf [n], with the info of the step that led to each."""
+    """The frame of states in a row, every leaf [n], with the info of the step that led to each.
+
+    preview: how many points ahead are observed.
+    """
     sampled = jax.device_get(_sampled(solver, preview, states, params))
     station, cost = jax.device_get((states.station, states.cost))
     return _frame(sampled, station, cost, float(params.start), infos["status"])

@@ -14,7 +14,7 @@ from stickslip.agents.biped.task import BipedSwept
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import Case, Given
-from stickslip.agents.ugv.swept import UGVSwept
+from stickslip.agents.ugv.task import UGVSwept
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import Track, UGVParams

@@ -105,15 +105,6 @@ def test_no_drive_over_patches_is_below_its_bound(float64):
     assert bound_every_drive(limited, found.x, tolerance=0.2).value == bound.value
 
 
-def test_a_bad_limit_is_named():
-    with pytest.raises(ValueError, match=r"max_torque = .*accepted: None, or a finite torque > 0"):
-        ENV.make_params(max_torque=0.0)
-    params = ENV.make_params(track=GROUND)
-    problem = ENV.problem(ENV.reset_env(jax.random.key(0), params)[1], params)
-    with pytest.raises(ValueError, match=r"max_torque = -1.*accepted: None, or a torque > 0"):
-        replace(problem, max_torque=-1.0)
-
-
 def test_a_route_in_the_coordinates_of_a_map_has_all_of_its_steps_or_is_refused():
     """Far from 0 a digit of x in single precision is a good part of a step."""
     x = np.linspace(0, 9, 40)

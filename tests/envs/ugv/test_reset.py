@@ -91,12 +91,9 @@ def test_observations_stay_inside_the_bounds(criterion):
     ("ranges", "message"),
     [
         (UGVRandomisation(friction=(1.0, 0.5)), r"friction = \(1\.0, 0\.5\) has low > high"),
-        (UGVRandomisation(friction=0.5), r"friction = 0\.5 is no range"),  # type: ignore[arg-type]
         (UGVRandomisation(start_angles=(0.1, 1.0)), r"leg_angles = 0\.1 rad"),
         (UGVRandomisation(RandomTrack()), r"bump_height and roughness are None"),
-        (UGVRandomisation(RandomTrack(roughness=(0.0, 1.0))), r"roughness = 0\.0"),
         (UGVRandomisation(RandomTrack((0.0, 0.1), waves=0)), r"waves = 0; accepted: an integer"),
-        (UGVRandomisation("bump"), r"track = 'bump'; accepted: None or a RandomTrack"),  # type: ignore[arg-type]
     ],
 )
 def test_bad_ranges_are_named(ranges, message):
