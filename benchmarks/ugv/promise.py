@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields
 from functools import cache, partial
 from typing import Any, NamedTuple
@@ -13,9 +13,19 @@ import numpy as np
 
 from benchmarks.points import rank
 from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
-from stickslip.dynamics.ugv import Equilibrium, PoseSolver, Setting, Track, equilibrium
-from stickslip.dynamics.ugv.pose_solver import NEWTON
-from stickslip.dynamics.ugv.setting_check import Differences, differences, entered
+from stickslip.dynamics import Status
+from stickslip.dynamics.ugv import (
+    Equilibrium,
+    Pose,
+    PoseSolver,
+    Setting,
+    Track,
+    UGVParams,
+    equilibrium,
+)
+from stickslip.dynamics.ugv.pose_solver import NEWTON, depth_allowed
+from stickslip.dynamics.ugv.recommendation import UNPLACED
+from stickslip.dynamics.ugv.wheel import penetration
 
 COUNT = 1 << 14
 """Poses of each class and place, and as many held out."""
@@ -34,6 +44,25 @@ SOLVERS = (
     PoseSolver(samples=0, tolerance=1e-4),
 )
 QUICK = SOLVERS[1:3]
+UNSEEN = (Status.HOLLOW_GROUND, Status.GROUNDED)
+"""Statuses that a setting without the checks cannot detect."""
+
+
+class Differences(NamedTuple):
+    """Errors of each pose [n], NaN where either has no numbers."""
+
+    torque: np.ndarray
+    """Error of the torque, over weight times wheel radius [-]."""
+    contact: np.ndarray
+    """Error of the rear contact, in wheel radii [-]."""
+    wrong: np.ndarray
+    """True if the status differs though the errors do not explain it."""
+    unseen: np.ndarray
+
+    @property
+    def error(self) -> np.ndarray:
+        """The worse of both [-]."""
+        return np.maximum(self.torque, self.contact)
 
 
 class Sample(NamedTuple):
@@ -83,6 +112,63 @@ def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differenc
     rear = there.rear._replace(x=there.rear.x - shift)
     found = moved._replace(pose=there._replace(rear=rear))
     return differences(drawn.params, wanted, found, Setting(), partial(depths, drawn, wanted))
+
+
+def differences(
+    params: UGVParams,
+    truth: Equilibrium,
+    got: Equilibrium,
+    setting: Setting,
+    depth: Callable[[], np.ndarray],
+) -> Differences:
+    """Errors of concrete poses [n] against the default solver's in float64; whose status is wrong.
+
+    A status differs for a reason where a margin (normal force and grip over weight, clearances over
+    wheel radius, stretch) is within ten times the pose's own error, and where the ground enters a
+    wheel by less than the setting's precision tells (`depth_allowed`); depth: how deep it does [m],
+    asked for only where a status depends on it.
+    """
+    params = jax.tree.map(np.asarray, params)
+    r, weight = (np.asarray(v, float) for v in (params.wheel_radius, params.weight))
+    status, own = np.asarray(truth.status), np.asarray(got.status)
+    sound = ~np.isin(status, UNPLACED), ~np.isin(own, UNPLACED)
+    both = sound[0] & sound[1]
+
+    def off(a: Any, b: Any, scale: Any) -> np.ndarray:
+        numbers = np.abs(np.asarray(a, float) - np.asarray(b, float)) / scale
+        return np.where(both, numbers, np.nan)
+
+    torque = off(truth.torque, got.torque, weight * r)
+    contact = off(truth.pose.rear.x, got.pose.rear.x, r)
+    unseen = np.isin(status, UNSEEN) & (setting.solver.samples == 0)
+    error = np.maximum(torque, contact)
+    near = _margin(truth, weight, r) <= 10 * error
+    stretch = np.minimum(*(np.asarray(w.stretch) for w in (truth.pose.rear, truth.pose.front)))
+    edge = np.abs(stretch) <= 1e3 * float(jnp.finfo(setting.dtype).eps)
+    hollow = (status == Status.HOLLOW_GROUND) | (own == Status.HOLLOW_GROUND)
+    wrong = (status != own) & ~np.where(both, near, hollow & edge) & ~unseen
+    if np.any(wrong & hollow):
+        shallow = np.asarray(depth()) <= _resolved(truth, r, setting)
+        wrong &= ~(hollow & shallow)
+    return Differences(torque, contact, wrong, unseen)
+
+
+def _margin(truth: Equilibrium, weight: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """The least distance of a pose from another status [-]."""
+    forces = (truth.N_rear, truth.N_front, truth.grip_rear, truth.grip_front)
+    return np.min(
+        [
+            *(np.abs(np.asarray(v)) / weight for v in forces),
+            *(np.abs(np.asarray(v)) / r for v in (truth.clearance, truth.wheel_clearance)),
+        ],
+        axis=0,
+    )
+
+
+def _resolved(truth: Equilibrium, radius: np.ndarray, setting: Setting) -> np.ndarray:
+    """Penetration that the setting's precision cannot resolve [m]."""
+    size = np.asarray(truth.pose.wheelbase) + 2 * radius
+    return np.asarray(depth_allowed(size.astype(setting.dtype)), float)
 
 
 def errors(sample: Sample, ground: Drawn, setting: Setting) -> Differences:
@@ -156,8 +242,10 @@ def depths(drawn: Drawn, wanted: Equilibrium) -> np.ndarray:
     return _run_over(_depth, (drawn.params, drawn.shape, wanted.pose))
 
 
-def _depth(params, shape, placed):
-    return entered(params, Track(shape, 0.0, 1.0), placed)
+def _depth(params: UGVParams, shape, placed: Pose) -> jax.Array:
+    track, r = Track(shape, 0.0, 1.0), params.wheel_radius
+    wheels = placed.rear, placed.front
+    return jnp.maximum(*(penetration(track, wheel, r, NEWTON.samples) for wheel in wheels))
 
 
 def _table(shape, middle, half):

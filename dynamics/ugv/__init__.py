@@ -10,14 +10,18 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv.ground.surface import Surface
     from stickslip.dynamics.ugv.names import TRACKS
     from stickslip.dynamics.ugv.odometer import Odometer, wheel_turns
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.pose_solver import PoseSolver
     from stickslip.dynamics.ugv.poses import Pose, place, pose
-    from stickslip.dynamics.ugv.recommendation import Recommendation, Setting, recommend
-    from stickslip.dynamics.ugv.setting_check import SettingCheck, check_poses
+    from stickslip.dynamics.ugv.recommendation import (
+        Recommendation,
+        Setting,
+        SettingCheck,
+        check_poses,
+        recommend,
+    )
     from stickslip.dynamics.ugv.statics import (
         Equilibrium,
         Forces,
@@ -26,13 +30,12 @@ if TYPE_CHECKING:
         ground_forces,
         leg_torques,
     )
-    from stickslip.dynamics.ugv.track import Track
+    from stickslip.dynamics.ugv.track import Surface, Track
     from stickslip.dynamics.ugv.wheel import WheelContact
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "setting_check": ("SettingCheck", "check_poses"),
             "statics": (
                 "Equilibrium",
                 "Forces",
@@ -46,9 +49,14 @@ else:
             "params": ("UGVParams",),
             "poses": ("Pose", "place", "pose"),
             "pose_solver": ("PoseSolver",),
-            "recommendation": ("Recommendation", "Setting", "recommend"),
-            "ground.surface": ("Surface",),
-            "track": ("Track",),
+            "recommendation": (
+                "Recommendation",
+                "Setting",
+                "SettingCheck",
+                "check_poses",
+                "recommend",
+            ),
+            "track": ("Surface", "Track"),
             "wheel": ("WheelContact",),
         },
     )

@@ -34,19 +34,14 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.poses import Pose
 
-_INNER, _OUTER = (np.sqrt(5 + sign * 2 * np.sqrt(10 / 7)) / 3 for sign in (-1, 1))
-_HEAVY, _LIGHT = ((322 + sign * 13 * np.sqrt(70)) / 900 for sign in (1, -1))
-NODES = np.array([-_OUTER, -_INNER, 0.0, _INNER, _OUTER])
-"""Nodes of the Gauss-Legendre rule in -1 ... 1: exact for polynomials of degree 9."""
-WEIGHTS = np.array([_LIGHT, _HEAVY, 128 / 225, _HEAVY, _LIGHT])
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(5)
+"""The Gauss-Legendre rule in -1 ... 1: exact for polynomials of degree 9."""
 CELLS = 256
 """Number of cells between traced ends."""
 LONGEST_CELL = 1 / 16
 """Longest cell on concrete ground [m]; without knots there are CELLS, 2 CELLS, 4 CELLS ..., so that
 compiled programs are shared."""
 
-CHUNK = 1 << 14
-"""Cells that are integrated in one call."""
 BYTES_A_CELL = 200
 """While it is made, about."""
 
@@ -128,7 +123,7 @@ def _integrated(track: Track, start: Numeric, end: Numeric, cells: int | None) -
     track, first, last = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
     count = CELLS if cells is None else cells
     edges = first + (last - first) / count * jnp.arange(count + 1, dtype=dtype)
-    excess = _summed(track, edges)
+    excess = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(_pieces(track, edges))])
     return _made(track, first, last, edges, jnp.zeros_like(edges), excess, True)
 
 
@@ -136,11 +131,7 @@ def _concrete(track: Track, start: float, end: float, cells: int | None) -> Odom
     edges, even = _edges(track, start, end, cells)
     wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
-        parts = [
-            np.asarray(_integrals(wide, jnp.asarray(edges[i : i + CHUNK + 1])))
-            for i in range(0, len(edges) - 1, CHUNK)
-        ]
-        sums = np.concatenate([[0.0], np.cumsum(np.concatenate(parts))])
+        sums = np.append(0.0, np.cumsum(np.asarray(_integrals(wide, jnp.asarray(edges)))))
         found = _made(wide, start, end, *in_two(edges), sums, even)
         before = 0.0 if start == edges[0] else np.asarray(_excess_once(found, start))
     return _made(track, start, end, found.edges, found.rests, sums - before, even)
@@ -226,11 +217,6 @@ def _pieces(track: Track, edges: jax.Array) -> jax.Array:
     """The integral over each cell."""
     left, length = edges[:-1], edges[1:] - edges[:-1]
     return _excess_over(track, left, jnp.zeros_like(left), length)
-
-
-def _summed(track: Track, edges: jax.Array) -> jax.Array:
-    """The integral from the first edge to each."""
-    return jnp.concatenate([jnp.zeros(1, edges.dtype), jnp.cumsum(_pieces(track, edges))])
 
 
 @as_one_program

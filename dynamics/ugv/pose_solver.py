@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -49,7 +49,7 @@ class PoseSolver:
     samples: points of each wheel, the body and each leg at which the ground is looked up for
     HOLLOW_GROUND and the clearance; 0 leaves both out (clearance is then infinite). Under the
     wheels it is looked up only where the ground's own numbers do not prove it gentler than the
-    wheel everywhere (see hollow.py), with the same status.
+    wheel everywhere (`nowhere_hollow`), with the same status.
     candidates: intervals for "scan".
     overlap: let the wheels overlap, as in the chapter, to compare with it. No vehicle can stand so.
     wheel_clearance is then infinite.
@@ -90,6 +90,27 @@ NEWTON = PoseSolver()
 """The default."""
 
 
+class Chord(NamedTuple):
+    """The wheelbase between the front centre and the path of the rear one; lengths [m] in the frame
+    of the ground's base."""
+
+    ground: Near
+    radius: Values | float
+    centre: Points
+    """Of the front wheel."""
+    wheelbase: Values
+
+    def miss(self, x: Values) -> tuple[Values, Values]:
+        """Residual of the wheelbase for a wheel at x [m] (eq. 39), and its slope in x [-]."""
+        rear = contact(self.ground, x, self.radius)
+        between = rear.centre - self.centre
+        distance = jnp.sqrt(dot(between, between))
+        safe = jnp.where(distance > 0, distance, 1)
+        # The centre moves by tangent * stretch for each metre of ground, which is tangent_x of x.
+        rate = dot(between, rear.tangent) * rear.stretch / rear.tangent[..., 0] / safe
+        return distance - self.wheelbase, rate
+
+
 def locate(
     track: Near, radius: Values | float, front: WheelContact, wheelbase: Values, solver: PoseSolver
 ) -> tuple[Values, Values, Values]:
@@ -100,60 +121,32 @@ def locate(
     Newton step is differentiated, with the point before it held fixed, which is the implicit
     function theorem.
     """
+    chord = Chord(track, radius, front.centre, wheelbase)
     low = front.centre[..., 0] - wheelbase - radius
     find = _newton if solver.method == "newton" else _scan
-    x = jax.lax.stop_gradient(
-        find(*jax.lax.stop_gradient((track, radius, front, wheelbase, low)), solver)
-    )
-    gap, rate = miss(track, radius, front.centre, wheelbase, x)
+    x = jax.lax.stop_gradient(find(*jax.lax.stop_gradient((chord, front, low)), solver))
+    gap, rate = chord.miss(x)
     step = jnp.where(rate == 0, 0, gap / jnp.where(rate == 0, 1, rate))
     polished = x - jnp.clip(step, -radius, radius)
-    return polished, *miss(track, radius, front.centre, wheelbase, polished)
+    return polished, *chord.miss(polished)
 
 
-def miss(
-    track: Near, radius: Values | float, centre: Points, wheelbase: Values, x: Values
-) -> tuple[Values, Values]:
-    """Residual of the wheelbase for a wheel at x, from `centre` [m] (eq. 39), and the
-    slope of that in x."""
-    rear = contact(track, x, radius)
-    between = rear.centre - centre
-    distance = jnp.sqrt(dot(between, between))
-    safe = jnp.where(distance > 0, distance, 1)
-    # The centre moves by tangent * stretch for each metre of ground, which is tangent_x of x.
-    rate = dot(between, rear.tangent) * rear.stretch / rear.tangent[..., 0] / safe
-    return distance - wheelbase, rate
-
-
-def _newton(
-    track: Near,
-    radius: Values | float,
-    front: WheelContact,
-    wheelbase: Values,
-    low: Values,
-    solver: PoseSolver,
-) -> Values:
+def _newton(chord: Chord, front: WheelContact, low: Values, solver: PoseSolver) -> Values:
     """Newton's method from the chord along the front tangent, halving where it would not do."""
     high = front.x
-    guess = jnp.clip(front.x - wheelbase * front.tangent[..., 0], low, high)
+    guess = jnp.clip(front.x - chord.wheelbase * front.tangent[..., 0], low, high)
     if solver.iterations is None:
-        return _refine(track, radius, front.centre, wheelbase, (low, high), guess, solver)
+        return _refine(chord, (low, high), guess, solver)
     for _ in range(solver.iterations):
-        guess, low, high, _ = _narrowed(track, radius, front.centre, wheelbase, guess, low, high)
+        guess, low, high, _ = _narrowed(chord, guess, low, high)
     return guess
 
 
 def _narrowed(
-    track: Near,
-    radius: Values | float,
-    centre: Points,
-    wheelbase: Values,
-    x: Values,
-    far: Values,
-    near: Values,
+    chord: Chord, x: Values, far: Values, near: Values
 ) -> tuple[Values, Values, Values, Values]:
     """Newton's point if it lies in the bracket, else its middle; the bracket; the miss at x."""
-    gap, rate = miss(track, radius, centre, wheelbase, x)
+    gap, rate = chord.miss(x)
     far, near = jnp.where(gap > 0, x, far), jnp.where(gap > 0, near, x)
     newton = x - gap / rate
     inside = (newton - far) * (newton - near) <= 0
@@ -161,19 +154,14 @@ def _narrowed(
 
 
 def _refine(
-    track: Near,
-    radius: Values | float,
-    centre: Points,
-    wheelbase: Values,
-    bracket: tuple[Values, Values],
-    guess: Values,
-    solver: PoseSolver,
+    chord: Chord, bracket: tuple[Values, Values], guess: Values, solver: PoseSolver
 ) -> Values:
     """Narrow the bracket (missing by more than 0, by less) until the wheelbase is met.
 
     Where Newton's method does not at least halve the miss, the next point is the middle.
     """
-    stop = solver.stop_gap(wheelbase.dtype) * size_near(track, wheelbase, radius)
+    size = size_near(chord.ground, chord.wheelbase, chord.radius)
+    stop = solver.stop_gap(chord.wheelbase.dtype) * size
 
     def more(carry: tuple[jax.Array | int, Search]):
         count, (*_, done) = carry
@@ -181,7 +169,7 @@ def _refine(
 
     def narrow(carry: tuple[jax.Array | int, Search]) -> tuple[jax.Array | int, Search]:
         count, (x, far, near, before, done) = carry
-        following, far, near, gap = _narrowed(track, radius, centre, wheelbase, x, far, near)
+        following, far, near, gap = _narrowed(chord, x, far, near)
         slow = jnp.abs(gap) > before / 2
         following = jnp.where(slow, (far + near) / 2, following)
         done |= (jnp.abs(gap) <= stop) | (jnp.abs(far - near) <= stop / 8)
@@ -193,29 +181,23 @@ def _refine(
     return jax.lax.while_loop(more, narrow, (0, start))[1][0]
 
 
-def _scan(
-    track: Near,
-    radius: Values | float,
-    front: WheelContact,
-    wheelbase: Values,
-    low: Values,
-    solver: PoseSolver,
-) -> Values:
+def _scan(chord: Chord, front: WheelContact, low: Values, solver: PoseSolver) -> Values:
     """The nearest crossing behind the front wheel where the wheel clears the ground.
 
     Every interval in which the miss changes sign is refined. Where the ground enters the wheel at
     all of them, the nearest is returned, and the status tells.
     """
-    n = solver.candidates
-    part = jnp.arange(n + 1, dtype=wheelbase.dtype) / n
+    n, track, radius = solver.candidates, chord.ground, chord.radius
+    part = jnp.arange(n + 1, dtype=chord.wheelbase.dtype) / n
     knots = low[..., None] + part * (front.x - low)[..., None]
-    centre, R = front.centre[..., None, :], wheelbase[..., None]
-    gap = miss(track, radius, centre, R, knots)[0]
+    R = chord.wheelbase[..., None]
+    each = chord._replace(centre=chord.centre[..., None, :], wheelbase=R)
+    gap = each.miss(knots)[0]
     left, right = knots[..., :-1], knots[..., 1:]
     crossing = (gap[..., :-1] > 0) != (gap[..., 1:] > 0)
     falls = gap[..., :-1] > 0
     bracket = jnp.where(falls, left, right), jnp.where(falls, right, left)
-    x = _refine(track, radius, centre, R, bracket, (left + right) / 2, solver)
+    x = _refine(each, bracket, (left + right) / 2, solver)
     rear = contact(track, x, radius)
     deep = depth_allowed(size_near(track, R, radius))
     clear = (penetration(track, rear, radius, solver.samples) <= deep) & (rear.stretch > 0)

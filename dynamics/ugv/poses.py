@@ -16,7 +16,7 @@ from stickslip.dynamics.kernels.lanes import where_needed
 from stickslip.dynamics.numeric import Lists, Number, float_type
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.ground.hollow import nowhere_hollow
+from stickslip.dynamics.ugv.ground.shapes import nowhere_hollow
 from stickslip.dynamics.ugv.params import UGVParams, legs
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed, locate, size_near
 from stickslip.dynamics.ugv.track import Track, track_of
@@ -52,7 +52,7 @@ def pose(
     Neglected: the wheels' width.
     """
     track, x_front, leg_angles = require_place(params, track, x_front, leg_angles, solver)
-    return _place(params, track, x_front, leg_angles, solver)
+    return _place(solver, params, track, x_front, leg_angles)
 
 
 def require_place(
@@ -158,25 +158,13 @@ def stand(
     return placed._replace(status=status_of(params, ground, placed, (gap, rate), solver))
 
 
-@partial(jax.jit, static_argnums=4)
-def _place(
-    params: UGVParams,
-    track: Track,
-    x_front: Real[Array, "..."],
-    leg_angles: Real[Array, "... 2"],
-    solver: PoseSolver,
-) -> Pose:
-    return over_poses(_placed, (solver,), params, track, x_front, leg_angles)
+@partial(jax.jit, static_argnums=0)
+def _place(solver: PoseSolver, *given: Any) -> Pose:
+    return over_poses(_placed, (solver,), *given)
 
 
-def _placed(
-    solver: PoseSolver,
-    params: UGVParams,
-    track: Track,
-    x_front: Real[Array, "..."],
-    leg_angles: Real[Array, "... 2"],
-) -> Pose:
-    return place(params, track, x_front, leg_angles, solver)
+def _placed(solver: PoseSolver, *given: Any) -> Pose:
+    return place(*given, solver)
 
 
 def turned(vector: Points, along: Points) -> Points:

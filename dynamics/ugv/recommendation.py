@@ -1,19 +1,21 @@
-"""Recommended settings for an accuracy, from measured samples.
+"""Settings for an accuracy: recommended from measured samples, and checked on one's own track.
 
-Nothing is measured here. `python -m benchmarks.ugv --update` measures and writes measured.json;
-docs/ugv_tradeoff.md says how. Costs are seconds for each pose and its equilibrium on the machine
-named in `Recommendation.measured_on`.
+`python -m benchmarks.ugv --update` measures and writes measured.json; docs/ugv_tradeoff.md says
+how. Costs are seconds for each pose and its equilibrium on the machine named in
+`Recommendation.measured_on`.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import (
@@ -24,12 +26,20 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose_solver import PoseSolver
+from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
+from stickslip.dynamics.ugv.poses import require_place
+from stickslip.dynamics.ugv.statics import equilibrium
 from stickslip.dynamics.ugv.track import Track, track_of
+
+if TYPE_CHECKING:
+    from jaxtyping import Float, Real
+
+    from stickslip.dynamics.numeric import Lists, Number
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
 """What `python -m benchmarks.ugv --update` wrote: settings without a wrong status in their sample,
@@ -44,26 +54,74 @@ GROUNDS = ("closed", "waves", "spline", "function")
 """Kinds of ground: a closed form, a sum of waves, a spline or table, a function
 of the user's."""
 PLACES = ("near", "far")
-
-
-class Errors(NamedTuple):
-    """Errors of one number over a sample of poses."""
-
-    typical: float
-    """The median."""
-    promised: float
-    """The upper bound of the stated quantile."""
-    worst: float
-    """The largest of the sample."""
+NEAR, FAR = 100.0, 20_000.0
+"""Limits of near and far ground, in wheel radii from the origin: beyond FAR nothing is measured.
+Rounding grows with the coordinates."""
+DTYPES = ("float32", "float64")
+PIECE_BYTES = 512
+"""Working memory of a table for each piece while it is computed, about [bytes]."""
+POSE_BYTES = 64 * 1024
+"""Working memory of a pose with its checks, about [bytes]."""
+UNPLACED = (Status.NO_SOLUTION, Status.NON_FINITE, Status.NOT_CONVERGED, Status.HOLLOW_GROUND)
+"""Poses with one of these have no numbers to compare."""
 
 
 @dataclass(frozen=True)
-class Measurement:
+class Setting:
+    """Solver, precision and table for a batch of poses. Static, hashable.
+
+    dtype: of the track and the numbers. pieces: of a table of quintics for each metre of the
+    track; None: the ground as it is.
+    """
+
+    solver: PoseSolver = field(default=PoseSolver())
+    dtype: str = "float64"
+    pieces: int | None = None
+
+    def __post_init__(self):
+        require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
+        require_choice("dtype", self.dtype, DTYPES)
+        if self.pieces is not None:
+            accepted = "None, or an integer >= 1"
+            pieces = require_integer("pieces", self.pieces, accepted=accepted)
+            object.__setattr__(self, "pieces", pieces)
+
+    def prepared(self, track: Track | str, params: UGVParams | None = None) -> Track:
+        """The track in this precision, and as a table where the setting has one.
+
+        The table reaches beyond the track's ends by the length of the vehicle (by default, the
+        default one) and is computed in float64, whatever its numbers become. Ground that is a
+        table or a spline stays what it is. Not for use inside a trace. ValueError for float64
+        without jax_enable_x64, and for a table that would not fit the memory limit.
+        """
+        track = track_of(track)
+        if jax.dtypes.canonicalize_dtype(self.dtype) != self.dtype:
+            raise ValueError("dtype = 'float64' without jax_enable_x64; accepted: 'float32'")
+        if self.pieces is None or isinstance(track.shape, Spline):
+            return track.astype(self.dtype)
+        margin = reach(UGVParams() if params is None else params)
+        first, last = float(track.start) - margin, float(track.end) + margin
+        # An integer may be too large for a float.
+        count = self.pieces * (last - first) if self.pieces < 2**53 else math.inf
+        require_memory(f"pieces = {self.pieces}", "pieces of a table", count, PIECE_BYTES)
+        with jax.enable_x64(True):
+            wide = track.astype("float64")
+            return wide.resampled(first, last, math.ceil(count)).astype(self.dtype)
+
+
+def reach(params: UGVParams) -> float:
+    """Greatest distance from the front contact at which a vehicle needs the ground [m]."""
+    lengths = (params.body_length, params.leg_length, params.wheel_radius)
+    body, leg, radius = (float(np.max(np.asarray(length))) for length in lengths)
+    return body + 2 * (leg + radius)
+
+
+class Measurement(NamedTuple):
     """One setting on one kind of ground, place and batch.
 
-    pieces_per_wave: of a table, for the ground's shortest wave; None: no table. torque: errors over
-    weight times wheel radius [-]. contact: of the rear contact, in wheel radii [-]. poses: in the
-    sample; none had a wrong status. cost: processor seconds for each pose.
+    pieces_per_wave: of a table, for the ground's shortest wave; None: no table. errors: typical,
+    promised and worst, as in Recommendation. poses: in the sample; none had a wrong status. cost:
+    processor seconds for each pose.
     """
 
     ground: str
@@ -72,8 +130,7 @@ class Measurement:
     dtype: str
     pieces_per_wave: int | None
     poses: int
-    torque: Errors
-    contact: Errors
+    errors: tuple[float, ...]
     batch: int
     cost: float
 
@@ -107,25 +164,15 @@ class Recommendation:
 
 
 def _measurements() -> tuple[Measurement, ...]:
-    settings = {
-        index: (PoseSolver(**options), dtype, pieces)
-        for index, (options, dtype, pieces) in enumerate(MEASURED["settings"])
-    }
-    return tuple(
-        Measurement(
-            ground,
-            place,
-            *settings[int(index)],
-            poses,
-            Errors(*torque),
-            Errors(*contact),
-            batch,
-            cost,
-        )
-        for ground, place, index, poses, torque, contact in MEASURED["promises"]
-        for priced, of, batch, cost in MEASURED["costs"]
-        if (priced, of) == (ground, index)
-    )
+    found = []
+    for ground, place, index, poses, torque, contact in MEASURED["promises"]:
+        options, dtype, pieces = MEASURED["settings"][index]
+        setting = (PoseSolver(**options), dtype, pieces)
+        errors = tuple(map(max, torque, contact))
+        for priced, of, batch, cost in MEASURED["costs"]:
+            if (priced, of) == (ground, index):
+                found.append(Measurement(ground, place, *setting, poses, errors, batch, cost))
+    return tuple(found)
 
 
 MEASUREMENTS = _measurements()
@@ -138,19 +185,17 @@ def recommend(
     track: Track | str = "closed",
     *,
     params: UGVParams | None = None,
-    contact_tolerance: float | None = None,
     checks: bool = True,
     dtype: str | None = None,
 ) -> Recommendation:
     """The cheapest measured setting that promises the tolerance on ground of this kind.
 
-    tolerance: error of the torque over weight times wheel radius [-]. contact_tolerance: of the
-    rear contact [m], by default tolerance times the wheel's radius. batch: poses computed together;
-    the nearest measured number stands for it. track: a Track, or one of GROUNDS for one within
-    NEAR wheel radii of the origin. params: the vehicle, by default the default one. checks: only
-    settings that look for hollow ground and compute the clearance; without, they are several times
-    cheaper and a pose on hollow ground may pass for a good one. dtype: only settings of this
-    precision.
+    tolerance: error of the torque over weight times wheel radius and of the rear contact in wheel
+    radii [-]. batch: poses computed together; the nearest measured number stands for it. track: a
+    Track, or one of GROUNDS for one within NEAR wheel radii of the origin. params: the vehicle, by
+    default the default one. checks: only settings that look for hollow ground and compute the
+    clearance; without, they are several times cheaper and a pose on hollow ground may pass for a
+    good one. dtype: only settings of this precision.
 
     What is promised is a quantile over random vehicles, ground and postures, not a bound on every
     pose: Recommendation says which, and `check_poses` measures a setting on the user's own track.
@@ -159,32 +204,30 @@ def recommend(
     tolerance, and for ground that nothing was measured on.
     """
     accepted = "a finite error > 0"
-    rule = {"low": 0.0, "strict": True, "accepted": accepted, "dtype": np.float64}
-    require_number("tolerance", tolerance, **rule)
+    require_number(
+        "tolerance", tolerance, low=0.0, strict=True, accepted=accepted, dtype=np.float64
+    )
     params = UGVParams() if params is None else params
     require_kind("params", params, UGVParams, "UGVParams, or None for the default vehicle")
-    radius = float(np.min(np.asarray(params.wheel_radius)))
-    if contact_tolerance is None:
-        contact_tolerance = tolerance * radius
-    require_number("contact_tolerance", contact_tolerance, **rule)
     batch = require_integer("batch", batch)
     if dtype is not None:
         require_choice("dtype", dtype, DTYPES)
-    ground, place = ground_of(track), place_of(track, radius)
+    ground = ground_of(track)
+    place = place_of(track, float(np.min(np.asarray(params.wheel_radius))))
     points = _measured_near(batch, ground, place, dtype, checks, isinstance(track, Track))
-    good = [
-        p
-        for p in points
-        if p.torque.promised <= tolerance and p.contact.promised * radius <= contact_tolerance
-    ]
+    good = [point for point in points if point.errors[1] <= tolerance]
     if not good:
+        best = min(points, key=lambda point: point.errors[1], default=None)
         raise ValueError(
-            f"tolerance = {tolerance:g} and {contact_tolerance:.3g} m: no measured setting "
-            f"promises it on ground {ground!r}, {place} the origin; accepted: "
-            f"{_best(points, radius)}"
+            f"tolerance = {tolerance:g}: no measured setting promises it on ground {ground!r}, "
+            f"{place} the origin; accepted: "
+            + (
+                "other ground, precision or checks: no setting was free of wrong statuses here"
+                if best is None
+                else f"from {best.errors[1]:.2g} ({Setting(best.solver, best.dtype)})"
+            )
         )
-    cheapest = min(good, key=lambda p: (p.cost, max(p.torque.promised, p.contact.promised)))
-    return _recommendation(cheapest, track)
+    return _recommendation(min(good, key=lambda point: (point.cost, point.errors[1])), track)
 
 
 def _measured_near(
@@ -229,7 +272,7 @@ def place_of(track: Track | str, radius: float) -> str:
         return "near"
     with jax.enable_x64(True):
         ends = (float(np.min(np.asarray(track.start))), float(np.max(np.asarray(track.end))))
-        heights = np.asarray(_heights(track.astype("float64"), np.linspace(*ends, 65)))
+        heights = np.asarray(track.astype("float64").height(np.linspace(*ends, 65)))
     size = float(max(np.max(np.abs(ends)), np.max(np.abs(heights)))) / radius
     if not size <= FAR:
         raise ValueError(
@@ -239,24 +282,15 @@ def place_of(track: Track | str, radius: float) -> str:
     return "near" if size <= NEAR else "far"
 
 
-_heights = jax.jit(Track.height)
-
-
-def pieces_for(track: Track, pieces_per_wave: int) -> int:
-    """Pieces a metre that give the shortest wave of a track of waves so many."""
-    shape = track.shape
-    if not isinstance(shape, Waves):
-        raise ValueError(f"track of {shown(type(shape).__name__)}; accepted: one of Waves")
-    heard = np.asarray(shape.amplitudes) != 0
-    shortest = np.max(np.where(heard, np.abs(np.asarray(shape.frequencies, float)), 0.0))
-    return max(1, math.ceil(pieces_per_wave * float(shortest)))
-
-
 def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
-    pieces = None
+    pieces, drawn = None, MEASURED["population"]
     if point.pieces_per_wave is not None and isinstance(track, Track):
-        pieces = pieces_for(track, point.pieces_per_wave)
-    typical, promised, worst = (max(pair) for pair in zip(point.torque, point.contact, strict=True))
+        waves: Any = track.shape
+        heard = np.asarray(waves.amplitudes) != 0
+        shortest = np.max(np.where(heard, np.abs(np.asarray(waves.frequencies, float)), 0.0))
+        pieces = max(1, math.ceil(point.pieces_per_wave * float(shortest)))
+    typical, promised, worst = point.errors
+    words = drawn["grounds"][point.ground], drawn["everywhere"], drawn["places"][point.place]
     return Recommendation(
         Setting(point.solver, point.dtype, pieces),
         promised,
@@ -266,7 +300,7 @@ def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
         MEASURED["confidence"],
         point.poses,
         3 / point.poses,
-        _population(point.ground, point.place),
+        "; ".join([*words, drawn["vehicles"]]),
         point.cost,
         point.ground,
         point.batch,
@@ -274,76 +308,108 @@ def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
     )
 
 
-def _population(ground: str, place: str) -> str:
-    drawn = MEASURED["population"]
-    words = drawn["grounds"][ground], drawn["everywhere"], drawn["places"][place]
-    return "; ".join([*words, drawn["vehicles"]])
-
-
-def _best(points: list[Measurement], radius: float) -> str:
-    if not points:
-        return "other ground, precision or checks: no setting was free of wrong statuses here"
-    best = min(points, key=lambda p: max(p.torque.promised, p.contact.promised))
-    setting = Setting(best.solver, best.dtype)
-    return f"from {best.torque.promised:.2g} and {best.contact.promised * radius:.2g} m ({setting})"
-
-
-DTYPES = ("float32", "float64")
-
-NEAR, FAR = 100.0, 20_000.0
-"""Limits of near and far ground, in wheel radii from the origin: beyond FAR nothing is measured.
-Rounding grows with the coordinates."""
-
-PIECE_BYTES = 512
-"""Working memory of a table for each piece while it is computed, about [bytes]."""
-
-
 @dataclass(frozen=True)
-class Setting:
-    """Solver, precision and table for a batch of poses. Static, hashable.
+class SettingCheck:
+    """A setting on poses of one track, against the default solver in float64 on the track itself.
 
-    dtype: of the track and the numbers. pieces: of a table of quintics for each metre of the
-    track; None: the ground as it is.
+    torque_error: largest, over weight times wheel radius [-]; contact_error: of the rear contact,
+    largest [m]. typical_torque_error, typical_contact_error: the medians. count: of the poses;
+    compared: of those with numbers to compare, which both could place. other_statuses: poses
+    whose status differs, among them those on the edge of two, and without the checks those on
+    hollow ground or with the body on the ground. worst: the pose of the largest error, (x_front
+    [m], rear, front [rad]); None where nothing is compared. cost, reference_cost: processor seconds
+    for each pose, warm, of the setting and of the default. Errors contain the rounding of the given
+    numbers to the setting's precision.
     """
 
-    solver: PoseSolver = field(default=PoseSolver())
-    dtype: str = "float64"
-    pieces: int | None = None
-
-    def __post_init__(self):
-        require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
-        require_choice("dtype", self.dtype, DTYPES)
-        if self.pieces is not None:
-            accepted = "None, or an integer >= 1"
-            pieces = require_integer("pieces", self.pieces, accepted=accepted)
-            object.__setattr__(self, "pieces", pieces)
-
-    def prepared(self, track: Track | str, params: UGVParams | None = None) -> Track:
-        """The track in this precision, and as a table where the setting has one.
-
-        The table reaches beyond the track's ends by the length of the vehicle (by default, the
-        default one) and is computed in float64, whatever its numbers become. Ground that is a
-        table or a spline stays what it is. Not for use inside a trace. ValueError for float64
-        without jax_enable_x64, and for a table that would not fit the memory limit.
-        """
-        track = track_of(track)
-        if jax.dtypes.canonicalize_dtype(self.dtype) != self.dtype:
-            raise ValueError("dtype = 'float64' without jax_enable_x64; accepted: 'float32'")
-        if self.pieces is None or isinstance(track.shape, Spline):
-            return track.astype(self.dtype)
-        margin = reach(UGVParams() if params is None else params)
-        first, last = float(track.start) - margin, float(track.end) + margin
-        # An integer may be too large for a float.
-        count = self.pieces * (last - first) if self.pieces < 2**53 else math.inf
-        require_memory(f"pieces = {self.pieces}", "pieces of a table", count, PIECE_BYTES)
-        with jax.enable_x64(True):
-            wide = track.astype("float64")
-            table = wide.resampled(first, last, math.ceil(count))
-            return table.astype(self.dtype)
+    setting: Setting
+    torque_error: float
+    contact_error: float
+    typical_torque_error: float
+    typical_contact_error: float
+    count: int
+    compared: int
+    other_statuses: int
+    worst: tuple[float, float, float] | None
+    cost: float
+    reference_cost: float
 
 
-def reach(params: UGVParams) -> float:
-    """Greatest distance from the front contact at which a vehicle needs the ground [m]."""
-    lengths = (params.body_length, params.leg_length, params.wheel_radius)
-    body, leg, radius = (float(np.max(np.asarray(length))) for length in lengths)
-    return body + 2 * (leg + radius)
+def check_poses(
+    setting: Setting,
+    params: UGVParams,
+    track: Track | str,
+    x_front: Real[Number, "..."] | Lists | None = None,
+    leg_angles: Real[Number, "... 2"] | Lists | None = None,
+    *,
+    friction: float = 0.8,
+    count: int = 1000,
+    seed: int = 0,
+) -> SettingCheck:
+    """Errors and cost of a setting for these poses of this vehicle on this track.
+
+    x_front: front contacts [...] [m]; leg_angles: [..., 2] [rad]; broadcast. Where left out, they
+    are drawn from the seed: `count` contacts from the track's start to its end, angles over the
+    whole range. Says what holds for these poses, and nothing about others. jax_enable_x64 is
+    switched on inside, whatever it is outside; not for use inside a trace. ValueError for bad
+    values.
+    """
+    require_kind("setting", setting, Setting, "a Setting")
+    require_kind("params", params, UGVParams, "UGVParams")
+    track = track_of(track)
+    require_number("friction", friction, low=0.0, accepted="a number >= 0")
+    with jax.enable_x64(True):
+        x, angles = _poses(params, track, x_front, leg_angles, count, seed)
+        given = params, x, angles, friction
+        truth, reference_cost = _timed(NEWTON, "float64", track.astype("float64"), *given)
+        got, cost = _timed(setting.solver, setting.dtype, setting.prepared(track, params), *given)
+    status, own = truth.status, got.status
+    both = ~(np.isin(status, UNPLACED) | np.isin(own, UNPLACED))
+    radius, weight = (np.asarray(of, float) for of in (params.wheel_radius, params.weight))
+    torque = np.abs(np.asarray(got.torque, float) - truth.torque) / (weight * radius)
+    contact = np.abs(np.asarray(got.pose.rear.x, float) - truth.pose.rear.x)
+    worst = int(np.argmax(np.where(both, np.maximum(torque, contact / radius), -1.0)))
+    torque, contact = (of[both] if np.any(both) else np.zeros(1) for of in (torque, contact))
+    return SettingCheck(
+        setting,
+        torque_error=float(np.max(torque)),
+        contact_error=float(np.max(contact)),
+        typical_torque_error=float(np.median(torque)),
+        typical_contact_error=float(np.median(contact)),
+        count=len(x),
+        compared=int(np.sum(both)),
+        other_statuses=int(np.sum(status != own)),
+        worst=(float(x[worst]), *map(float, angles[worst])) if np.any(both) else None,
+        cost=cost / len(x),
+        reference_cost=reference_cost / len(x),
+    )
+
+
+def _poses(
+    params: UGVParams, track: Track, x_front: Any, leg_angles: Any, count: int, seed: int
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 2"]]:
+    """The given poses, or random ones, as [n] and [n, 2] in float64."""
+    if (x_front is None) != (leg_angles is None):
+        raise ValueError("x_front and leg_angles; accepted: both, or neither to have them drawn")
+    if x_front is None:
+        count = require_integer("count", count)
+        require_memory(f"count = {count}", "poses", count, POSE_BYTES)
+        random = np.random.default_rng(require_integer("seed", seed, low=0))
+        x_front = random.uniform(float(track.start), float(track.end), count)
+        low, high = float(params.leg_angle_min), float(params.leg_angle_max)
+        leg_angles = random.uniform(low, high, (count, 2))
+    require_place(params, track, x_front, leg_angles, NEWTON)
+    x, angles = np.asarray(x_front, float), np.asarray(leg_angles, float)
+    shape = np.broadcast_shapes(x.shape, angles.shape[:-1])
+    given = f"x_front with leg_angles of {shown(shape)}"
+    require_memory(given, "poses", float(np.prod(shape)), POSE_BYTES)
+    return np.broadcast_to(x, shape).ravel(), np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
+
+
+def _timed(solver: PoseSolver, dtype: str, track: Track, *given: Any):
+    """The solver's answer as NumPy arrays, and the processor seconds of a second call."""
+    params, *places = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
+    jax.block_until_ready(equilibrium(params, track, *places, solver=solver))
+    begun = time.process_time()
+    answer = jax.block_until_ready(equilibrium(params, track, *places, solver=solver))
+    return jax.tree.map(np.asarray, answer), time.process_time() - begun

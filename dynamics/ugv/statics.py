@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.checks import as_number, require_choice
+from stickslip.dynamics.checks import as_number
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
@@ -18,7 +18,7 @@ from stickslip.dynamics.ugv.wheel import WheelContact, cross, dot
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int, Real
 
-    from stickslip.dynamics.numeric import Lists, Number, Numeric
+    from stickslip.dynamics.numeric import Lists, Number
     from stickslip.dynamics.ugv.ground.shapes import Points, Values
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.poses import Pose
@@ -70,43 +70,31 @@ def equilibrium(
     friction: Real[Number, "..."] | Lists = 0.8,
     *,
     solver: PoseSolver = NEWTON,
-    system: str = "closed",
 ) -> Equilibrium:
     """Forces and torques that hold the vehicle still, both wheels with the same torque (eq. 43).
 
     x_front: where the front wheel touches, [...] [m]. leg_angles: [..., 2], rear and front [rad].
     track: a Track, or one of TRACKS by its name. friction: mu between wheels and ground [-], where
     the track has a surface times its factor under each wheel.
-    system: "closed", "five" (eq. 43, slips mended) or "nine" (eqs. 40-42), which agree; the closed
-    form is the fast one. solver: see PoseSolver.
+    solver: see PoseSolver.
 
     Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
     losses in the legs. Differentiable in every number.
     """
     mu = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
-    require_choice("system", system, SYSTEMS)
     track, x_front, leg_angles = require_place(
         params, track, x_front, leg_angles, solver, friction=mu
     )
-    return _equilibrium(params, track, x_front, leg_angles, mu, solver, system)
+    return _equilibrium(solver, params, track, x_front, leg_angles, mu)
 
 
-@partial(jax.jit, static_argnums=(5, 6))
-def _equilibrium(
-    params: UGVParams,
-    track: Track,
-    x_front: Real[Array, "..."],
-    leg_angles: Real[Array, "... 2"],
-    friction: Real[Array, "..."],
-    solver: PoseSolver,
-    system: str,
-) -> Equilibrium:
-    return over_poses(_held, (solver, system), params, track, x_front, leg_angles, friction)
+@partial(jax.jit, static_argnums=0)
+def _equilibrium(solver: PoseSolver, *given: Any) -> Equilibrium:
+    return over_poses(_held, (solver,), *given)
 
 
 def _held(
     solver: PoseSolver,
-    system: str,
     params: UGVParams,
     track: Track,
     x_front: Real[Array, "..."],
@@ -114,7 +102,7 @@ def _held(
     friction: Real[Array, "..."],
 ) -> Equilibrium:
     placed = stand(params, track, x_front, leg_angles, solver)
-    forces = balance(params, placed, friction_under(track, placed, friction), system)
+    forces = balance(params, placed, friction_under(track, placed, friction))
     return forces._replace(pose=forces.pose.in_world())
 
 
@@ -137,19 +125,13 @@ def balance(
     params: UGVParams,
     placed: Pose,
     friction: Real[Array, "..."] | float | tuple[Array, Array],
-    system: str = "closed",
 ) -> Equilibrium:
     """`equilibrium` of a pose, without checks, for use inside a trace.
 
     friction: mu, of both wheels or of the rear and the front one (see friction_under).
     """
     mu_rear, mu_front = friction if isinstance(friction, tuple) else (friction, friction)
-    if system == "closed":
-        forces = ground_forces(params, placed)
-        torque = -forces.F_rear * params.wheel_radius
-    else:
-        F_rear, N_rear, F_front, N_front, torque = solve_system(params, placed, system)
-        forces = Forces(F_rear, N_rear, F_front, N_front)
+    forces = ground_forces(params, placed)
     grip_rear = mu_rear * forces.N_rear - jnp.abs(forces.F_rear)
     grip_front = mu_front * forces.N_front - jnp.abs(forces.F_front)
     legs_hold = leg_torques(params, placed, forces)
@@ -166,7 +148,7 @@ def balance(
         status = jnp.where((status == Status.OK) & bad, what, status)
     return Equilibrium(
         *forces,
-        torque=torque,
+        torque=-forces.F_rear * params.wheel_radius,
         grip_rear=grip_rear,
         grip_front=grip_front,
         leg_torques=legs_hold,
@@ -239,95 +221,3 @@ def _moment(
         + params.leg_mass * (leg[..., 0] - hinge[..., 0])
     ) * params.gravity
     return cross(wheel.point - hinge, force) - weights
-
-
-SYSTEMS = ("closed", "five", "nine")
-
-
-def solve_system(params: UGVParams, placed: Pose, system: str) -> tuple[Values, ...]:
-    """F_rear, N_rear, F_front, N_front, torque from the five or the nine equations."""
-    rows, right = (five if system == "five" else nine)(params, placed)
-    solution = jnp.linalg.solve(rows, right[..., None])[..., 0]
-    order = (0, 1, 2, 3, 4) if system == "five" else (0, 1, 2, 3, 8)
-    return tuple(solution[..., i] for i in order)
-
-
-def nine(params: UGVParams, placed: Pose) -> tuple[Float[Array, "... 9 9"], Float[Array, "... 9"]]:
-    """Eqs. (40)-(42): [..., 9, 9] and [..., 9].
-
-    Unknowns: F_r, N_r, F_f, N_f, F_lw (x, y; rear leg on rear wheel), F_wl (x, y; front wheel on
-    front leg), M.
-    """
-    r, g = params.wheel_radius, params.gravity
-    tr, nr, tf, nf, zero, one = _directions(placed)
-    _, carried = second_subsystem(params, placed)
-    _, mass = whole(params, placed)
-    T2, E2, T3, D3 = _arms(params, placed)
-    rows = [
-        [tr[..., 0], nr[..., 0], zero, zero, one, zero, zero, zero, zero],
-        [tr[..., 1], nr[..., 1], zero, zero, zero, one, zero, zero, zero],
-        [zero + r, zero, zero, zero, zero, zero, zero, zero, one],
-        [tr[..., 0], nr[..., 0], zero, zero, zero, zero, one, zero, zero],
-        [tr[..., 1], nr[..., 1], zero, zero, zero, zero, zero, one, zero],
-        [cross(T2, tr), cross(T2, nr), zero, zero, zero, zero, -E2[..., 1], E2[..., 0], -one],
-        [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], zero, zero, zero, zero, zero],
-        [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], zero, zero, zero, zero, zero],
-        [cross(T3, tr), cross(T3, nr), cross(D3, tf), cross(D3, nf), zero, zero, zero, zero, zero],
-    ]
-    wheel = zero + params.wheel_mass * g
-    right = [zero, wheel, zero, zero, zero + carried * g, zero, zero, zero + mass * g, zero]
-    return _matrix(rows), jnp.stack(right, -1)
-
-
-def five(params: UGVParams, placed: Pose) -> tuple[Float[Array, "... 5 5"], Float[Array, "... 5"]]:
-    """Eq. (43), with F_f among its unknowns F_r, N_r, F_f, N_f, M: [..., 5, 5] and [..., 5]."""
-    r, g = params.wheel_radius, params.gravity
-    tr, nr, tf, nf, zero, one = _directions(placed)
-    _, mass = whole(params, placed)
-    T2, E2, T3, D3 = _arms(params, placed)
-    rows = [
-        [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], zero],
-        [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], zero],
-        [zero + r, zero, zero, zero, one],
-        [cross(T2, tr), cross(T2, nr), cross(E2, tf), cross(E2, nf), -one],
-        [cross(T3, tr), cross(T3, nr), cross(D3, tf), cross(D3, nf), zero],
-    ]
-    right = [zero, zero + mass * g, zero, E2[..., 0] * params.wheel_mass * g, zero]
-    return _matrix(rows), jnp.stack(right, -1)
-
-
-def second_subsystem(params: UGVParams, placed: Pose) -> tuple[Points, Numeric]:
-    """Centre of mass [..., 2] and mass of rear wheel, legs and body (C2 of Fig. 23)."""
-    mass = params.wheel_mass + 2 * params.leg_mass + params.body_mass
-    moment = (
-        params.wheel_mass * placed.rear.centre
-        + params.leg_mass * (placed.rear_leg + placed.front_leg)
-        + params.body_mass * placed.body
-    )
-    return moment / mass, mass
-
-
-def whole(params: UGVParams, placed: Pose) -> tuple[Points, Numeric]:
-    """Centre of mass [..., 2] and mass of the whole half vehicle (C3)."""
-    carried, mass = second_subsystem(params, placed)
-    total = mass + params.wheel_mass
-    return (mass * carried + params.wheel_mass * placed.front.centre) / total, total
-
-
-def _directions(placed: Pose) -> tuple[Points, Points, Points, Points, Values, Values]:
-    """Tangents and normals at both contacts, [..., 2] each, and zeros and ones of their batch."""
-    zero, one = jnp.zeros_like(placed.wheelbase), jnp.ones_like(placed.wheelbase)
-    rear, front = placed.rear, placed.front
-    return rear.tangent, rear.normal, front.tangent, front.normal, zero, one
-
-
-def _arms(params: UGVParams, placed: Pose) -> tuple[Points, Points, Points, Points]:
-    """The lever arms C2T, C2E, C3T and C3D of eqs. (41)-(43), [..., 2] each."""
-    C2, _ = second_subsystem(params, placed)
-    C3, _ = whole(params, placed)
-    rear, front = placed.rear.point, placed.front.point
-    return rear - C2, placed.front.centre - C2, rear - C3, front - C3
-
-
-def _matrix(rows: list[list[Values]]) -> Float[Array, "... n n"]:
-    return jnp.stack([jnp.stack(jnp.broadcast_arrays(*row), -1) for row in rows], -2)

@@ -21,10 +21,10 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.compilation import as_one_program
-from stickslip.dynamics.numeric import Number, Numbers, Numeric
+from stickslip.dynamics.numeric import Number, Numbers, Numeric, require_one
 from stickslip.dynamics.pytrees import brief, differing, register_pytree, short_repr
 from stickslip.dynamics.ugv.ground.near import Near, seen_from
-from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_shape
+from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_table
 from stickslip.dynamics.ugv.ground.shapes import (
     Bump,
     Ditch,
@@ -40,8 +40,7 @@ from stickslip.dynamics.ugv.ground.shapes import (
     require_numbers,
 )
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table, spline_through
-from stickslip.dynamics.ugv.ground.surface import Surface
-from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
+from stickslip.dynamics.ugv.names import TRACKS
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -53,6 +52,82 @@ if TYPE_CHECKING:
 @as_one_program
 def _profile(shape: Shape, x: Number) -> Profile:
     return shape.profile(x)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Surface:
+    """The friction coefficient along the ground, in parts of the one that a problem has.
+
+    knots: places [n], ascending, two or more [m]. factors: there [n], >= 0 [-]; straight between
+    the knots, constant beyond them. Patches are knots in pairs, as far apart as a wheel takes from
+    one to the other. A factor is that of the point where a wheel touches.
+    """
+
+    knots: Real[Array | np.ndarray, "n"]
+    factors: Real[Array | np.ndarray, "n"]
+
+    __repr__ = short_repr
+
+    @classmethod
+    def patches(cls, edges: Numbers, factors: Numbers, ramp: float = 0.05) -> Surface:
+        """One factor [n + 1] on each side of the edges [n] [m], straight over a `ramp` about them.
+
+        ValueError for edges that are not further apart than that.
+        """
+        require_number("edges", edges, accepted="places [m]")
+        require_number("factors", factors, low=0.0, accepted="factors >= 0, one more than edges")
+        require_number("ramp", ramp, low=0.0, strict=True, accepted="a length > 0 [m]")
+        at, of = np.asarray(edges, float), np.asarray(factors, float)
+        if (
+            np.ndim(ramp)
+            or at.ndim != 1
+            or of.shape != (len(at) + 1,)
+            or np.any(np.diff(at) <= ramp)
+        ):
+            raise ValueError(
+                f"edges = {shown(edges)}, factors = {shown(factors)}, ramp = {shown(ramp)}; "
+                "accepted: ascending edges further apart than one ramp [m], and one factor more"
+            )
+        return cls(*pairs(at, of, ramp)).validate()
+
+    def validate(self) -> Surface:
+        """Return self, or raise ValueError naming the field."""
+        accepted = "ascending places, two or more [m]"
+        require_number("knots", self.knots, accepted=accepted)
+        require_number("factors", self.factors, low=0.0, accepted="finite factors >= 0")
+        shape = np.shape(self.knots)
+        if not shape or shape[-1] < 2 or np.shape(self.factors) != shape:
+            raise ValueError(
+                f"knots of shape {shape}, factors of shape {np.shape(self.factors)}; accepted: [n] "
+                "of each, n >= 2"
+            )
+        if is_concrete(self.knots) and np.any(np.diff(np.asarray(self.knots, float)) <= 0):
+            raise ValueError(f"knots = {shown(self.knots)}; accepted: {accepted}")
+        return self
+
+    def at(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
+        """The factor at each x [m]."""
+        x = jnp.asarray(x)
+        knots, factors = (jnp.asarray(of, x.dtype) for of in (self.knots, self.factors))
+        return jnp.interp(x, knots, factors)
+
+    def most(self, first: Float[np.ndarray, "n"], last: Float[np.ndarray, "n"]) -> np.ndarray:
+        """The greatest factor from each first to each last place [n] [m]; of concrete numbers."""
+        knots, factors = np.asarray(self.knots, float), np.asarray(self.factors, float)
+        ends = np.maximum(np.interp(first, knots, factors), np.interp(last, knots, factors))
+        within = (knots > first[:, None]) & (knots < last[:, None])
+        return np.maximum(ends, np.max(np.where(within, factors, 0.0), axis=-1))
+
+
+def pairs(
+    edges: Float[Array | np.ndarray, "n"],
+    factors: Float[Array | np.ndarray, "m"],
+    ramp: Number,
+) -> tuple[Float[Array, "k"], Float[Array, "k"]]:
+    """Knots and factors [2 n] of patches: two knots about each edge."""
+    knots = jnp.stack([edges - ramp / 2, edges + ramp / 2], -1)
+    return knots.reshape(-1), jnp.stack([factors[:-1], factors[1:]], -1).reshape(-1)
 
 
 @register_pytree
@@ -140,9 +215,7 @@ class Track:
         """One of TRACKS by its name, with its constructor's arguments."""
         require_choice("name", name, TRACKS)
         build = getattr(cls, name)
-        known = [p for p in inspect.signature(build).parameters if p != "options"]
-        known += ROUGH_OPTIONS if name == "rough" else ()
-        require_known(numbers, known, f"argument of {name!r}")
+        require_known(numbers, list(inspect.signature(build).parameters), f"argument of {name!r}")
         return build(**numbers)
 
     @classmethod
@@ -230,22 +303,22 @@ class Track:
         start: Number = 0.0,
         end: Number = 20.0,
         margin: Number = 2.0,
-        **options,
     ) -> Track:
         """Random ground of an ISO 8608 class, "A" (very good road) to "H".
 
         key: a JAX key, or a seed. margin: how far the ground goes on beyond start and end [m]
-        before it is straight. Options: band, waves and pieces, as in rough_shape, which also takes
-        the roughness as a number, for draws inside jit.
+        before it is straight. Start, end and margin are known before tracing.
         """
-        require_known(options, ROUGH_OPTIONS, "option of a rough track")
         if isinstance(key, int | np.integer | bool):
             key = jax.random.key(require_integer("key", key, low=-(2**31), high=2**31 - 1))
         level = class_roughness(iso_class)
-        require_number("margin", margin, low=0.0, accepted="a finite length >= 0 [m]")
-        _require_ends(start, end)
-        shape = rough_shape(key, level, start - margin, end + margin, **options)
-        return _placed(shape, start, end)
+        margin = require_one("margin", margin, low=0.0, accepted="a finite length >= 0 [m]")
+        first, last = (
+            require_one(name, at, accepted="a finite position [m]")
+            for name, at in (("start", start), ("end", end))
+        )
+        _require_ends(first, last)
+        return _placed(rough_table(key, level, first - margin, last + margin), start, end)
 
     def resampled(self, start: Number, end: Number, pieces: int) -> Track:
         """The same ground from start to end [m] as a table of quintics: one price for any shape.

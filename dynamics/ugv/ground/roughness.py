@@ -21,7 +21,6 @@ import numpy as np
 from stickslip.dynamics.checks import (
     is_concrete,
     require_choice,
-    require_integer,
     require_memory,
     require_number,
     shown,
@@ -59,12 +58,6 @@ def class_roughness(iso_class: str) -> float:
     return 16e-6 * 4.0 ** CLASSES.index(iso_class)
 
 
-def band_variance(roughness: Numeric, band: tuple[float, float] = BAND) -> Numeric:
-    """Integral of G over the band [m^2]: the mean square height of the ground drawn from it."""
-    low, high = band
-    return roughness * REFERENCE_FREQUENCY**2 * (1 / low - 1 / high)
-
-
 @register_pytree
 @dataclass(frozen=True)
 class Waves(Closed):
@@ -87,18 +80,21 @@ class Waves(Closed):
         cosine, sine = jnp.cos(angle), jnp.sin(angle)
         return ((cosine * a).sum(-1),), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
 
+    def greatest_bend(self, radius: Numeric):
+        """See Closed."""
+        a, n = as_floats(self.amplitudes, self.frequencies)
+        return jnp.sum(jnp.abs(a) * (2 * np.pi * n) ** 2, axis=-1)
 
-def rough_waves(
-    key: Array, roughness: Numeric, *, band: tuple[float, float] = BAND, waves: int = WAVES
-) -> Waves:
+
+def rough_waves(key: Array, roughness: Numeric, waves: int = WAVES) -> Waves:
     """Draw a ground of roughness G(n0) [m^3], which may be traced. A pure function of the key.
 
-    The band is cut into `waves` equal intervals [a, b], one cosine each of frequency
+    BAND is cut into `waves` equal intervals [a, b], one cosine each of frequency
     n_i = sqrt(a b) and amplitude sqrt(2 G(n_i) (b - a)): G(n_i) (b - a) is then the integral of G
     over the interval exactly, and the mean square height that of the band. Phases uniform and
     independent, in single precision for either type, so that a key means one ground.
     """
-    edges = _checked_edges(band, waves)
+    edges = np.linspace(*BAND, waves + 1)
     require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
     variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
     amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
@@ -120,52 +116,18 @@ def _as_key(key: Any) -> Array:
     return key
 
 
-def rough_shape(
-    key: Array,
-    roughness: Numeric,
-    start: Numeric = -2.0,
-    end: Numeric = 22.0,
-    *,
-    band: tuple[float, float] = BAND,
-    waves: int = WAVES,
-    pieces: int | None = None,
-) -> Spline:
+def rough_table(key: Array, roughness: float, start: float, end: float) -> Spline:
     """Draw a ground as `rough_waves` does and tabulate it from start to end [m], for speed.
 
-    pieces: of the table (see hermite_table), by default 8 for the shortest wave: in class C the
-    largest errors of height, slope and second derivative are then 7e-9 m, 2e-7 and 1.1e-5 1/m, of
-    root mean squares 7e-3 m, 1e-2 and 4e-2 1/m; with twice the pieces 64, 32 and 16 times less
-    (in single precision not: 3e-8 m, 7e-7 and 3e-5 1/m). Needed when start or end is traced. Past
-    the ends the ground goes on straight: let them enclose the drive and the vehicle's length.
+    With 8 pieces for the shortest wave the largest errors of height, slope and second derivative
+    are in class C 7e-9 m, 2e-7 and 1.1e-5 1/m, of root mean squares 7e-3 m, 1e-2 and 4e-2 1/m (in
+    single precision 3e-8 m, 7e-7 and 3e-5 1/m). Past the ends the ground goes on straight: let them
+    enclose the drive and the vehicle's length.
     """
-    drawn = rough_waves(key, roughness, band=band, waves=waves)
-    if pieces is None:
-        if not is_concrete(start, end):
-            raise ValueError("pieces = None with traced ends; accepted: an integer >= 1")
-        longest = float(np.max(np.asarray(end, float) - np.asarray(start, float)))
-        accepted = "start < end, finite [m]"
-        require_number("end - start", longest, low=0.0, strict=True, accepted=accepted)
-        wanted = longest * band[1] * PIECES_PER_WAVE
-        require_memory(f"end - start = {longest:.6g}", "pieces of a table", wanted, 64 * waves)
-        pieces = max(1, math.ceil(wanted))
-    pieces = require_integer("pieces", pieces)
-    require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, 64 * waves)
-    if not is_concrete(drawn, start, end):
-        dtype = float_type(drawn)
-        start, end = (jnp.asarray(at, dtype) for at in (start, end))
-    return hermite_table(drawn.profile, start, end, pieces)
-
-
-def _checked_edges(band: tuple[float, float], waves: int) -> np.ndarray:
-    """Edges of the waves' intervals of spatial frequency [cycles/m]."""
-    waves = require_integer("waves", waves)
-    require_memory(f"waves = {shown(waves)}", "waves", waves, 64)
-    accepted = "(low, high), 0 < low < high [cycles/m]"
-    if not isinstance(band, tuple | list) or len(band) != 2:
-        raise ValueError(f"band = {shown(band)}; accepted: {accepted}")
-    for end in band:
-        require_number("band", end, accepted=accepted)
-    low, high = (float(end) for end in band)
-    if not 0 < low < high < math.inf:
-        raise ValueError(f"band = {band!r}; accepted: {accepted}")
-    return np.linspace(low, high, waves + 1)
+    pieces = math.ceil((end - start) * BAND[1] * PIECES_PER_WAVE)
+    require_memory(f"end - start = {end - start:.6g}", "pieces of a table", pieces, 64 * WAVES)
+    drawn = rough_waves(key, roughness)
+    ends: Any = (start, end)
+    if not is_concrete(drawn):
+        ends = (jnp.asarray(at, float_type(drawn)) for at in ends)
+    return hermite_table(drawn.profile, *ends, pieces)

@@ -21,7 +21,7 @@ from stickslip.dynamics.numeric import Numeric, float_type
 from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float
 
     Values = Float[Array, "..."]
     """A number for each member of a batch."""
@@ -44,8 +44,37 @@ def as_floats(*values: Numeric) -> list[jax.Array]:
     return [jnp.asarray(value, dtype) for value in values]
 
 
+MARGIN = 1 / 16
+"""Relative margin of `nowhere_hollow`, for rounding and for jumps of a spline's slope by it."""
+BUMP = 4 * np.exp(-1.5)
+"""Greatest second derivative of exp(-z^2), beside the foot; at the top it is -2."""
+RISE = 10 / np.sqrt(3)
+"""Greatest second derivative of the quintic rise from 0 to 1 over a length of 1."""
+
+
+def nowhere_hollow(shape: Any, radius: Values | float) -> Bool[Array, "..."] | None:
+    """True if a wheel of this radius [m] is proved to touch the ground at one point, wherever it
+    stands; None where nothing is known of the shape.
+
+    Along the ground the sine of the slope angle changes by at most f'' for each metre of x, along
+    the lower half of a circle of radius r by 1 / r. Where f'' < 1 / r everywhere, the ground
+    therefore stays below a wheel that touches it, and nothing has to be looked up under the wheel.
+    What is no such ground may still carry the wheel: then one has to look.
+    """
+    bend = shape.greatest_bend(radius) if isinstance(shape, Closed) else None
+    if bend is None:
+        return None
+    bend, radius = as_floats(bend, radius)
+    return radius * bend <= 1 - MARGIN
+
+
 class Closed:
     """A shape given by `near`: (parts of the height, slope, second derivative) at base + u."""
+
+    def greatest_bend(self, radius: Values | float) -> Values | None:
+        """A number that the second derivative exceeds nowhere [1/m]; infinite or None: not known.
+        radius: of the wheel [m]."""
+        del radius
 
     def near(self, base: Numeric, u: Numeric) -> tuple[tuple, Any, Any]:
         """The parts add up to the height; see near.py."""
@@ -84,6 +113,10 @@ class Flat(Closed):
         zero = jnp.zeros_like(base + u)
         return (zero,), zero, zero
 
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        return jnp.zeros_like(as_floats(radius)[0])
+
 
 @register_pytree
 @dataclass(frozen=True)
@@ -97,6 +130,10 @@ class Incline(Closed):
         base, u, m = as_floats(base, u, self.slope)
         zero = jnp.zeros_like(base + u)
         return (m * base, m * u), m + zero, m * zero
+
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        return jnp.zeros_like(as_floats(self.slope)[0])
 
 
 @register_pytree
@@ -117,6 +154,11 @@ class Bump(Closed):
         y = h * jnp.exp(-z * z)
         return (y,), -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
 
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        h, w = as_floats(self.height, self.width)
+        return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
+
 
 @register_pytree
 @dataclass(frozen=True)
@@ -135,6 +177,11 @@ class Sinusoid(Closed):
         angle = k * (jax.lax.rem(*jnp.broadcast_arrays(base, wavelength)) + u)
         y = a * jnp.sin(angle)
         return (y,), a * k * jnp.cos(angle), -k * k * y
+
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        a, wavelength = as_floats(self.amplitude, self.wavelength)
+        return jnp.abs(a) * (2 * np.pi / wavelength) ** 2
 
 
 @register_pytree
@@ -165,6 +212,11 @@ class Ramp(Closed):
         y, dy, d2y = (m * (a - b) for a, b in zip(up, down, strict=True))
         return (y,), dy, d2y
 
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        m, joint = as_floats(self.slope, self.joint)
+        return 1.5 * jnp.abs(m) / joint
+
 
 @register_pytree
 @dataclass(frozen=True)
@@ -189,6 +241,11 @@ class Step(Closed):
         base, u, h, at, length = as_floats(base, u, self.height, self.position, self.length)
         y, dy, d2y = _quintic_rise((base - at) + u, length)
         return (h * y,), h * dy, h * d2y
+
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        h, length = as_floats(self.height, self.length)
+        return RISE * jnp.abs(h) / length**2
 
 
 @register_pytree
@@ -216,6 +273,12 @@ class Ditch(Closed):
         first, second = (_quintic_rise(z + k * width, side) for k in (0.5, -0.5))
         y, dy, d2y = (depth * (b - a) for a, b in zip(first, second, strict=True))
         return (y,), dy, d2y
+
+    def greatest_bend(self, radius: Values | float) -> Values:
+        """See Closed."""
+        depth, width, side = as_floats(self.depth, self.width, self.side)
+        sides = jnp.where(side > width, 2.0, 1.0)  # they overlap
+        return sides * RISE * jnp.abs(depth) / side**2
 
 
 @register_pytree
@@ -251,34 +314,26 @@ class Function:
 def require_function(function: Any, points: np.ndarray) -> None:
     """Raise ValueError unless `function` can be a profile, as far as a few points tell."""
     accepted = "a hashable function of one number x [m] to one number y [m], in jax.numpy"
-    if not callable(function):
-        raise ValueError(f"function = {shown(function)} cannot be called; accepted: {accepted}")
     try:
         hash(function)
-    except TypeError as error:
+        with jax.ensure_compile_time_eval():
+            found = Function(function).profile(points)
+        if (shape := found[0].shape[1:]) != ():
+            raise TypeError(f"its value has shape {shape}")
+    except Exception as error:  # Python's `if`, NumPy or math on a traced number, for one
+        reason = str(error).partition("\n")[0][:120]
         raise ValueError(
-            f"function = {shown(function)} has no hash; accepted: {accepted}"
+            f"function = {shown(function)} fails: {reason}; accepted: {accepted}"
         ) from error
-    for point in points:
-        try:
-            jax.eval_shape(function, jnp.asarray(point, float))  # Python's `if` on x, for one
-            with jax.ensure_compile_time_eval():
-                value: Any = function(jnp.asarray(point, float))
-                shape = jnp.shape(value)
-                found = Function(function).profile(point) if shape == () else ()
-        except Exception as error:  # NumPy or math on a traced number, for one
-            reason = str(error).partition("\n")[0][:120]
+    if not is_concrete(found):
+        return
+    for name, values in zip(("height", "slope", "second derivative"), found, strict=True):
+        values = np.asarray(values)
+        if len(bad := np.flatnonzero(~np.isfinite(values))):
             raise ValueError(
-                f"function({point:g}) fails: {reason}; accepted: {accepted}"
-            ) from error
-        if shape != ():
-            raise ValueError(f"function({point:g}) has shape {shape}; accepted: {accepted}")
-        names = ("height", "slope", "second derivative")
-        for name, number in zip(names, found, strict=True):
-            if is_concrete(number) and not np.isfinite(np.asarray(number)):
-                raise ValueError(
-                    f"the {name} of function at x = {point:g} is {float(number)}; accepted: finite"
-                )
+                f"the {name} of function at x = {points[bad[0]]:g} is {values[bad[0]]}; "
+                "accepted: finite"
+            )
 
 
 def _bend(z: Values, joint: Values) -> Profile:

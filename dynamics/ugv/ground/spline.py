@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import (
+    as_real,
     is_concrete,
     require_choice,
     require_integer,
@@ -26,12 +27,19 @@ from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.ugv.ground.shapes import Profile
+    from stickslip.dynamics.ugv.ground.shapes import Profile, Values
 
 INTERPOLATIONS = ("cubic", "pchip", "makima", "linear")
 
 EVEN = 1e-6
 """Knots this close to even spacing, in pieces, are looked up by arithmetic."""
+
+MOST_PIECES = 2**11
+"""Most pieces of a spline whose bend is bounded in a kernel."""
+POWERS = 6
+"""Greatest order of a spline's polynomials."""
+STEEPEST = 8.0
+"""Slope at a spline's knots up to which MARGIN covers the jumps."""
 
 BYTES_A_PIECE = 400
 """Memory for each piece of a table while it is made, about [bytes]."""
@@ -75,6 +83,34 @@ class Spline(Closed):
             lowest = row[..., k] if k else lows[piece]
             half, dy, y = half * t + dy, dy * t + y, y * t + lowest
         return (row[..., 0], y + dy * outside), dy, jnp.where(outside == 0, 2 * half, 0.0)
+
+    def greatest_bend(self, radius: Values | float) -> Values | None:
+        """The largest Bernstein coefficient of each piece, which bounds its polynomial;
+        infinite where heights or slopes jump at knots by more than rounding."""
+        pieces, powers = self.coefficients.shape[-2:]
+        if pieces > MOST_PIECES or powers > POWERS:
+            return None
+        numbers = (self.knots, self.rests, self.coefficients, self.lows, radius)
+        knots, rests, rows, lows, r = as_floats(*numbers)
+        h = (knots[..., 1:] - knots[..., :-1]) + (rests[..., 1:] - rests[..., :-1])
+        zero = jnp.zeros_like(lows)
+        # In parts of the piece: what each power adds to the height at its end.
+        c0, *c = (rows[..., k] * h**k if k < powers else zero for k in range(POWERS))
+        q = [(k + 1) * k * c[k] for k in range(1, POWERS - 1)]
+        corners = [q[0], q[0] + q[1] / 3, q[0] + (2 * q[1] + q[2]) / 3, sum(q)]
+        most = corners[0]
+        for corner in corners[1:]:
+            most = jnp.maximum(most, corner)
+        bend = jnp.maximum(jnp.max(most / h**2, axis=-1), 0)
+        slope = rows[..., 1]
+        turn = slope[..., 1:] - (sum((k + 1) * c[k] for k in range(POWERS - 1)) / h)[..., :-1]
+        rise = (c0[..., 1:] - c0[..., :-1]) + (lows[..., 1:] - (lows + sum(c))[..., :-1])
+        knots_below = 1 + 2 * r / jnp.min(h, axis=-1)
+        eps = jnp.finfo(h.dtype).eps
+        turn, rise = (knots_below * jnp.max(of, axis=-1, initial=0) for of in (turn, rise))
+        steep = jnp.max(jnp.abs(slope), axis=-1)
+        smooth = (turn <= jnp.sqrt(eps) / 16) & (rise <= 64 * eps * r) & (steep <= STEEPEST)
+        return jnp.where(smooth, bend, jnp.inf)
 
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where knots of concrete numbers are one number in `dtype`, or the
@@ -195,7 +231,7 @@ def _checked_points(x: Numeric, y: Numeric) -> tuple[np.ndarray, np.ndarray]:
         )
     arrays = []
     for name, values in (("x", x), ("y", y)):
-        array = _numbers(name, values)
+        array = as_real(name, values, "finite numbers [m], at least 2").astype(np.float64)
         if array.ndim != 1 or array.size < 2:
             raise ValueError(
                 f"{name} has shape {array.shape}; accepted: one axis, at least 2 points"
@@ -215,17 +251,3 @@ def _checked_points(x: Numeric, y: Numeric) -> tuple[np.ndarray, np.ndarray]:
             f"x[{i}] = {x[i]} {fault} x[{i - 1}] = {x[i - 1]}; accepted: strictly increasing x [m]"
         )
     return x, y
-
-
-def _numbers(name: str, values: Any) -> np.ndarray:
-    """The values in float64, or ValueError for what are no real numbers; any shape."""
-    try:
-        array = np.asarray(values)
-        if array.dtype.kind not in "iuf" and array.size:
-            raise TypeError(f"an array of {array.dtype}")
-        return array.astype(np.float64)
-    except Exception as error:  # noqa: BLE001, whatever an object's own conversion raises
-        why = str(error).partition("\n")[0][:100]
-        raise ValueError(
-            f"{name} = {shown(values)} are no numbers ({why}); accepted: numbers [m]"
-        ) from None

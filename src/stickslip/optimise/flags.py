@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stickslip.dynamics.ugv.names import ROUGH_OPTIONS, TRACKS
+from stickslip.dynamics.ugv.names import TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
@@ -25,7 +25,7 @@ TRACK_OPTIONS = {
     "ramp": ("slope=0.3", "position=2.0", "length=4.0", "joint=1.0", "start=0.0", "end=8.0"),
     "step": ("height=0.1", "position=4.0", "length=0.5", "start=0.0", "end=8.0"),
     "ditch": ("depth=0.1", "position=4.0", "width=1.0", "side=0.5", "start=0.0", "end=8.0"),
-    "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0", *ROUGH_OPTIONS),
+    "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0"),
 }
 """Arguments of each named track's constructor, with their defaults."""
 TRACK_TABLE = {

@@ -15,7 +15,7 @@ from stickslip.records.files import require_makeable, write_whole
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-OPTION = "name=value, the value a number, several with commas between, or a word"
+OPTION = "name=value, the value a number or a word"
 
 
 def track_of(name: str, options: Iterable[str] = (), columns: str | None = None) -> Track:
@@ -25,9 +25,6 @@ def track_of(name: str, options: Iterable[str] = (), columns: str | None = None)
     "x=HEAD,y=HEAD". ValueError for what is unknown, OSError where the file cannot be read.
     """
     given = track_options_of(options)
-    for key, value in given.items():
-        if isinstance(value, tuple) and key != "band":
-            raise ValueError(f"--track-option {key} = {value}; accepted: one value")
     if name in TRACKS:
         if columns is not None:
             raise ValueError(f"--columns {columns} with --track {name}; accepted: with a file")
@@ -48,14 +45,13 @@ def track_of(name: str, options: Iterable[str] = (), columns: str | None = None)
 
 
 def track_options_of(words: Iterable[str]) -> dict[str, Any]:
-    """name=value words as names and numbers, tuples of numbers or text; the last one counts."""
+    """name=value words as names and numbers or text; the last one counts."""
     found = {}
     for word in words:
         name, sign, value = word.partition("=")
         if not (sign and name.strip() and value.strip()):
             raise ValueError(f"--track-option {word!r}; accepted: {OPTION}")
-        parts = [_number(part) for part in value.split(",")]
-        found[name.strip()] = parts[0] if len(parts) == 1 else tuple(parts)
+        found[name.strip()] = _number(value)
     return found
 
 

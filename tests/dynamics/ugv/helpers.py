@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.ugv import Pose, PoseSolver, Track, UGVParams, balance, place
-from stickslip.dynamics.ugv.statics import five, nine
+from stickslip.dynamics.ugv.wheel import cross
 
 NEWTON = PoseSolver()
 SCAN = PoseSolver("scan")
@@ -28,9 +28,9 @@ def placed(params, track, x, angles, solver=NEWTON) -> Pose:
     return place(params, track, x, angles, solver)
 
 
-@partial(jax.jit, static_argnums=(5, 6))
-def balanced(params, track, x, angles, friction=0.8, system="closed", solver=NEWTON):
-    return balance(params, place(params, track, x, angles, solver), friction, system)
+@partial(jax.jit, static_argnums=5)
+def balanced(params, track, x, angles, friction=0.8, solver=NEWTON):
+    return balance(params, place(params, track, x, angles, solver), friction)
 
 
 def drawn(params: UGVParams, dtype, count=64, low=2.0, high=7.5, seed=0):
@@ -42,8 +42,37 @@ def drawn(params: UGVParams, dtype, count=64, low=2.0, high=7.5, seed=0):
 
 
 @jax.jit
-def rows_of(params, pose):
-    return five(params, pose), nine(params, pose)
+def chapter(params, pose):
+    """Eqs. (40)-(42) as rows [..., 9, 9] and right sides [..., 9].
+
+    Unknowns: F_r, N_r, F_f, N_f, F_lw (x, y; rear leg on rear wheel), F_wl (x, y; front wheel on
+    front leg), M. The last three rows are those of the whole vehicle.
+    """
+    g, wheel = params.gravity, params.wheel_mass
+    rear, front = pose.rear, pose.front
+    tr, nr, tf, nf = rear.tangent, rear.normal, front.tangent, front.normal
+    zero, one = jnp.zeros_like(pose.wheelbase), jnp.ones_like(pose.wheelbase)
+    carried = wheel + 2 * params.leg_mass + params.body_mass
+    legs = params.leg_mass * (pose.rear_leg + pose.front_leg)
+    moment = wheel * rear.centre + legs + params.body_mass * pose.body
+    C2, C3 = moment / carried, (moment + wheel * front.centre) / (carried + wheel)
+    T2, E2, T3, D3 = rear.point - C2, front.centre - C2, rear.point - C3, front.point - C3
+    rows = [
+        [tr[..., 0], nr[..., 0], 0, 0, 1, 0, 0, 0, 0],
+        [tr[..., 1], nr[..., 1], 0, 0, 0, 1, 0, 0, 0],
+        [params.wheel_radius, 0, 0, 0, 0, 0, 0, 0, 1],
+        [tr[..., 0], nr[..., 0], 0, 0, 0, 0, 1, 0, 0],
+        [tr[..., 1], nr[..., 1], 0, 0, 0, 0, 0, 1, 0],
+        [cross(T2, tr), cross(T2, nr), 0, 0, 0, 0, -E2[..., 1], E2[..., 0], -1],
+        [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], 0, 0, 0, 0, 0],
+        [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], 0, 0, 0, 0, 0],
+        [cross(T3, tr), cross(T3, nr), cross(D3, tf), cross(D3, nf), 0, 0, 0, 0, 0],
+    ]
+    right = [0, wheel * g, 0, 0, carried * g, 0, 0, (carried + wheel) * g, 0]
+    return (
+        jnp.stack([jnp.stack([of * one for of in row], -1) for row in rows], -2),
+        jnp.stack([zero + of for of in right], -1),
+    )
 
 
 def mirrored(track: Track, about: float) -> Track:

@@ -23,28 +23,12 @@ def finite_or_told(state):
     assert np.all(np.isfinite(np.asarray(state.pose.rear.x)) | lost)
 
 
-@pytest.mark.parametrize("degrees", [0, 45, 80, -80, 89])
-def test_slopes_up_to_the_vertical(dtype, degrees):
-    params = UGVParams()
-    slope = np.tan(np.radians(degrees))
-    x, angles = drawn(params, dtype)
-    state = balanced(params, Track.incline(slope).astype(dtype), x, angles)
-    finite_or_told(state)
-    assert np.all(np.asarray(state.pose.status) == Status.OK)
-    share = params.weight * np.sin(np.radians(degrees)) / 2
-    # Coordinates of 7 m * slope, of which single precision keeps seven digits.
-    allowed = 40 * float(jnp.finfo(dtype).eps) * params.weight * (1 + 7 * abs(slope))
-    np.testing.assert_allclose(state.F_front, share, atol=allowed)
-    if abs(degrees) >= 80:
-        assert set(np.unique(state.status)) <= {Status.ROLLOVER, Status.WHEEL_SLIP}
-
-
 @pytest.mark.parametrize("radius", [0.01, 0.05, 0.28, 0.8])
 def test_wheels_from_the_size_of_the_bumps_to_that_of_the_wheelbase(float64, radius):
     params = UGVParams(wheel_radius=radius)
     track = Track.sinusoid(0.02, 0.3).astype(float64)  # least radius of curvature 0.11 m
     x, angles = drawn(params, float64)
-    state = balanced(params, track, x, angles, 0.8, "closed", SCAN)
+    state = balanced(params, track, x, angles, 0.8, SCAN)
     finite_or_told(state)
     good = np.asarray(state.pose.status) == Status.OK
     hollow = np.asarray(state.pose.status) == Status.HOLLOW_GROUND
@@ -70,7 +54,7 @@ def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
 def test_steps_sharper_than_the_wheel(float64, length):
     params, track = UGVParams(), Track.step(0.1, 4.0, length).astype(float64)
     x, angles = drawn(params, float64, 200, 3.0, 6.0)
-    state = balanced(params, track, x, angles, 0.8, "closed", SCAN)
+    state = balanced(params, track, x, angles, 0.8, SCAN)
     finite_or_told(state)
     # At the foot of the step no wheel can touch, a fifth of a metre in three; and sharper than the
     # scan's intervals, the edge on which the rear wheel turns is not found either.
@@ -78,20 +62,6 @@ def test_steps_sharper_than_the_wheel(float64, length):
     lost = np.isin(np.asarray(state.pose.status), list(told))
     assert set(np.unique(state.pose.status)) <= told | {Status.OK}
     assert 0 < lost.mean() < (0.1 if length == 0.1 else 0.25)
-
-
-def test_masses_over_twelve_orders_of_magnitude(float64):
-    x, angles = drawn(UGVParams(), float64, 16)
-    track = Track.bump().astype(float64)
-    for name in ("wheel_mass", "body_mass", "leg_mass"):
-        for mass in (1e-6, 1e6):
-            params = UGVParams(**{name: mass})
-            state = balanced(params, track, x, angles)
-            finite_or_told(state)
-            rear, front = state.pose.rear.tangent, state.pose.front.tangent
-            up = rear[:, 0] * state.N_rear + rear[:, 1] * state.F_rear
-            up += front[:, 0] * state.N_front + front[:, 1] * state.F_front
-            np.testing.assert_allclose(up, params.weight, rtol=1e-12)
 
 
 def test_a_track_of_a_million_points(float64):
@@ -113,21 +83,3 @@ def test_bad_members_of_a_batch_leave_the_others_alone(float64):
     assert [int(s) for s in state.status[jnp.array([3, 5])]] == [Status.NON_FINITE] * 2
     others = np.array([0, 1, 2, 4, 6, 7])
     np.testing.assert_array_equal(state.torque[others], alone.torque[others])
-
-
-def test_single_precision_far_away_loses_digits_and_no_more(float64):
-    """Positions are absolute: at 1 km a float32 is good to 6e-5 m."""
-    params = UGVParams()
-    x, angles = drawn(params, float64, 32)
-    errors = []
-    for centre in (4.0, 1000.0):
-        fine = Track.bump(centre=centre, end=2000.0).astype(float64)
-        coarse = fine.astype(jnp.float32)
-        away = x + (centre - 4.0)
-        exact = balanced(params, fine, away, angles)
-        got = balanced(params, coarse, away.astype("float32"), angles.astype("float32"))
-        assert np.all(np.asarray(got.pose.status) == Status.OK)
-        off = np.abs(np.asarray(got.torque, float) - np.asarray(exact.torque))
-        errors.append(np.max(off) / (params.weight * 0.28))
-    assert errors[0] < 2e-6
-    assert 1e-6 < errors[1] < 2e-4

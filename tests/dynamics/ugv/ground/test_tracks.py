@@ -1,12 +1,14 @@
 """Every kind of track gives its own derivatives, keeps its smoothness and refuses nonsense."""
 
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
+from itertools import combinations
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.dynamics import register_pytree
 from stickslip.dynamics.ugv.ground.spline import INTERPOLATIONS
 from stickslip.dynamics.ugv.track import TRACKS, Track
 from tests.precision import mostly_single
@@ -65,16 +67,6 @@ def test_profile_is_elementwise_and_in_the_floats_it_is_given(kind, dtype):
     assert [part.shape for part in profile(track, x[3])] == [(), (), ()]
     assert [part.shape for part in track.profile(2)] == [(), (), ()]
     assert track.height(x).dtype == track.slope(x).dtype == dtype
-
-
-@each_kind
-def test_single_precision_is_close_to_double(kind):
-    x = np.random.default_rng(2).uniform(-3.0, 12.0, 500).astype(np.float32)
-    single = MAKERS[kind]().profile(jnp.asarray(x))
-    with jax.enable_x64(True):
-        double = MAKERS[kind]().profile(jnp.asarray(x, float))
-    for one, other, error in zip(single, double, (3e-6, 3e-6, 3e-4), strict=True):
-        np.testing.assert_allclose(one, other, atol=error)
 
 
 @each_kind
@@ -142,41 +134,6 @@ def test_points_are_met_and_the_ends_go_on_straight(dtype):
             np.testing.assert_array_equal(second, 0.0)
 
 
-def test_the_cubic_through_samples_converges_with_the_fourth_power(float64):
-    errors = []
-    for count in (41, 81):
-        knots = np.linspace(0.0, 4 * np.pi, count)  # y'' = 0 at both ends, as the spline has it
-        x = np.linspace(0.0, 4 * np.pi, 5000)
-        track = Track.from_points(knots, np.sin(knots))
-        errors.append(np.max(np.abs(track.height(jnp.asarray(x)) - np.sin(x))))
-    assert 14 < errors[0] / errors[1] < 18
-
-
-def test_even_and_uneven_lookups_agree(float64):
-    track, x = Track.from_points(EVEN_X, np.sin(EVEN_X)), somewhere(2000)
-    assert track.shape.even
-    searched = replace(track, shape=replace(track.shape, even=False))
-    for a, b in zip(profile(track, x), profile(searched, x), strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-13)
-
-
-def test_a_million_points(float64):
-    x = np.linspace(0.0, 1000.0, 10**6)
-    rng = np.random.default_rng(0)
-    uneven = np.sort(rng.uniform(0.0, 1000.0, 10**6))
-    uneven = uneven[np.append(True, np.diff(uneven) > 1e-6)]
-    asked = jnp.asarray(rng.uniform(1.0, 999.0, 1000))
-    exact = 0.05 * np.sin(np.pi * np.asarray(asked))
-    for knots in (x, uneven):
-        track = Track.from_points(knots, 0.05 * np.sin(np.pi * knots))
-        np.testing.assert_allclose(profile(track, asked)[0], exact, atol=1e-10)
-    with jax.enable_x64(False):
-        track = Track.from_points(x, 0.05 * np.sin(np.pi * x))
-        asked = jnp.asarray(rng.uniform(0.0, 1000.0, 1000), jnp.float32)
-        single = np.asarray(profile(track, asked)[0])
-    np.testing.assert_allclose(single, 0.05 * np.sin(np.pi * np.asarray(asked, float)), atol=2e-8)
-
-
 def test_a_table_of_quintics_converges_with_the_sixth_power(float64):
     track, x = Track.sinusoid(), jnp.linspace(0.0, 8.0, 4001)
     exact, errors = track.profile(x), {}
@@ -213,18 +170,33 @@ def test_the_steepest_and_most_bent_places_of_a_step_are_as_stated(float64):
     np.testing.assert_allclose(np.min(radius), 0.45, atol=1e-3)
 
 
-def test_a_function_of_a_constant_and_of_integers_is_a_profile(dtype):
-    x = jnp.linspace(0.0, 1.0, 3, dtype=dtype)
-    for constant in (lambda x: 2, lambda x: 2.0):
-        height, slope, second = Track.from_function(constant).profile(x)
-        np.testing.assert_array_equal(height, 2.0)
-        np.testing.assert_array_equal([slope, second], 0.0)
-        assert height.dtype == dtype
+@register_pytree
+@dataclass(frozen=True)
+class Waves:
+    """A user's ground, of as many numbers as a bump and a step have."""
+
+    height: float = 0.1
+    width: float = 2.0
+    place: float = 5.0
+
+    def profile(self, x):
+        """Height, slope and second derivative."""
+        turn = (x - self.place) / self.width
+        sine, cosine = self.height * jnp.sin(turn), self.height * jnp.cos(turn)
+        return sine, cosine / self.width, -sine / self.width**2
 
 
-def test_named_builds_what_the_constructor_builds(float64):
-    x = somewhere(20)
-    for name in TRACKS:
-        one, other = Track.named(name, end=9.0), getattr(Track, name)(end=9.0)
-        np.testing.assert_array_equal(one.height(x), other.height(x))
-        assert float(one.end) == 9.0
+def test_tracks_of_two_shapes_have_two_structures_a_users_own_among_them():
+    tracks = [Track.named(name) for name in TRACKS] + [Track(Waves(), 0.0, 10.0)]
+    shapes = {type(track.shape) for track in tracks}
+    assert len({jax.tree.structure(track) for track in tracks}) == len(shapes) > 5
+    for a, b in combinations(tracks, 2):
+        same = jax.tree.structure(a) == jax.tree.structure(b)
+        assert same == (type(a.shape) is type(b.shape))
+
+
+def test_a_users_own_shape_is_driven_over():
+    track = Track(Waves(), 0.0, 10.0)
+    slope = jax.grad(lambda x: track.profile(x)[0])(6.0)
+    assert float(slope) == pytest.approx(float(track.slope(6.0)))
+    assert float(slope) == pytest.approx(0.1 * jnp.cos(0.5) / 2.0)
