@@ -164,7 +164,7 @@ def _place(solver: PoseSolver, *given: Any) -> Pose:
 
 
 def _placed(solver: PoseSolver, *given: Any) -> Pose:
-    return place(*given, solver)
+    return place(*given, solver=solver)
 
 
 def turned(vector: Points, along: Points) -> Points:

@@ -379,7 +379,9 @@ def check_poses(
         count=len(x),
         compared=int(np.sum(both)),
         other_statuses=int(np.sum(status != own)),
-        worst=(float(x[worst]), *map(float, angles[worst])) if np.any(both) else None,
+        worst=(float(x[worst]), float(angles[worst, 0]), float(angles[worst, 1]))
+        if np.any(both)
+        else None,
         cost=cost / len(x),
         reference_cost=reference_cost / len(x),
     )

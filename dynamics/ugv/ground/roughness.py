@@ -127,7 +127,8 @@ def rough_table(key: Array, roughness: float, start: float, end: float) -> Splin
     pieces = math.ceil((end - start) * BAND[1] * PIECES_PER_WAVE)
     require_memory(f"end - start = {end - start:.6g}", "pieces of a table", pieces, 64 * WAVES)
     drawn = rough_waves(key, roughness)
-    ends: Any = (start, end)
+    first: Any = start
+    last: Any = end
     if not is_concrete(drawn):
-        ends = (jnp.asarray(at, float_type(drawn)) for at in ends)
-    return hermite_table(drawn.profile, *ends, pieces)
+        first, last = (jnp.asarray(at, float_type(drawn)) for at in (start, end))
+    return hermite_table(drawn.profile, first, last, pieces)

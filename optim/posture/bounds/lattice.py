@@ -113,6 +113,10 @@ def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np
     return some & ~half, half
 
 
+Entries = Callable[[np.ndarray], np.ndarray]
+"""A function that moves or joins entries."""
+
+
 class Boxes(NamedTuple):
     """Derivatives of fields over each of n boxes of leg angles; anything where unknown.
 
@@ -132,9 +136,10 @@ class Boxes(NamedTuple):
         at = self.names.index(name), order - 1
         return Interval(self.lo[at], self.hi[at])
 
-    def map(self, *functions: Callable[[np.ndarray], np.ndarray]) -> Boxes:
-        """Functions of the lower ends, of the upper ends and of the masks; or one of all."""
-        low, high, mask = functions if len(functions) > 1 else functions * 3
+    def map(self, low: Entries, high: Entries | None = None, mask: Entries | None = None) -> Boxes:
+        """Functions of the lower ends, of the upper ends and of the masks; the first one of all
+        where no other is given."""
+        high, mask = high or low, mask or low
         return Boxes(self.names, low(self.lo), high(self.hi), mask(self.known), mask(self.smooth))
 
 
@@ -164,8 +169,11 @@ def by_parts(of: Callable[[Interval], tuple[Boxes, np.ndarray]], whole: Interval
         owner = _after(owner, poor, theirs)
     order = np.argsort(owner, kind="stable")
     begin = np.searchsorted(owner[order], np.arange(count))
-    joins = (np.minimum, np.maximum, np.logical_and)
-    return boxes.map(*(lambda v, of=of: of.reduceat(v[..., order], begin, -1) for of in joins))
+    least, most, all_ = (
+        lambda v, join=join: join.reduceat(v[..., order], begin, -1)
+        for join in (np.minimum, np.maximum, np.logical_and)
+    )
+    return boxes.map(least, most, all_)
 
 
 def _after(one: np.ndarray, poor: np.ndarray, other: np.ndarray) -> np.ndarray:
