@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.demonstration import Demonstration
+    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.optimum.policy import StateMap
@@ -113,8 +113,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """In sentences and titles."""
     environment: ClassVar[str]
     """Name of the environment's class, by which a policy's file says whose it is."""
-    outputs: ClassVar[int]
-    """Numbers in an action."""
     configuration: ClassVar[type[Configuration]]
     """Of its training runs."""
     modules: ClassVar[tuple[str, ...]] = ()
@@ -248,7 +246,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         task: of a named task, whose scores say what an optimum would. bound: with columns of what
         nobody can beat in each episode, computed and proved; ValueError where nothing is.
         """
-        from stickslip.agents.evaluation.standard import MEASURES
+        from stickslip.agents.evaluation.table import MEASURES
 
         self.require_no_bound(bound)
         return MEASURES
@@ -290,12 +288,12 @@ class Machine(ABC, Generic[Env, Params, Config]):
         self, task: TrainingTask[Env, Params], policy: Policy, config: Config
     ) -> dict[str, float]:
         """A row of evaluations.csv: `evaluated`."""
-        from stickslip.agents.evaluation.standard import evaluate_policy
+        from stickslip.agents.evaluation.rollout import play_unseen
+        from stickslip.agents.evaluation.table import row_of_test
 
-        measures, names = self.measures(task.env), self.evaluated
-        return evaluate_policy(
-            task.env, task.tested, policy, config.evaluation_episodes, measures, names
-        )
+        measures, count = self.measures(task.env), config.evaluation_episodes
+        played = play_unseen(task.env, policy, task.tested, count, measures.keep)
+        return row_of_test(measures.columns, self.evaluated, played)
 
     def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
         """`episode` of training episodes. ended: what the last infos held, each [episodes >= 1];

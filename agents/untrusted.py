@@ -341,11 +341,16 @@ def pack(content: Mapping[str, np.ndarray | Json]) -> bytes:
 
 def unpack(raw: bytes, largest: int = LARGEST) -> dict[str, Any]:
     """Arrays and JSON values by name. RefusedError, without a path, for anything else."""
+    arrays, rest = arrays_and_metadata(raw, largest)
+    if not isinstance(rest, dict) or rest.keys() & arrays.keys():
+        raise RefusedError(f"its {METADATA} is no object of other names")
+    return {**rest, **arrays}
+
+
+def arrays_and_metadata(raw: bytes, largest: int = LARGEST) -> tuple[dict[str, np.ndarray], Json]:
+    """Arrays of an .npz file, and the value of its JSON text. RefusedError as in `arrays_in`."""
     arrays = arrays_in(raw, largest)
     text = arrays.pop(METADATA, None)
     if text is None or text.shape != () or text.dtype.kind != "U":
         raise RefusedError(f"no {METADATA} among its entries ({shown(sorted(arrays))})")
-    rest = parse_json(str(text), f"its {METADATA}")
-    if not isinstance(rest, dict) or rest.keys() & arrays.keys():
-        raise RefusedError(f"its {METADATA} is no object of other names")
-    return {**rest, **arrays}
+    return arrays, parse_json(str(text), f"its {METADATA}")

@@ -33,8 +33,7 @@ from benchmarks.tasks.__main__ import long_table, put
 from benchmarks.tasks.measure import EPISODES, rounded
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
-from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.evaluation.table import mean_interval
+from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.registry import machine_by_name
 from stickslip.agents.training.ppo import settings_of, train_population
 from stickslip.agents.ugv.config import USUAL
@@ -42,8 +41,8 @@ from stickslip.envs import TASKS, Randomisation, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
+    from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.ppo import Population
-    from stickslip.agents.training.settings import LearningConfiguration
     from stickslip.envs import TaskDefinition
     from stickslip.envs.tasks import Scale
 
@@ -84,7 +83,7 @@ def training_params(task: TaskDefinition, params: Any, config: Any) -> Any:
     )
 
 
-def configuration(task: TaskDefinition) -> LearningConfiguration:
+def configuration(task: TaskDefinition) -> Configuration:
     """The defaults of `stickslip train` for the task's machine, with TIMESTEPS; the biped's noise
     ends at 0.03, since its steps are a quarter of the default."""
     kind: Any = machine_by_name(task.machine).configuration

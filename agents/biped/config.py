@@ -5,16 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import entry, group
-from stickslip.agents.training.settings import (
-    LearningConfiguration,
-    PPOSettings,
-    SACSettings,
-    require_room,
-    require_whole_batches,
-    shared,
-    task_field,
-)
+from stickslip.agents.training.configuration import Configuration, entry, shared
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
@@ -40,9 +31,8 @@ SB3: dict[str, Json] = {
     "noise": 0.22,
     "final_noise": 0.03,
 }
-"""Defaults of PPO in Stable-Baselines3 that differ from the fields' own."""
 DEFAULTS: dict[str, dict[str, Json]] = {
-    "ppo": {},
+    "sb3": SB3,
     "sac": {
         **SB3,
         "trainer": "sb3",
@@ -63,22 +53,19 @@ DEFAULTS: dict[str, dict[str, Json]] = {
         "checkpoint_interval": 65_536,
     },
 }
-"""Defaults of an algorithm that differ."""
+"""Defaults that differ from the fields' own; "sb3": of PPO in Stable-Baselines3."""
 
 
 @dataclass(frozen=True)
-class TrainConfig(LearningConfiguration):
+class TrainConfig(Configuration):
     """Training configuration of the biped. The defaults learn to walk the slippery floor with PPO.
 
     Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
-    made from them; those of one algorithm stand in a group, `config.ppo.epochs`, and `of` takes all
-    of them by their names. Bad values raise ValueError naming the field, what was given and what is
-    accepted.
+    made from them.
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
     timesteps: int = shared("timesteps", 8_000_000)
-    task: str | None = task_field()
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)
     mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
@@ -131,16 +118,22 @@ class TrainConfig(LearningConfiguration):
     discount: float = shared("discount", 0.98)
     batch_size: int = shared("batch_size", 4096)
     hidden: int = shared("hidden", 32)
+    rollout_steps: int = shared("rollout_steps", 32)
+    epochs: int = shared("epochs", 4)
+    noise: float = shared("noise", 0.3)
+    final_noise: float = shared("final_noise", 0.02)
 
-    ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=4, noise=0.3, final_noise=0.02)
-    sac: SACSettings = group(SACSettings)
+    buffer_size: int = entry(300_000, int, "transitions remembered", "sac", low=1)
+    learning_starts: int = entry(10_000, int, "random steps beforehand", "sac", low=0)
+    gradient_steps: int = entry(8, int, "gradient steps a step of all", "sac", low=1, high=10_000)
+    soft_update: float = entry(0.005, float, "tau of the target network", "sac", low=0, high=1)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
     machine = "biped"
     FLAGS: ClassVar = (
-        *LearningConfiguration.FLAGS,
+        *Configuration.FLAGS,
         "scene",
         "mu_static",
         "mu_kinetic",
@@ -168,20 +161,11 @@ class TrainConfig(LearningConfiguration):
         "energy_weight": 0.5,
         "fall_penalty": 1.0,
     }
-    EXCLUSIVE: ClassVar = {
-        ("scene", "mu_static"): "floor",
-        ("payload", "random_payload"): "payload",
-        ("mean_rate", "random_mean_rate"): "rate",
-    }
 
-    @classmethod
-    def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
-        return SB3 if (algorithm, trainer) == ("ppo", "sb3") else DEFAULTS.get(algorithm, {})
+    DEFAULTS: ClassVar = DEFAULTS
 
     def _check_together(self) -> None:
-        require_room(self, BIPED_OBSERVATION)
-        if self.algorithm != "sac":
-            require_whole_batches(self)
+        self._require_room(BIPED_OBSERVATION)
         self._require_inside("mean_rate", "random_mean_rate")
         if self.mu_static is not None and self.scene != SCENE:
             raise ValueError(

@@ -50,7 +50,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
     name = title = "biped"
     environment = "BipedEnv"
-    outputs = 1
     configuration = TrainConfig
     modules = (
         "stickslip.dynamics.biped.params",

@@ -262,6 +262,18 @@ def play(
     return jax.tree.map(np.asarray, _play(env, count, keep, axis, controller, params, keys))
 
 
+def play_unseen(
+    env: FunctionalEnv[State, Params],
+    policy: Player[State, Params],
+    params: Params,
+    episodes: int,
+    keep: Callable[[Rollout[State], Params], Kept],
+) -> Kept:
+    """Whole episodes that training never sees; one where a reset draws nothing."""
+    seeds = range(TEST_SEEDS, TEST_SEEDS + (episodes if is_random(params) else 1))
+    return play(without_resets(env), policy, params, seeds, keep)
+
+
 def require_room(episodes: int, steps: int) -> None:
     """Raise ValueError where so many episodes at once would not fit into memory."""
     what = f"episodes of {steps} steps"

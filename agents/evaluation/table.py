@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
+import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Params_contra, State_contra
@@ -19,10 +20,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
+    from jaxtyping import Array
     from numpy.typing import ArrayLike
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.protocol import Params, State
+    from stickslip.agents.protocol import Params, State, Timed
 
 INTERVALS = ("return", "task_score")
 """Metrics of a test during training whose interval is written, too."""
@@ -255,3 +257,40 @@ def _student(value: float, residuals: np.ndarray) -> Interval:
     spread = np.sqrt(float(np.sum(residuals**2)) / (n - 1) / n)
     half = float(stdtrit(n - 1, (1 + CONFIDENCE) / 2)) * spread
     return Interval(value, value - half, value + half)
+
+
+class StandardEpisodes(NamedTuple):
+    """Kept data of each episode; every entry [episodes]."""
+
+    reward: Array | np.ndarray
+    """Sum of rewards."""
+    duration: Array | np.ndarray
+    """Control steps times control period [s]."""
+    terminated: Array | np.ndarray
+    """Ended otherwise than by the time limit."""
+
+    @property
+    def fell(self) -> np.ndarray:
+        """Ended before its time."""
+        return np.asarray(self.terminated)
+
+
+def keep_of(played: Rollout[object], params: Timed) -> StandardEpisodes:
+    """Kept data of an episode."""
+    real = jnp.arange(len(played.reward)) < played.length
+    return StandardEpisodes(
+        reward=jnp.sum(jnp.where(real, played.reward, 0.0)),
+        duration=played.length * params.control_period,
+        terminated=played.terminated[-1],
+    )
+
+
+COLUMNS: Columns[StandardEpisodes] = {
+    "return": (Column("return", "-", 2), lambda played: mean_interval(played.reward)),
+    "duration": (Column("length", "s", 1), lambda played: mean_interval(played.duration)),
+    "failures": (
+        Column("failures", "%", 0, percent=True),
+        lambda played: fraction_interval(played.fell),
+    ),
+}
+MEASURES = Measures(keep_of, COLUMNS)

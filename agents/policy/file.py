@@ -17,9 +17,8 @@ from stickslip.agents.registry import machine_of_env
 from stickslip.agents.untrusted import (
     LARGEST,
     RefusedError,
-    arrays_in,
+    arrays_and_metadata,
     metadata_text,
-    parse_json,
     read_bytes,
     refusing,
     require_format,
@@ -108,7 +107,7 @@ def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
     """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
     try:
         with refusing("its contents"):
-            arrays, metadata = _contents(read_bytes(path, LARGEST))
+            arrays, metadata = _contents(read_bytes(path))
             policy = _policy(arrays, metadata)
             named_task_of(metadata)  # for what it refuses
             return policy, metadata
@@ -124,7 +123,7 @@ def read_metadata(name: str | Path) -> dict[str, Json]:
     path = existing_path(name)
     try:
         with refusing("its contents"):
-            return _contents(read_bytes(path, LARGEST))[1]
+            return _contents(read_bytes(path))[1]
     except ValueError as error:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
@@ -197,11 +196,7 @@ def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
 
 
 def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Json]]:
-    arrays = arrays_in(raw)
-    text = arrays.pop("metadata", None)
-    if text is None or text.shape != () or text.dtype.kind != "U":
-        raise RefusedError(f"no metadata among its entries ({_named(arrays)})")
-    content = parse_json(str(text), "its metadata")
+    arrays, content = arrays_and_metadata(raw)
     return arrays, require_format(content, FORMAT, VERSION, "a policy")
 
 

@@ -7,13 +7,13 @@ import itertools
 import json
 import shlex
 import tomllib
-from dataclasses import Field as DataclassField
-from dataclasses import asdict, field, fields, replace
-from functools import partial
+from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, Unpack
 
 from stickslip.agents.untrusted import (
+    LARGEST,
+    LARGEST_TEXT,
     RefusedError,
     Rule,
     parse_json,
@@ -21,7 +21,7 @@ from stickslip.agents.untrusted import (
     refusing,
     require_head,
 )
-from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
+from stickslip.dynamics.plain_checks import require_choice, require_known, require_memory, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -30,89 +30,97 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
-S = TypeVar("S", bound="Settings")
 Config = TypeVar("Config", bound="Configuration")
 Config_co = TypeVar("Config_co", bound="Configuration", covariant=True)
 FORMAT, VERSION = "stickslip training", 2
-UNNAMED = "biped"
-"""The machine of a file that names none."""
-UNNAMED_TRAINER = "sb3"
-"""The trainer of a file that names none."""
+UNNAMED, UNNAMED_TRAINER = "biped", "sb3"
+"""The machine and the trainer of a file that names none."""
+MOST_STEPS = 10**12 - 1
+"""Largest step count in the name of a checkpoint."""
+RESIDUALS = 20_000
+"""About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
+ALGORITHMS_OF = {"jax": ("ppo", "shac"), "sb3": ("ppo", "sac")}
+"""By trainer."""
+GROUPS = ("ppo", "shac", "sac")
+"""Algorithms whose settings stand together in files."""
 
 
-def entry(default: T, kind: Kind, about: str, **rule: Unpack[Limits]) -> T:
-    """A field of a configuration."""
-    return field(default=default, metadata={"rule": Rule(kind, about, **rule)})
+def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Unpack[Limits]) -> T:
+    """A field of a configuration. of: the algorithm or the trainer that alone has it."""
+    about = f"{of}: {about}" if of else about
+    return field(default=default, metadata={"rule": Rule(kind, about, **rule), "of": of})
 
 
-def group(kind: type[S], **defaults: Any) -> S:
-    """A field of a configuration that holds several, whose names are unlike all others.
-
-    defaults: where they differ from the fields' own. Nothing is built before a configuration is.
-    """
-    about = {"group": kind, "defaults": defaults}
-    return field(default_factory=partial(kind, **defaults), metadata=about)
-
-
-class Field(NamedTuple):
-    """A field of a configuration, in whichever group; like those of `dataclasses.fields`."""
-
-    name: str
-    default: Any
-    metadata: Mapping[str, Any]
-    group: str | None = None
-
-
-def every_field(kind: type[Configuration]) -> list[Field]:
-    """All fields of a configuration, those in its groups among them.
-
-    What the rule of one in a group is about begins with the group's name.
-    """
-    found: list[Field] = []
-    for one in _fields(kind):
-        if "group" not in one.metadata:
-            found.append(Field(one.name, one.default, one.metadata))
-            continue
-        for inner in fields(one.metadata["group"]):
-            rule = replace(rule_of(inner), about=f"{one.name}: {rule_of(inner).about}")
-            default = one.metadata["defaults"].get(inner.name, inner.default)
-            found.append(Field(inner.name, default, {"rule": rule}, one.name))
-    return found
-
-
-def rule_of(one: Field | DataclassField[Any]) -> Rule:
+def rule_of(one: Field[Any]) -> Rule:
     """Rule of a field's accepted values."""
     return one.metadata["rule"]
 
 
-class Settings:
-    """The base of frozen dataclasses made of `entry` fields; it has no field of its own."""
+@dataclass(frozen=True)
+class Configuration:
+    """A configuration of training runs.
 
-    def __post_init__(self):
-        for one in _fields(self):
-            value = getattr(self, one.name)
-            if "group" in one.metadata:
-                kind = one.metadata["group"]
-                require_kind(one.name, value, kind, f"a {kind.__name__}")
-            else:
-                object.__setattr__(self, one.name, rule_of(one).require(one.name, value))
-
-
-class Configuration(Settings):
-    """A configuration of training runs: settings, some of them in groups.
-
-    machine: what is trained. What every run needs is named here; a machine's dataclass gives each
-    of these its default (see `shared` in groups.py) and adds its own.
+    A machine's own is a frozen dataclass on top, which says `machine`, changes defaults by
+    `shared(name, default)` and adds fields by `entry`. Bad values raise ValueError naming the
+    field, the value and what is accepted.
     """
 
-    algorithm: str
-    seed: int
-    timesteps: int
-    checkpoint_interval: int
-    keep_checkpoints: int
-    evaluation_episodes: int
-    task: str | None = None
-    """A named task to train on; a field where the machine has such tasks."""
+    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo", "shac"))
+    trainer: str = entry(
+        "jax", str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")
+    )
+    seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
+    timesteps: int = entry(1_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
+
+    num_envs: int = entry(64, int, "environments side by side", low=1, high=65536)
+    learning_rate: float = entry(1e-3, float, "at the beginning", low=0, strict=True)
+    final_learning_rate: float = entry(1e-4, float, "at the end", low=0)
+    discount: float = entry(0.99, float, "gamma, per control step", low=0, high=1)
+    batch_size: int = entry(512, int, "samples a gradient step", low=2)
+    hidden: int = entry(64, int, "units a hidden layer", low=1, high=4096)
+    layers: int = entry(2, int, "hidden layers", low=1, high=8)
+    threads: int = entry(1, int, "of PyTorch", "sb3", low=1, high=256)
+
+    rollout_steps: int = entry(128, int, "steps of each environment an update", "ppo", low=2)
+    epochs: int = entry(6, int, "passes over a rollout", "ppo", low=1, high=10_000)
+    gae_lambda: float = entry(0.95, float, "of the advantage estimate", "ppo", low=0, high=1)
+    clip_range: float = entry(0.2, float, "of the probability ratio", "ppo", low=0, strict=True)
+    noise: float = entry(
+        0.22,
+        float,
+        "standard deviation of exploration, the largest action being 1",
+        "ppo",
+        low=0,
+        strict=True,
+    )
+    final_noise: float = entry(0.03, float, "the same at the end", "ppo", low=0, strict=True)
+
+    horizon: int = entry(
+        16, int, "steps of a window that derivatives go through", "shac", low=2, high=4096
+    )
+    critic_passes: int = entry(4, int, "of the critic over a window", "shac", low=1, high=10_000)
+    critic_pace: float = entry(
+        1.0, float, "the critic's learning rate, in the actor's", "shac", low=0
+    )
+    td_lambda: float = entry(0.95, float, "of the critic's targets", "shac", low=0, high=1)
+    target_memory: float = entry(
+        0.2, float, "what the target keeps an update", "shac", low=0, high=1
+    )
+    action_noise: float = entry(
+        0.2, float, "standard deviation of exploration", "shac", low=0, strict=True
+    )
+    final_action_noise: float = entry(
+        0.05, float, "the same at the end", "shac", low=0, strict=True
+    )
+
+    checkpoint_interval: int = entry(
+        65_536, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
+    )
+    keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
+    evaluation_episodes: int = entry(32, int, "episodes an evaluation", low=1, high=65536)
+    task: str | None = entry(
+        None, str, "of `stickslip tasks`; it says all of what is trained on", optional=True
+    )
 
     machine: ClassVar[str] = UNNAMED
     FIXED: ClassVar[tuple[str, ...]] = ()
@@ -120,23 +128,42 @@ class Configuration(Settings):
     USUALLY: ClassVar[Mapping[str, Json]] = {}
     """Fields of training episodes alone -> what None stands for without a named task. Beside one
     None is the task's own, and is not written."""
-    FLAGS: ClassVar[tuple[str, ...]] = ()
+    FLAGS: ClassVar[tuple[str, ...]] = (
+        "task",
+        "algorithm",
+        "trainer",
+        "seed",
+        "timesteps",
+        "num_envs",
+        "learning_rate",
+    )
     """Fields that have a flag in `stickslip train`; all others are given by `--set`."""
-    EXCLUSIVE: ClassVar[dict[tuple[str, str], str]] = {}
-    """Pairs of fields of which at most one is given, and what both of them decide."""
+    DEFAULTS: ClassVar[Mapping[str, Mapping[str, Json]]] = {}
+    """Defaults that differ from the fields' own, by algorithm; "sb3": of PPO there."""
 
     def __post_init__(self):
-        super().__post_init__()
+        for one in fields(self):
+            value = rule_of(one).require(one.name, getattr(self, one.name))
+            object.__setattr__(self, one.name, value)
+        if self.algorithm not in ALGORITHMS_OF[self.trainer]:
+            (other,) = (name for name in ALGORITHMS_OF if name != self.trainer)
+            own = " or ".join(map(repr, ALGORITHMS_OF[self.trainer]))
+            raise ValueError(
+                f"trainer = {self.trainer!r} with algorithm = {self.algorithm!r}; accepted: "
+                f"{other!r}, or algorithm = {own}"
+            )
         if self.task is None:
             for name, value in self.USUALLY.items():
                 if getattr(self, name) is None:
                     object.__setattr__(self, name, value)
         else:
             object.__setattr__(self, "task", own_task(self.task, self.machine))
-            usual = {one.name: one.default for one in _fields(self)}
+            usual = {one.name: one.default for one in fields(self)}
             changed = [name for name in self.FIXED if getattr(self, name) != usual[name]]
             refuse_fixed(changed, self.task)
         self._check_together()
+        if self.algorithm != "sac":
+            self._require_whole_batches()
 
     def _check_together(self) -> None:
         """Raise ValueError for fields that do not go together."""
@@ -150,64 +177,94 @@ class Configuration(Settings):
                 "accepted: a number inside"
             )
 
+    def _require_whole_batches(self) -> None:
+        """Raise ValueError unless batches divide a rollout."""
+        name = self.steps_name
+        rollout = self.num_envs * getattr(self, name)
+        if self.batch_size > rollout or rollout % self.batch_size:
+            raise ValueError(
+                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
+                f"num_envs x {name} = {rollout}"
+            )
+
+    def _require_room(self, observation: int) -> None:
+        """Raise ValueError for networks that no policy file holds, and for samples that no memory
+        does. observation: about how many numbers an observation has."""
+        widths = [observation, *[self.hidden] * self.layers, 2]
+        size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
+        if size > LARGEST - 2 * LARGEST_TEXT:
+            raise ValueError(
+                f"hidden = {self.hidden} with layers = {self.layers} makes a policy of {size:,} "
+                f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
+            )
+        name = "buffer_size" if self.algorithm == "sac" else self.steps_name
+        given, samples = f"{name} = {getattr(self, name)}", getattr(self, name)
+        if self.algorithm != "sac":
+            given, samples = f"num_envs = {self.num_envs} with {given}", self.num_envs * samples
+        each = 8 * (observation + 8) + (RESIDUALS if self.algorithm == "shac" else 0)
+        require_memory(given, "samples", samples, each)
+        given = f"batch_size = {self.batch_size} with hidden = {self.hidden}"
+        wide = 2 * (observation + self.hidden * self.layers)  # forwards and back
+        require_memory(given, "samples of a gradient step", self.batch_size, 4 * wide)
+
+    @property
+    def steps_name(self) -> str:
+        """The setting that decides the steps of each environment in an update."""
+        return "horizon" if self.algorithm == "shac" else "rollout_steps"
+
     @classmethod
     def of(cls, /, **given: Any) -> Self:
-        """The algorithm's defaults with some fields changed, those in groups by their own names.
+        """The algorithm's defaults with some fields changed.
 
-        ValueError for an unknown field, for two fields that both say the same thing, and for one of
-        the other algorithm.
+        ValueError for an unknown field, and for one of another algorithm or trainer.
         """
-        rules = {one.name: rule_of(one) for one in every_field(cls)}
-        require_known(given, rules)
+        known = {one.name: one for one in fields(cls)}
+        require_known(given, known)
         given = {name: value for name, value in given.items() if value is not None}
-        for kind in sorted(given.keys() & rules.keys() & {"algorithm", "trainer"}):
-            require_choice(kind, given[kind], rules[kind].choices)
+        usual = cls._usual(given, given.get("trainer"))
         if given.get("task") is not None:
             refuse_fixed([name for name in cls.FIXED if name in given], str(given["task"]))
-        defaults = cls._defaults(str(given.get("algorithm", "ppo")), given.get("trainer"))
-        known = {one.name: one.default for one in every_field(cls)} | defaults | given
-        for one, other in cls.EXCLUSIVE:
-            if one in given and other in given:
+        chosen = {name: known[name].default for name in ("algorithm", "trainer")} | usual | given
+        for name in given:
+            of = known[name].metadata["of"]
+            kind = "trainer" if of in ALGORITHMS_OF else "algorithm"
+            if of and of != chosen[kind]:
                 raise ValueError(
-                    f"{one} with {other}: both say which {cls.EXCLUSIVE[one, other]}; accepted: "
-                    "one of them"
+                    f"{name} with {kind} = {shown(chosen[kind])}, which has none; accepted: with "
+                    f"{kind} = {of!r}"
                 )
-        for name, kind in itertools.product(given, ("algorithm", "trainer")):
-            whose = rules[name].about.partition(": ")[0]
-            if kind in rules and whose in rules[kind].choices and whose != known[kind]:
-                raise ValueError(
-                    f"{name} with {kind} = {shown(known[kind])}, which has none; accepted: with "
-                    f"{kind} = {whose!r}"
-                )
-        return cls._grouped(defaults | given)
+        return cls(**usual | given)
 
     @classmethod
-    def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
+    def _usual(cls, given: Mapping[str, Any], trainer: object) -> dict[str, Any]:
+        """Defaults of the given algorithm and of a trainer that differ from the fields' own.
+
+        ValueError for unknown ones.
+        """
+        rules = {one.name: rule_of(one) for one in fields(cls)}
+        for kind in sorted(given.keys() & {"algorithm", "trainer"}):
+            require_choice(kind, given[kind], rules[kind].choices)
+        return dict(cls.defaults_of(given.get("algorithm", "ppo"), trainer))
+
+    @classmethod
+    def defaults_of(cls, algorithm: str, trainer: object = None) -> Mapping[str, Json]:
         """Defaults of an algorithm and a trainer that differ from the fields' own.
 
         trainer: None where none is asked for, the algorithm's usual one is meant then.
         """
-        return {}
-
-    @classmethod
-    def _grouped(cls, given: Mapping[str, Any]) -> Self:
-        """From values by the fields' names, whichever groups they are in."""
-        left, groups = dict(given), {}
-        for one in _fields(cls):
-            if "group" in one.metadata:
-                kind, values = one.metadata["group"], dict(one.metadata["defaults"])
-                inner = [each.name for each in fields(kind) if each.name in left]
-                groups[one.name] = kind(**values | {name: left.pop(name) for name in inner})
-        return cls(**left, **groups)
+        name = "sb3" if (algorithm, trainer) == ("ppo", "sb3") else algorithm
+        return cls.DEFAULTS.get(name, {})
 
     def to_json(self) -> str:
         """As JSON text that `from_json` reads; what the named task decides is left out."""
-        content = asdict(self)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
-        if self.task is not None:
-            own = [name for name in self.USUALLY if getattr(self, name) is None]
-            content = {name: content[name] for name in content if name not in {*self.FIXED, *own}}
-        head = {"format": FORMAT, "version": VERSION, "machine": self.machine}
-        return json.dumps(head | content, indent=2) + "\n"
+        content: dict[str, Any] = {"format": FORMAT, "version": VERSION, "machine": self.machine}
+        for one in fields(self):
+            value, group = getattr(self, one.name), one.metadata["of"]
+            own = one.name in self.FIXED or (one.name in self.USUALLY and value is None)
+            if self.task is None or not own:
+                at = content.setdefault(group, {}) if group in GROUPS else content
+                at[one.name] = value
+        return json.dumps(content, indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> Self:
@@ -215,18 +272,34 @@ class Configuration(Settings):
 
         ValueError saying what is wrong with it.
         """
-        content = content_of(text)
-        require_machine(content.pop("machine", UNNAMED), cls)
-        entries, rules = flat(content, cls), {one.name: rule_of(one) for one in every_field(cls)}
-        require_known(entries, rules)
-        if "trainer" in rules:
-            entries.setdefault("trainer", UNNAMED_TRAINER)
-        for kind in sorted(entries.keys() & {"algorithm", "trainer"}):
-            require_choice(kind, entries[kind], rules[kind].choices)
-        trainer = entries.get("trainer")
-        trainer = trainer if isinstance(trainer, str) else None
-        usual = cls._defaults(str(entries.get("algorithm", "ppo")), trainer)
-        return cls._grouped(usual | entries)
+        entries = cls.flat(content_of(text))
+        entries.setdefault("trainer", UNNAMED_TRAINER)
+        return cls(**cls._usual(entries, entries["trainer"]) | entries)
+
+    @classmethod
+    def flat(cls, content: Mapping[str, Json]) -> dict[str, Any]:
+        """A file's entries by field, those of groups among them.
+
+        ValueError for another machine's, for unknown ones, and for one in and beside its group.
+        """
+        if (machine := content.get("machine", UNNAMED)) != cls.machine:
+            raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
+        known = {one.name: one.metadata["of"] for one in fields(cls)}
+        found: dict[str, Json] = {}
+        for name, value in content.items():
+            entries = {name: value}
+            if name in GROUPS and name in known.values():
+                if not isinstance(value, dict):
+                    raise RefusedError(f"{name} = {shown(value)} is no group of settings")
+                own = [one for one, group in known.items() if group == name]
+                require_known(value, own, f"field of {name}")
+                entries = value
+            if twice := [each for each in entries if each in found]:
+                raise RefusedError(f"it has {', '.join(twice)} twice")
+            found |= entries
+        found.pop("machine", None)
+        require_known(found, known)
+        return found
 
     @property
     def digest(self) -> str:
@@ -234,39 +307,16 @@ class Configuration(Settings):
         return hashlib.sha256(self.to_json().encode()).hexdigest()[:16]
 
 
+def shared(name: str, default: T) -> T:
+    """The field of Configuration of that name, with a machine's own default."""
+    return field(default=default, metadata=Configuration.__dataclass_fields__[name].metadata)
+
+
 def content_of(text: str) -> dict[str, Json]:
     """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
     return require_head(
         parse_json(text, "it"), FORMAT, VERSION, "the configuration of a training run"
     )
-
-
-def require_machine(name: object, kind: type[Configuration]) -> None:
-    """Raise ValueError for the name of another machine."""
-    if name != kind.machine:
-        raise RefusedError(f"it is of the {shown(name)}, not of the {kind.machine}")
-
-
-def flat(content: Mapping[str, Json], kind: type[Configuration]) -> dict[str, Json]:
-    """The entries of groups in the place of the groups. ValueError for what is no group of these,
-    and for an entry that stands in and beside one."""
-    names = {one.name: one.metadata["group"] for one in _fields(kind) if "group" in one.metadata}
-    found: dict[str, Json] = {}
-    for name, value in content.items():
-        entries = {name: value}
-        if name in names:
-            if not isinstance(value, dict):
-                raise RefusedError(f"{name} = {shown(value)} is no group of settings")
-            entries = value
-            require_known(entries, [one.name for one in fields(names[name])], f"field of {name}")
-        if twice := [each for each in entries if each in found]:
-            raise RefusedError(f"it has {', '.join(twice)} twice")
-        found |= entries
-    return found
-
-
-def _fields(kind: Settings | type[Settings]) -> tuple[DataclassField[Any], ...]:
-    return fields(kind)  # pyright: ignore[reportArgumentType], their subclasses are dataclasses
 
 
 def own_task(name: str, machine: str) -> str:
@@ -303,31 +353,23 @@ def command_of(config: Configuration, out: str | None = None) -> str:
         elif name != "task":
             words += ["--" + name.replace("_", "-"), _text(value)]
     words += [] if out is None else ["--out", out]
-    words += ["--set", *settings] if settings else []
-    return shlex.join(words)
+    return shlex.join([*words, *(["--set", *settings] if settings else [])])
 
 
 def changes(config: Configuration) -> dict[str, object]:
     """Fields by name that differ from their defaults; `of` makes the configuration of them."""
     kind = type(config)
-    chosen = {name: getattr(config, name) for name in ("task", "algorithm", "trainer")}
-    usual = kind.of(**{name: one for name, one in chosen.items() if one is not None})
-    trainer = _value(kind.of(algorithm=config.algorithm), "trainer", None)
-    defaults = {"algorithm": kind.algorithm, "trainer": trainer, "task": None}
-    values = {one.name: _value(config, one.name, one.group) for one in every_field(kind)}
-    for one in every_field(kind):
-        default = defaults.get(one.name, _value(usual, one.name, one.group))
-        if values[one.name] == default:
-            del values[one.name]
-    return values
+    usual = kind.of(task=config.task, algorithm=config.algorithm, trainer=config.trainer)
+    trainer = kind.of(algorithm=config.algorithm).trainer
+    defaults = vars(usual) | {"algorithm": kind.algorithm, "trainer": trainer, "task": None}
+    return {name: value for name, value in vars(config).items() if value != defaults[name]}
 
 
 def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
     """Fields by name as parsed arguments give them: those of --config FILE, and before them those
     of the command line."""
     found = {} if given.get("config") is None else read_settings(given["config"], kind)
-    own = {one.name: given[one.name] for one in every_field(kind) if one.name in given}
-    return {**found, **own}
+    return {**found, **{one.name: given[one.name] for one in fields(kind) if one.name in given}}
 
 
 def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, object]:
@@ -341,18 +383,11 @@ def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, o
             return changes(kind.from_json(text))
         with refusing("it"):
             content = tomllib.loads(text)
-        require_machine(content.pop("machine", kind.machine), kind)
-        found = flat(content, kind)
-        require_known(found, [one.name for one in every_field(kind)])
+        return kind.flat({"machine": kind.machine} | content)
     except ValueError as error:
         raise ValueError(
             f"{path}: {error}; accepted: a TOML file of settings, or a run's config.json"
         ) from error
-    return found
-
-
-def _value(config: Configuration, name: str, group: str | None) -> object:
-    return getattr(config if group is None else getattr(config, group), name)
 
 
 def _text(value: object) -> str:

@@ -16,7 +16,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Generic, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -24,7 +24,7 @@ import numpy as np
 import optax
 
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.jax_trainer import (
+from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
     Learnt,
@@ -39,6 +39,7 @@ from stickslip.agents.training.jax_trainer import (
     network,
     no_moments,
     same_step,
+    settings_from,
     shapes_of,
 )
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.settings import LearningConfiguration
+    from stickslip.agents.training.configuration import Configuration
     from stickslip.envs.functional import FunctionalEnv
 
 KEPT = ("obs", "action", "next_obs")
@@ -72,17 +73,9 @@ Carry = tuple[tuple[Layers, Layers], optax.OptState]
 """Of a gradient step: actor and critic, and the optimiser's state."""
 
 
-def settings_of(config: LearningConfiguration) -> tuple[Sizes, Rates]:
+def settings_of(config: Configuration) -> tuple[Sizes, Rates]:
     """Settings of a training configuration."""
-    own = config.ppo
-    rates = Rates.of(
-        config,
-        noise=own.noise,
-        final_noise=own.final_noise,
-        gae_lambda=own.gae_lambda,
-        clip_range=own.clip_range,
-    )
-    return Sizes.of(config, own.rollout_steps, own.epochs), rates
+    return settings_from(Sizes, config), settings_from(Rates, config)
 
 
 class Learner(NamedTuple):
@@ -296,16 +289,14 @@ def train_population(
     timesteps: int,
     stretches: int = 1,
     tell: Callable[[Population], object] = lambda population: None,
-    vmapped: bool | None = None,
 ) -> Population:
     """Train one member a seed on an environment, each as `PPOTrainer` does, in one program.
 
     params: of training episodes, shared by all. settings: sizes, and rates whose entries are
     numbers or arrays [members]. timesteps: of each member; learning ends with the first update that
-    reaches it. tell: called after each of `stretches` parts of about equal length. vmapped: members
-    make their updates together, else one after the other; default: except on a processor, where
-    batches of small matrix products gain nothing. ValueError for bad numbers, and for what memory
-    cannot hold.
+    reaches it. tell: called after each of `stretches` parts of about equal length. Members make
+    their updates together, except on a processor, where batches of small matrix products gain
+    nothing. ValueError for bad numbers, and for what memory cannot hold.
     """
     require_kind("settings", settings, (tuple, list), accepted := "a pair of Sizes and Rates")
     if len(settings) != 2:
@@ -322,15 +313,14 @@ def train_population(
     parts = min(require_integer("stretches", stretches, high=10**6), updates)
     inputs, names = shapes_of(env, params)
     _require_room(sizes, inputs, len(env.action_names), members)
-    vmapped = jax.default_backend() != "cpu" if vmapped is None else bool(vmapped)
-    program = _Program(same_step(env), sizes, inputs, RETURN in names, vmapped)
-    rates = _spread(rates.validate(), members)
-    at, rows = _begin(program, params, np.asarray(numbers)), []
+    keep = tuple(name for name in names if name == RETURN)
+    program, rates = (same_step(env), sizes), _spread(rates.validate(), members)
+    at, rows = _begin(*program, inputs, params, np.asarray(numbers)), []
     now = Population(at.learner, 0, {})
     ends = {-(-updates * part // parts) for part in range(1, parts + 1)}
     for index in range(updates):
         share = jnp.float32(index * sizes.samples / timesteps)
-        at, losses = _update(program, params, rates, at, jnp.int32(index), share)
+        at, losses = _update(*program, keep, params, rates, at, jnp.int32(index), share)
         rows.append(jax.tree.map(np.asarray, losses))
         if index + 1 in ends:
             losses = {name: np.stack([row[name] for row in rows], 1) for name in rows[0]}
@@ -352,62 +342,57 @@ def _require_room(sizes: Sizes, inputs: int, outputs: int, members: int) -> None
     require_memory(given, "networks of an actor and a critic", 2 * members, WEIGHT_BYTES * weights)
 
 
-class _Program(NamedTuple, Generic[State, Params]):
-    """Static arguments."""
-
-    env: FunctionalEnv[State, Params]
-    sizes: Sizes
-    inputs: int
-    with_return: bool
-    vmapped: bool
-
-
 class _Member(NamedTuple):
     learner: Learner
     start: Start
 
 
-@partial(jax.jit, static_argnums=0)
-def _begin(program: _Program[State, Params], params: Params, seeds: Array) -> _Member:
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _begin(
+    env: FunctionalEnv[State, Params], sizes: Sizes, inputs: int, params: Params, seeds: Array
+) -> _Member:
     def learner(seed: Array) -> Learner:
-        outputs = len(program.env.action_names)
-        return begin_learning(program.inputs, outputs, program.sizes, jax.random.key(seed))
-
-    def start(seed: Array) -> Start:
-        return begin_episodes(program.env, params, program.sizes, seed)
+        return begin_learning(inputs, len(env.action_names), sizes, jax.random.key(seed))
 
     # One learner after the other: of several at once, LAPACK factorises the weights of different
     # layers in tasks of one thread pool that wait for each other, on two cores for ever.
-    return _Member(jax.lax.map(learner, jnp.asarray(seeds)), jax.vmap(start)(seeds))
+    start = jax.vmap(lambda seed: begin_episodes(env, params, sizes, seed))
+    return _Member(jax.lax.map(learner, jnp.asarray(seeds)), start(seeds))
 
 
-@partial(jax.jit, static_argnums=0)
+@partial(jax.jit, static_argnums=(0, 1, 2))
 def _update(
-    program: _Program[State, Params],
+    env: FunctionalEnv[State, Params],
+    sizes: Sizes,
+    keep: tuple[str, ...],
     params: Params,
     rates: Rates,
     members: _Member,
     index: Array,
     share: Array,
 ) -> tuple[_Member, dict[str, Array]]:
-    """One update of each member."""
+    """One update of each member. keep: the entry of info with the return, if it has one."""
 
     def one(rates: Rates, member: _Member) -> tuple[_Member, dict[str, Array]]:
         now = rates.at(share)
         learner, (progress, key) = member
-        keep = (RETURN,) if program.with_return else ()
-        found = rollout(program.env, params, program.sizes, now.noise, learner, progress, keep)
+        found = rollout(env, params, sizes, now.noise, learner, progress, keep)
         own = jax.random.fold_in(key, index)
-        learner, losses = improve(learner, found, program.sizes, rates, now, own)
-        if program.with_return:
-            over = found.terminated | found.truncated
-            total = jnp.sum(jnp.where(over, found.kept[RETURN], 0.0))
+        learner, losses = improve(learner, found, sizes, rates, now, own)
+        over = found.terminated | found.truncated
+        for name in keep:
+            total = jnp.sum(jnp.where(over, found.kept[name], 0.0))
             losses["return"] = total / jnp.sum(over)
         return _Member(learner, Start(found.progress, key)), losses
 
-    if program.vmapped:
+    if vmaps_members():
         return jax.vmap(one)(rates, members)
     return jax.lax.map(lambda each: one(*each), (rates, members))
+
+
+def vmaps_members() -> bool:
+    """Whether members make their updates together."""
+    return jax.default_backend() != "cpu"
 
 
 def _spread(rates: Rates, members: int) -> Rates:

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.agents.evaluation.evaluate import SCORES, scored
-from stickslip.agents.evaluation.rollout import TEST_SEEDS, is_random, play, without_resets
+from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, row_of_test
 from stickslip.agents.policy.file import named_task_entry, save_policy
 from stickslip.agents.registry import machine_of_config
@@ -250,9 +250,8 @@ def evaluation_row(
     if config.task is None:
         return machine.evaluate_policy(task, policy, config)
     measures = _task_measures(machine, config.task, task.env)
-    count = config.evaluation_episodes if is_random(task.tested) else 1
-    seeds = range(TEST_SEEDS, TEST_SEEDS + count)
-    played = play(without_resets(task.env), policy, task.tested, seeds, measures.keep)
+    count = config.evaluation_episodes
+    played = play_unseen(task.env, policy, task.tested, count, measures.keep)
     return row_of_test(measures.columns, _task_columns(machine, measures), played)
 
 

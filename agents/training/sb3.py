@@ -14,7 +14,7 @@ from stable_baselines3.common.utils import set_random_seed
 
 from stickslip.agents.policy.sb3 import from_sb3
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.settings import LearningConfiguration
+from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import Trainer, Update
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 
@@ -57,10 +57,10 @@ class Schedule:
         return first + (last - first) * min(max(self.share, 0.0), 1.0)
 
 
-def make_model(config: LearningConfiguration, envs: SB3VecEnv, schedule: Schedule) -> PPO | SAC:
+def make_model(config: Configuration, envs: SB3VecEnv, schedule: Schedule) -> PPO | SAC:
     """A fresh model whose learning rate follows the schedule."""
     torch.set_num_threads(config.threads)
-    network = {"net_arch": [config.hidden] * config.layers}
+    network, options = {"net_arch": [config.hidden] * config.layers}, vars(config)
     common: dict[str, Any] = {
         "learning_rate": lambda _: schedule.at(config.learning_rate, config.final_learning_rate),
         "batch_size": config.batch_size,
@@ -72,10 +72,10 @@ def make_model(config: LearningConfiguration, envs: SB3VecEnv, schedule: Schedul
         model = SAC(
             "MlpPolicy",
             envs,
-            buffer_size=config.sac.buffer_size,
-            learning_starts=config.sac.learning_starts,
-            gradient_steps=config.sac.gradient_steps,
-            tau=config.sac.soft_update,
+            buffer_size=options["buffer_size"],
+            learning_starts=options["learning_starts"],
+            gradient_steps=options["gradient_steps"],
+            tau=options["soft_update"],
             train_freq=1,
             policy_kwargs=network,
             **common,
@@ -84,11 +84,11 @@ def make_model(config: LearningConfiguration, envs: SB3VecEnv, schedule: Schedul
         model = PPO(
             "MlpPolicy",
             envs,
-            n_steps=config.ppo.rollout_steps,
-            n_epochs=config.ppo.epochs,
-            gae_lambda=config.ppo.gae_lambda,
-            clip_range=config.ppo.clip_range,
-            policy_kwargs=network | {"log_std_init": math.log(config.ppo.noise)},
+            n_steps=config.rollout_steps,
+            n_epochs=config.epochs,
+            gae_lambda=config.gae_lambda,
+            clip_range=config.clip_range,
+            policy_kwargs=network | {"log_std_init": math.log(config.noise)},
             **common,
         )
         model.policy.log_std.requires_grad_(False)
@@ -96,11 +96,11 @@ def make_model(config: LearningConfiguration, envs: SB3VecEnv, schedule: Schedul
     return model
 
 
-def set_noise(model: PPO | SAC, config: LearningConfiguration, schedule: Schedule) -> float:
+def set_noise(model: PPO | SAC, config: Configuration, schedule: Schedule) -> float:
     """Set the scheduled exploration, and return it (NaN for SAC, which learns it)."""
     if not isinstance(model, PPO):
         return math.nan
-    logarithm = schedule.at(math.log(config.ppo.noise), math.log(config.ppo.final_noise))
+    logarithm = schedule.at(math.log(config.noise), math.log(config.final_noise))
     model.policy.log_std.data.fill_(logarithm)
     return math.exp(logarithm)
 
@@ -143,7 +143,7 @@ class Reporter(BaseCallback):
 
     def __init__(
         self,
-        config: LearningConfiguration,
+        config: Configuration,
         schedule: Schedule,
         report: Callable[[Update], None],
         stop: Callable[[], bool],
@@ -206,12 +206,12 @@ def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.asarray([info[name] for info in infos]) for name in names}
 
 
-class SB3Trainer(Trainer[LearningConfiguration, State, Params]):
+class SB3Trainer(Trainer[Configuration, State, Params]):
     """Stable-Baselines3 on the processor, with the algorithm of the configuration."""
 
     def __init__(
         self,
-        config: LearningConfiguration,
+        config: Configuration,
         env: FunctionalEnv[State, Params],
         params: Params,
         report: Callable[[Update], None],

@@ -25,7 +25,8 @@ import numpy as np
 import optax
 
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.jax_trainer import (
+from stickslip.agents.training.ppo import advantages
+from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
     Learnt,
@@ -36,8 +37,8 @@ from stickslip.agents.training.jax_trainer import (
     add_moments,
     network,
     no_moments,
+    settings_from,
 )
-from stickslip.agents.training.ppo import advantages
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.kernels.lanes import where_needed
 from stickslip.dynamics.pytrees import register_pytree
@@ -47,8 +48,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.jax_trainer import Now
-    from stickslip.agents.training.settings import LearningConfiguration
+    from stickslip.agents.training.configuration import Configuration
+    from stickslip.agents.training.trainer import Now
     from stickslip.envs.functional import FunctionalEnv
 
     Leaves = list[Array | None]
@@ -66,19 +67,18 @@ class ShortRates(Rates):
     """Share of the target critic that an update keeps."""
 
 
-def settings_of(config: LearningConfiguration) -> tuple[Sizes, ShortRates]:
+def settings_of(config: Configuration) -> tuple[Sizes, ShortRates]:
     """Settings of a training configuration: a rollout is the window that derivatives go through,
     and epochs are the critic's passes over it."""
-    own = config.shac
-    rates = ShortRates.of(
+    sizes = settings_from(Sizes, config, rollout_steps=config.horizon, epochs=config.critic_passes)
+    rates = settings_from(
+        ShortRates,
         config,
-        noise=own.action_noise,
-        final_noise=own.final_action_noise,
-        gae_lambda=own.td_lambda,
-        critic_pace=own.critic_pace,
-        target_memory=own.target_memory,
+        noise=config.action_noise,
+        final_noise=config.final_action_noise,
+        gae_lambda=config.td_lambda,
     )
-    return Sizes.of(config, own.horizon, own.critic_passes), rates
+    return sizes, rates
 
 
 STEEPEST = 1.0

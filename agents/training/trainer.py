@@ -1,26 +1,39 @@
-"""Interface between a run and what learns.
+"""Trainers: the interface between a run and what learns, and what those in JAX share.
 
 A trainer learns, reports, and gives out its policy and its state. Checkpoints, metrics,
 evaluations, progress and resumption stand outside it and serve every trainer.
+
+In JAX, observations are normalised by mean and variance of all that were seen before a rollout:
+acting and learning use the same numbers, which change between updates only.
 """
 
 from __future__ import annotations
 
+import itertools
+import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias, TypeVar
 
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import Config
+from stickslip.agents.training.configuration import Config, Configuration
+from stickslip.dynamics.checks import as_number, require_integer, shown
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs.collecting import Progress, begin
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    import numpy as np
+    from jaxtyping import Array, Float
 
-    from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.configuration import Configuration
+    from stickslip.envs.collecting import Collected
     from stickslip.envs.functional import FunctionalEnv
 
 TRAINERS = {
@@ -31,6 +44,16 @@ TRAINERS = {
 """Module and class by name, or by name and algorithm where it has several; imported when used."""
 ModelState: TypeAlias = "Mapping[str, np.ndarray | str | int]"
 """All that learning goes on from."""
+Tree = TypeVar("Tree")
+Learner = TypeVar("Learner")
+"""All that learning goes on from: a tree of arrays."""
+LEAST = {"rollout_steps": 2, "batch_size": 2}
+MOST = {"num_envs": 65536, "epochs": 10_000, "hidden": 4096, "layers": 8}
+POSITIVE = ("learning_rate", "noise", "final_noise", "clip_range")
+SHARES = ("discount", "gae_lambda")
+LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
+"""Of a normalised observation's entry."""
+UNFIT = "its contents do not fit the configuration"
 
 
 class Update(NamedTuple):
@@ -108,9 +131,318 @@ AnyTrainer: TypeAlias = Trainer[Any, Any, Any]
 
 def trainer_of(config: Configuration) -> type[AnyTrainer]:
     """The trainer of a configuration. ModuleNotFoundError where a package is missing."""
-    trainer = getattr(config, "trainer", "sb3")
-    if trainer == "sb3":
+    if config.trainer == "sb3":
         require("stable_baselines3", "the trainer sb3", "sb3")
-    where = TRAINERS.get(f"{trainer}, {config.algorithm}", TRAINERS[trainer])
+    where = TRAINERS.get(f"{config.trainer}, {config.algorithm}", TRAINERS[config.trainer])
     module, _, name = where.partition(":")
     return getattr(import_module(module), name)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Static choices: the shapes of a program."""
+
+    num_envs: int = 1024
+    rollout_steps: int = 32
+    """Of each environment, an update."""
+    batch_size: int = 4096
+    """Samples a gradient step; divides num_envs x rollout_steps."""
+    epochs: int = 4
+    """Passes over a rollout."""
+    hidden: int = 64
+    """Units a hidden layer, of the actor and of the critic."""
+    layers: int = 2
+
+    def __post_init__(self):
+        for one in fields(self):
+            low, high = LEAST.get(one.name, 1), MOST.get(one.name, 2**53)
+            require_integer(one.name, getattr(self, one.name), low=low, high=high)
+        if self.samples % self.batch_size:
+            raise ValueError(
+                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of num_envs "
+                f"x rollout_steps = {self.samples}"
+            )
+
+    @property
+    def samples(self) -> int:
+        """Steps an update."""
+        return self.num_envs * self.rollout_steps
+
+
+class Now(NamedTuple):
+    """Numbers that change during training."""
+
+    learning_rate: Float[Array, ""]
+    noise: Float[Array, ""]
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Rates:
+    """Numbers that do not change the compiled program: each may be an array [members].
+
+    The learning rate goes linearly from its first to its last value, the noise geometrically.
+    """
+
+    learning_rate: Float[Array, ""] | float = 1e-3
+    final_learning_rate: Float[Array, ""] | float = 1e-4
+    noise: Float[Array, ""] | float = 0.22
+    """Standard deviation of exploration, the largest action being 1."""
+    final_noise: Float[Array, ""] | float = 0.03
+    discount: Float[Array, ""] | float = 0.99
+    """Of rewards, per control step."""
+    gae_lambda: Float[Array, ""] | float = 0.95
+    clip_range: Float[Array, ""] | float = 0.2
+
+    def at(self, share: Float[Array, ""]) -> Now:
+        """share: of the training done so far, 0 to 1."""
+        share = jnp.clip(share, 0.0, 1.0)
+        rates, noises = (
+            (self.learning_rate, self.final_learning_rate),
+            (jnp.log(self.noise), jnp.log(self.final_noise)),
+        )
+        rate, noise = (first + (last - first) * share for first, last in (rates, noises))
+        return Now(rate, jnp.exp(noise))
+
+    def validate(self) -> Rates:
+        """These with lists as arrays, or ValueError naming what is no such number."""
+        found = {}
+        for one in fields(self):
+            strict, high = one.name in POSITIVE, 1.0 if one.name in SHARES else math.inf
+            accepted = "0 to 1" if one.name in SHARES else f"finite, {'>' if strict else '>='} 0"
+            rule = {"low": 0.0, "strict": strict, "high": high, "accepted": accepted}
+            found[one.name] = as_number(one.name, getattr(self, one.name), **rule)
+        return replace(self, **found)
+
+
+Settings = TypeVar("Settings", bound="Sizes | Rates")
+
+
+def settings_from(kind: type[Settings], config: Configuration, **own: float) -> Settings:
+    """Those of a configuration, by the names of its fields; own: others."""
+    given = {one.name: getattr(config, one.name) for one in fields(kind)}
+    return kind(**given | own)
+
+
+Layers = tuple[tuple["Array", "Array"], ...]
+"""Weights [inputs, outputs] and biases [outputs] of each layer."""
+
+
+class Moments(NamedTuple):
+    """Mean, variance and number of all observations so far."""
+
+    mean: Float[Array, " obs"]
+    variance: Float[Array, " obs"]
+    number: Float[Array, ""]
+
+
+def no_moments(inputs: int) -> Moments:
+    """Moments before the first observation, which leave it as it is."""
+    zero = jnp.zeros(inputs, jnp.float32)
+    return Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
+
+
+def add_moments(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
+    """Moments of the observations so far and of these."""
+    number = seen.number + len(obs)
+    share = len(obs) / number
+    mean, variance = obs.mean(0), obs.var(0)
+    difference = mean - seen.mean
+    spread = (1 - share) * seen.variance + share * variance
+    spread = spread + share * (1 - share) * difference**2
+    return Moments(seen.mean + share * difference, spread, number)
+
+
+def actor_and_critic(inputs: int, outputs: int, sizes: Sizes, key: Array) -> tuple[Layers, Layers]:
+    """Initial layers of both; the actor's last ones are small."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    return _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
+
+
+def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
+    """Orthogonal weights with gain sqrt(2), `last` in the last layer; no biases."""
+    gains = [*[2**0.5] * (len(widths) - 2), last]
+    keys = jax.random.split(key, len(gains))
+    shapes = itertools.pairwise(widths)
+    return tuple(
+        (
+            jax.nn.initializers.orthogonal(gain)(key, shape, jnp.float32),
+            jnp.zeros(shape[1], jnp.float32),
+        )
+        for gain, key, shape in zip(gains, keys, shapes, strict=True)
+    )
+
+
+def network(layers: Layers, seen: Moments, squash: str = "clip") -> MLPPolicy:
+    """The perceptron of these layers, observations normalised."""
+    scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SCALE)
+    weights, biases = zip(*layers, strict=True)
+    return MLPPolicy(
+        weights, biases, seen.mean, scale, squash=squash, observation_clip=OBSERVATION_CLIP
+    )
+
+
+class Start(NamedTuple):
+    """Start of a training, without its learner."""
+
+    progress: Progress
+    key: Array
+    """Of its updates; that of the one i is fold_in(key, i)."""
+
+
+def begin_episodes(
+    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
+) -> Start:
+    """Fresh episodes and random numbers."""
+    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
+    return Start(begin(env, sizes.num_envs, params, episodes), updates)
+
+
+class Learnt(NamedTuple, Generic[Learner, State]):
+    """Result of an update."""
+
+    learner: Learner
+    found: Collected[State]
+    """Its rollout."""
+    losses: Mapping[str, Array]
+
+
+class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, Params]):
+    """Learns in JAX on whichever platform it finds, by the functions of a subclass."""
+
+    settings: ClassVar[staticmethod[[Configuration], tuple[Sizes, Rates]]]
+    first_learner: ClassVar[staticmethod[[int, int, Sizes, Array], Any]]
+    """Of `inputs` observed numbers, `outputs` actions, sizes and a key."""
+    network_of: ClassVar[staticmethod[[Any], MLPPolicy]]
+    """Policy of a learner."""
+
+    def __init__(
+        self,
+        config: Configuration,
+        env: FunctionalEnv[State, Params],
+        params: Params,
+        report: Callable[[Update], None],
+        stop: Callable[[], bool],
+    ):
+        super().__init__(config, same_step(env), params, report, stop)
+        self._sizes, self._rates = self.settings(config)
+        inputs, self._infos = shapes_of(self.env, params)
+        given = inputs, len(env.action_names), self._sizes, jax.random.key(config.seed)
+        self._learner: Learner = self.first_learner(*given)
+        self._start = begin_episodes(self.env, params, self._sizes, config.seed)
+
+    @abstractmethod
+    def learnt(
+        self, now: Now, key: Array, progress: Progress[State]
+    ) -> Learnt[Learner, State] | None:
+        """One update of the learner; None where it was stopped."""
+
+    def begin_stretch(self, timesteps: int) -> None:
+        """See Trainer. Episodes and random numbers are in the state, so they go on."""
+        self.timesteps = timesteps
+
+    def advance(self, goal: int) -> None:
+        """See Trainer."""
+        while self.timesteps < goal and not self.stopped:
+            self._update()
+
+    def _update(self) -> None:
+        """One update; none where it is stopped."""
+        progress, key = self._start
+        now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
+        own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
+        learnt = self.learnt(now, own, progress)
+        if learnt is None or self._stopped_after(learnt):
+            self.stopped = True
+            return
+        self._learner, self._start = learnt.learner, Start(learnt.found.progress, key)
+        self.timesteps += self._sizes.samples
+        self.report(
+            Update(
+                timesteps=self.timesteps,
+                learning_rate=float(now.learning_rate),
+                noise=float(now.noise),
+                ended=ended_in(learnt.found, self._infos),
+                losses={name: float(learnt.losses[name]) for name in self.losses},
+            )
+        )
+
+    def _stopped_after(self, learnt: Learnt[Learner, State]) -> bool:
+        """Wait for an update, then ask whether to stop."""
+        jax.block_until_ready(learnt.learner)
+        return self.stop()
+
+    def take_state(self) -> ModelState:
+        """See Trainer."""
+        return _named({"learner": self._learner, "episodes": self._start.progress})
+
+    def put_state(self, state: ModelState) -> None:
+        """See Trainer."""
+        filled = _filled({"learner": self._learner, "episodes": self._start.progress}, state)
+        self._learner = filled["learner"]
+        self._start = self._start._replace(progress=filled["episodes"])
+
+    def policy(self) -> MLPPolicy:
+        """See Trainer."""
+        return self.network_of(self._learner).validate()
+
+    def is_finite(self) -> bool:
+        """See Trainer."""
+        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
+
+
+def same_step(env: FunctionalEnv[State, Params]) -> FunctionalEnv[State, Params]:
+    """The environment as rollouts need it: every step is one of an episode."""
+    return replace(env, autoreset="same_step") if is_dataclass(env) else env
+
+
+def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:
+    """Size of an observation, and the names of the numbers in info."""
+
+    def first(key: Array) -> tuple[Array, dict[str, Array]]:
+        obs, state = env.reset_env(key, params)
+        info = env.step_env(state, jnp.zeros(len(env.action_names)), params)[5]
+        return obs, {name: value for name, value in info.items() if jnp.ndim(value) == 0}
+
+    obs, info = jax.eval_shape(first, jax.random.key(0))
+    return obs.shape[-1], tuple(info)
+
+
+def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Last infos of the episodes that ended in a rollout; {} without any."""
+    over = np.asarray(found.terminated) | np.asarray(found.truncated)
+    return {name: np.asarray(found.kept[name])[over] for name in names} if over.any() else {}
+
+
+def _named(tree: object) -> dict[str, np.ndarray]:
+    """A tree's arrays by their paths; random keys as plain numbers."""
+    leaves = jax.tree.leaves_with_path(tree)
+    return {jax.tree_util.keystr(path): _plain(leaf) for path, leaf in leaves}
+
+
+def _plain(leaf: Array) -> np.ndarray:
+    return np.asarray(jax.random.key_data(leaf) if _is_key(leaf) else leaf)
+
+
+def _is_key(leaf: object) -> bool:
+    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def _filled(tree: Tree, given: Mapping[str, object]) -> Tree:
+    """The tree with the arrays that `_named` gave. ValueError for those of another tree."""
+    mine, leaves = _named(tree), jax.tree.leaves(tree)
+    if given.keys() != mine.keys():
+        raise ValueError(f"{UNFIT} (it holds other arrays)")
+    arrays = []
+    for leaf, (name, own) in zip(leaves, mine.items(), strict=True):
+        array = given[name]
+        if not isinstance(array, np.ndarray) or _kind(array) != _kind(own):
+            raise ValueError(f"{UNFIT} ({name} is {_kind(array)}, not {_kind(own)})")
+        numbers = jnp.asarray(array)
+        arrays.append(jax.random.wrap_key_data(numbers) if _is_key(leaf) else numbers)
+    return jax.tree.unflatten(jax.tree.structure(tree), arrays)
+
+
+def _kind(value: object) -> str:
+    return f"{value.dtype} {value.shape}" if isinstance(value, np.ndarray) else shown(value)

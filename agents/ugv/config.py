@@ -6,16 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import entry, group
-from stickslip.agents.training.settings import (
-    MOST_STEPS,
-    LearningConfiguration,
-    PPOSettings,
-    require_room,
-    require_whole_batches,
-    shared,
-    task_field,
-)
+from stickslip.agents.training.configuration import Configuration, entry, shared
 from stickslip.dynamics.plain_checks import nearest, shown
 from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS
@@ -40,26 +31,25 @@ USUAL = {
 """About what a drive over the default bump costs, in the criterion's unit."""
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
-SB3: dict[str, Json] = {"discount": 0.99}
-"""Defaults of Stable-Baselines3 that differ from the fields' own."""
-SHAC: dict[str, Json] = {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3}
-"""Defaults of short-horizon actor-critic that differ."""
+DEFAULTS: dict[str, dict[str, Json]] = {
+    "sb3": {"discount": 0.99},
+    "shac": {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3},
+}
+"""Defaults that differ from the fields' own."""
 LEGS = 30, 150
 """Range of the vehicle's legs [degrees]."""
 
 
 @dataclass(frozen=True)
-class UGVTrainConfig(LearningConfiguration):
+class UGVTrainConfig(Configuration):
     """Training configuration of the UGV. The defaults take a minute on two cores, most
     of it to compile.
 
     Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
-    from them; groups as in TrainConfig. Bad values raise ValueError naming the field, what was
-    given and what is accepted.
+    from them.
     """
 
-    timesteps: int = entry(600_000, int, "steps of the environment in all", low=1, high=MOST_STEPS)
-    task: str | None = task_field()
+    timesteps: int = shared("timesteps", 600_000)
 
     criterion: str = entry(
         "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
@@ -107,10 +97,12 @@ class UGVTrainConfig(LearningConfiguration):
     learning_rate: float = shared("learning_rate", 3e-3)
     final_learning_rate: float = shared("final_learning_rate", 3e-4)
     discount: float = shared("discount", 0.95)
-    ppo: PPOSettings = group(PPOSettings, epochs=10, noise=1.0, final_noise=0.2)
+    epochs: int = shared("epochs", 10)
+    noise: float = shared("noise", 1.0)
+    final_noise: float = shared("final_noise", 0.2)
 
     machine = "ugv"
-    FLAGS: ClassVar = (*LearningConfiguration.FLAGS, "criterion", "tracks", "friction")
+    FLAGS: ClassVar = (*Configuration.FLAGS, "criterion", "tracks", "friction")
     FIXED: ClassVar = (
         "criterion",
         "tracks",
@@ -124,17 +116,13 @@ class UGVTrainConfig(LearningConfiguration):
         "preview_noise",
     )
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
-    EXCLUSIVE: ClassVar = {("friction", "random_friction"): "friction"}
 
-    @classmethod
-    def _defaults(cls, algorithm: str, trainer: str | None = None) -> dict[str, Json]:
-        return SHAC if algorithm == "shac" else SB3 if trainer == "sb3" else {}
+    DEFAULTS: ClassVar = DEFAULTS
 
     def _check_together(self) -> None:
         require_ground(self.tracks)
         self._require_inside("friction", "random_friction")
-        require_room(self, self.preview + OBSERVATION)
-        require_whole_batches(self)
+        self._require_room(self.preview + OBSERVATION)
 
 
 def require_ground(name: str) -> None:

@@ -13,8 +13,7 @@ import numpy as np
 from stickslip.agents.evaluation.rollout import (
     TEST_SEEDS,
     first_state,
-    is_random,
-    play,
+    play_unseen,
     without_resets,
 )
 from stickslip.agents.evaluation.table import (
@@ -208,10 +207,8 @@ def evaluate_policy(
     """The reward in the criterion's unit over whole episodes on tracks never trained on, and the
     cost over the optimiser's on the same tracks: metrics by name."""
     columns = ugv_columns(task.env.measure.unit)
-    count = config.evaluation_episodes if is_random(task.tested) else 1
-    seeds = range(TEST_SEEDS, TEST_SEEDS + count)
-    played = play(without_resets(task.env), policy, task.tested, seeds, keep_of)
-    played = played._replace(optimum=_optima_of(config, count))
+    played = play_unseen(task.env, policy, task.tested, config.evaluation_episodes, keep_of)
+    played = played._replace(optimum=_optima_of(config, len(played.reward)))
     return row_of_test(columns, EVALUATED, played)
 
 

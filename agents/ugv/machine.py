@@ -41,7 +41,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
     name, title = "ugv", "UGV"
     environment = "UGVEnv"
-    outputs = 2
     configuration = UGVTrainConfig
     modules = (
         "stickslip.dynamics.ugv.params",

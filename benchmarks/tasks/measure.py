@@ -8,14 +8,13 @@ import numpy as np
 
 from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.rollout import Idle, is_random, play, without_resets
-from stickslip.agents.evaluation.standard import keep_of
-from stickslip.agents.evaluation.table import mean_interval
+from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path
 from stickslip.agents.registry import machine_by_name
 
 if TYPE_CHECKING:
-    from stickslip.agents.evaluation.standard import StandardEpisodes
+    from stickslip.agents.evaluation.table import StandardEpisodes
     from stickslip.envs import TaskDefinition
 
 EPISODES = {"biped": 32, "ugv": 64}
@@ -49,7 +48,7 @@ def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
     found = {
         "digest": task.digest,
         "episodes": episodes,
-        "trivial": earned("idle", Idle(machine.outputs)),
+        "trivial": earned("idle", Idle(len(env.action_names))),
         "baselines": [row for name, row in rows.items() if name not in PLANNERS],
         "planners": planners,
         "best": best,

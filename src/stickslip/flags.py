@@ -6,6 +6,7 @@ Names and words only: nothing heavy is imported.
 from __future__ import annotations
 
 import argparse
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.policy.shipped import shipped_names, shipped_titles
@@ -15,9 +16,10 @@ from stickslip.parser import add_tables, completes, flag_of, truth
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from dataclasses import Field
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.training.configuration import Configuration, Field
+    from stickslip.agents.training.configuration import Configuration
     from stickslip.parser import Parser
 
 HOW = {
@@ -64,9 +66,9 @@ def train_flags(parser: Parser, arguments: Sequence[str]) -> None:
 
 def add_fields(parser: Parser, kind: type[Configuration]) -> None:
     """Add a flag or a setting for each field; only those given appear in the parsed arguments."""
-    from stickslip.agents.training.configuration import every_field, rule_of
+    from stickslip.agents.training.configuration import rule_of
 
-    for one in every_field(kind):
+    for one in fields(kind):
         rule = rule_of(one)
         options: dict[str, Any] = {"default": argparse.SUPPRESS}
         options["help"] = _field_help(one, kind).replace("%", "%%")
@@ -82,19 +84,19 @@ def add_fields(parser: Parser, kind: type[Configuration]) -> None:
             parser.add_setting(one.name, **options)
 
 
-def _field_help(one: Field, kind: type[Configuration]) -> str:
+def _field_help(one: Field[Any], kind: type[Configuration]) -> str:
     """Meaning of a field, accepted names and defaults."""
-    from stickslip.agents.training.configuration import every_field, rule_of
+    from stickslip.agents.training.configuration import rule_of
 
     rule = rule_of(one)
     choices = f": {', '.join(rule.choices)}" if rule.choices else ""
     usual = kind.USUALLY.get(one.name, one.default)
     defaults = "none" if usual is None else f"{usual}"
     defaults += ", with a task its own" if one.name in kind.USUALLY else ""
-    rules = {of.name: rule_of(of) for of in every_field(kind)}
+    rules = {of.name: rule_of(of) for of in fields(kind)}
     for asked in ("algorithm", "trainer"):
         for choice in rules[asked].choices if asked in rules else ():
-            others = kind._defaults(**{"algorithm": "ppo", asked: choice})
+            others = kind.defaults_of(**{"algorithm": "ppo", asked: choice})
             other = others.get(one.name, one.default)
             defaults += f"; {choice}: {other}" if other != one.default else ""
     return f"{rule.about}{choices} (default: {defaults})"

@@ -7,7 +7,7 @@ import numpy as np
 
 from stickslip.agents import MLPPolicy
 from stickslip.agents.evaluation.rollout import play
-from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.evaluation.table import keep_of
 from stickslip.agents.training.trainer import Trainer, Update
 
 STEPS = 64

@@ -10,8 +10,7 @@ import numpy as np
 from stickslip.agents import Machine
 from stickslip.agents.machine import Option
 from stickslip.agents.protocol import Memoryless
-from stickslip.agents.training.configuration import group
-from stickslip.agents.training.settings import LearningConfiguration, PPOSettings, shared
+from stickslip.agents.training.configuration import Configuration, shared
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import FunctionalEnv
 
@@ -114,13 +113,14 @@ class Pull(Memoryless):
 
 
 @dataclass(frozen=True)
-class MassConfig(LearningConfiguration):
+class MassConfig(Configuration):
     """Small enough for a test."""
 
     timesteps: int = shared("timesteps", 256)
     num_envs: int = shared("num_envs", 4)
     batch_size: int = shared("batch_size", 64)
-    ppo: PPOSettings = group(PPOSettings, rollout_steps=32, epochs=1)
+    rollout_steps: int = shared("rollout_steps", 32)
+    epochs: int = shared("epochs", 1)
     checkpoint_interval: int = shared("checkpoint_interval", 128)
     evaluation_episodes: int = shared("evaluation_episodes", 3)
     machine = "mass"
@@ -131,7 +131,6 @@ class MassMachine(Machine[MassEnv, MassParams, MassConfig]):
 
     name = title = "mass"
     environment, modules = "MassEnv", (__name__,)
-    outputs = 1
     configuration = MassConfig
     baselines, scenes = ("pull",), ("patchy", "even")
 

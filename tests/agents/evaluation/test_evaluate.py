@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import json
 from dataclasses import replace
-from statistics import NormalDist
 
 import jax
 import jax.numpy as jnp
@@ -107,13 +106,6 @@ def test_falls_are_counted_and_per_metre_numbers_need_a_distance(table):
         table.row("moon", "policy")
 
 
-def test_nothing_to_evaluate_is_refused(params):
-    with pytest.raises(ValueError, match="controllers is empty"):
-        evaluate(ENV, {}, {"slippery": params})
-    with pytest.raises(ValueError, match="episodes = 0"):
-        evaluate(ENV, {"rest": ConstantTorque()}, {"slippery": params}, episodes=0)
-
-
 def test_files_hold_the_table(table, tmp_path):
     text = table.write_csv(tmp_path / "table.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(text.splitlines()))
@@ -170,15 +162,3 @@ def test_every_episode_weighs_alike_and_costs_are_of_drives_that_reached_the_end
     assert of_drives["score"] == pytest.approx(2.0)
     assert of_drives["over_bound"] == pytest.approx(3.0)
     assert of_drives["failures"] == pytest.approx(1 / 3)
-
-
-@pytest.mark.parametrize("episodes", [2, 8, 65536])
-def test_a_share_lies_where_its_ends_are_a_normal_quantile_of_their_own_spread_away(episodes):
-    z = NormalDist().inv_cdf(0.975)
-    for count in {0, 1, episodes // 3, episodes - 1, episodes}:
-        share, low, high = statistics.fraction_interval(np.arange(episodes) < count)
-        assert share == count / episodes
-        assert 0 <= low <= share <= high <= 1
-        for end in (low, high):
-            spread = np.sqrt(end * (1 - end) / episodes)
-            np.testing.assert_allclose(abs(share - end), z * spread, rtol=1e-9, atol=1e-12)

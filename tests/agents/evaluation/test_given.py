@@ -2,7 +2,6 @@
 
 import re
 
-import gymnasium
 import pytest
 
 from stickslip.agents import (
@@ -10,10 +9,8 @@ from stickslip.agents import (
     Optimum,
     describe_environment,
     evaluate,
-    load_policy,
     rollout,
     save_policy,
-    sweep,
     train,
 )
 from stickslip.agents.training.ppo import Rates, Sizes, train_population
@@ -27,26 +24,16 @@ NAMED, PLACES, CORE = {"held": WHO}, {"here": PARAMS}, (Sizes(), Rates())
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: evaluate(ENV, WHO, PLACES), "controllers = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: evaluate(ENV, NAMED, PARAMS), "scenes = Biped"),  # pyright: ignore[reportArgumentType]
         (lambda: evaluate(ENV, NAMED, {"a": VEHICLE.default_params}), "scenes['a'] = UGV"),  # pyright: ignore[reportArgumentType]
         (lambda: evaluate(ENV, {"c": CrankSpeedPI}, PLACES), "accepted: CrankSpeedPI(...)"),  # pyright: ignore[reportArgumentType]
-        (lambda: evaluate(ENV, {1: WHO}, PLACES), "a name in controllers = 1"),  # pyright: ignore[reportArgumentType]
         (lambda: evaluate(ENV, NAMED, PLACES, episodes=0), "episodes = 0"),
-        (lambda: evaluate(ENV, NAMED, PLACES, seeds=5), "seeds = 5"),  # pyright: ignore[reportArgumentType]
-        (lambda: rollout(ENV, PARAMS, PARAMS, 0), "controller = Biped"),  # pyright: ignore[reportArgumentType]
-        (lambda: rollout(ENV, WHO, PARAMS, -1), "key = -1"),
         (lambda: rollout(ENV, WHO, PARAMS, 3.0), "key = 3.0; accepted: an integer"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(VEHICLE, Optimum(), VEHICLE.default_params, 0), "controller = Opt"),  # pyright: ignore[reportArgumentType]
-        (lambda: rollout(gymnasium.make("stickslip/Biped-v0"), WHO, PARAMS, 0), "env = "),  # pyright: ignore[reportArgumentType]
         (lambda: describe_environment(ENV, VEHICLE.default_params), "params = UGV"),  # pyright: ignore[reportArgumentType]
         (lambda: save_policy(WHO, "mine.npz"), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: train("biped", "run"), "config = 'biped'"),  # pyright: ignore[reportArgumentType]
-        (lambda: sweep((ENV, PARAMS), WHO, {}), "policies = Crank"),  # pyright: ignore[reportArgumentType]
-        (lambda: sweep((ENV, PARAMS), NAMED, "mu=1"), "axes = 'mu=1'"),  # pyright: ignore[reportArgumentType]
         (lambda: train_population(ENV, PARAMS, CORE[0], [0], timesteps=1), "settings = Sizes"),  # pyright: ignore[reportArgumentType]
-        (lambda: load_policy("biped_ice"), "did you mean biped-ice?"),
-        (lambda: collect(ENV, PARAMS, WHO, num_envs=1, steps=1), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: collect(ENV, PARAMS, len, num_envs=1, steps=1, seed=-1), "seed = -1"),
     ],
 )

@@ -112,12 +112,9 @@ def test_a_task_that_no_file_can_keep_is_left_out_and_said():
     ("place", "value"),
     [
         (("robot",), {"kind": "Scene", "floor": {"kind": "Grip"}}),
-        (("robot", "kind"), "os.system"),
         (("robot", "crank"), {"array": "AAAA", "shape": [9], "type": "float32", "host": False}),
-        (("scene", "floor"), {"kind": "Uniform", "mu_static": "x", "mu_kinetic": 0}),
         (("env", "substeps"), 10**9),
         (("numbers", "named", "torque_limit"), -1.0),
-        ((), [1]),
     ],
 )
 def test_a_damaged_task_is_refused(place, value):
@@ -188,28 +185,13 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
     assert {row["scene"] for row in rows_of("b")} == {"firm"}
 
 
-@pytest.mark.long
-def test_view_shows_a_policy_on_its_own_task(capsys):
-    env = BipedEnv()
-    params = env.make_params(scene=Scene.uniform(0.31, 0.22), mean_rate=2.5)
-    name = still("own.npz", 6, describe_environment(env, params))
-    assert main(["view", name, "--seconds", "0.06"]) == OK
-    assert "mu 0.31/0.22, 2.5 rad/s: the own task of own.npz" in capsys.readouterr().out
-    assert Path("own-mu-0.31-0.22-2.5-rad-s.gif").exists()
-
-
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
         ("evaluate computed-torque --scene ice-patch --mu-static 0.05", "both say which floor"),
         ("evaluate computed-torque --payload 1 --payload 2", "--payload is given twice"),
         ("view computed-torque --window --out a.gif", "--out a.gif with --window"),
-        ("train --scene ice-patch --mu-static 0.05", "both say which floor"),
         ("train --payload 1 --set random_payload=0,2", "payload with random_payload"),
-        (
-            "train --mean-rate 3 --set random_mean_rate=2,4",
-            "mean_rate with random_mean",
-        ),
         (
             "train --set random_mean_rate=4,5",
             "mean_rate = 3.0 outside random_mean_rate",

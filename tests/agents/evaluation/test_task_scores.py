@@ -47,11 +47,6 @@ def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
     assert math.isfinite(content["rows"][1]["metrics"]["task_score"]["value"])
 
 
-def test_unknown_tasks_are_refused_with_the_nearest():
-    with pytest.raises(ValueError, match=r"'BipedSprnt-v0' is unknown.*BipedSprint-v1\?"):
-        evaluate_task("BipedSprnt-v0", {"idle": Idle()})
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("name", TASKS)
 def test_baselines_and_doing_nothing_earn_what_is_written_of_them(name):
@@ -60,7 +55,7 @@ def test_baselines_and_doing_nothing_earn_what_is_written_of_them(name):
     assert known is not None
     env = task.make()[0]
     who = {one.policy: machine.baseline(one.policy, env) for one in known.baselines}
-    table = evaluate_task(name, {"idle": Idle(machine.outputs), **who})
+    table = evaluate_task(name, {"idle": Idle(len(env.action_names)), **who})
     for earned in (known.trivial, *known.baselines):
         row = table.row(name, earned.policy)
         assert row.count == known.episodes

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.evaluation.rollout import play
-from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.evaluation.table import keep_of
 from stickslip.agents.optimum import known, solve
 from tests.agents.mass import Pull
 from tests.agents.optimum.processes import ENV, PARAMS, MassStates

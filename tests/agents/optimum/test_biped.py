@@ -13,7 +13,7 @@ from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedSta
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.players import fitted
 from stickslip.agents.evaluation.rollout import play
-from stickslip.agents.evaluation.standard import keep_of
+from stickslip.agents.evaluation.table import keep_of
 from stickslip.agents.optimum import (
     Ahead,
     Grid,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 import pickle
 import tempfile
 import zipfile
@@ -177,26 +176,6 @@ def sb3_zip(path):
         archive.writestr("policy.pth", pickle.dumps(Bomb()))
 
 
-def change_byte(path):
-    raw = bytearray(path.read_bytes())
-    raw[200] ^= 0xFF
-    path.write_bytes(bytes(raw))
-
-
-def recompress(path, method):
-    """The same archive, compressed otherwise."""
-    with zipfile.ZipFile(path) as archive:
-        members = {one: archive.read(one) for one in archive.namelist()}
-    with zipfile.ZipFile(path, "w", method) as archive:
-        for one, raw in members.items():
-            archive.writestr(one, raw)
-
-
-def with_header(path, header):
-    head = b"\x93NUMPY\x01\x00" + len(header).to_bytes(2, "little") + header
-    with_member(path, "shift.npy", head + bytes(28))
-
-
 def with_text(path, text):
     rewrite(path, metadata=np.array(text))
 
@@ -213,27 +192,15 @@ SPOILT = {
         "holds objects",
     ),
     "pickle alone": (lambda path: path.write_bytes(pickle.dumps(Bomb())), "no .npz archive"),
-    "truncated": (lambda path: path.write_bytes(path.read_bytes()[:-200]), "cut short"),
-    "empty": (lambda path: path.write_bytes(b""), "cut short"),
-    "flipped byte": (change_byte, "damaged"),
-    "missing": (lambda path: path.unlink(), "no such file"),
     "from SB3": (sb3_zip, "foreign archive, with the entry 'data'"),
     "huge array": (huge_header, "declares"),
     "zip bomb": (zip_bomb, "unpacks to more"),
     "bad JSON": (lambda path: rewrite(path, metadata=np.array("{")), "no JSON"),
-    "other format": (lambda path: with_metadata(path, format="cake"), "not say"),
     "newer version": (lambda path: with_metadata(path, version=2), "version is 2"),
     "sizes": (lambda path: with_metadata(path, layer_sizes=[7, 5, 3, 1]), "it says"),
-    "shape": (lambda path: rewrite(path, weight_1=np.ones((6, 4), np.float32)), "weight 1"),
     "NaN": (lambda path: rewrite(path, bias_2=np.full(1, np.nan, np.float32)), "bias_2.*finite"),
-    "lzma": (
-        lambda path: recompress(path, zipfile.ZIP_LZMA),
-        "compressed by method 14, not stored",
-    ),
-    "minus signs": (lambda path: with_header(path, b"-" * 9000), "header of .* damaged"),
     "huge clip": (lambda path: with_metadata(path, observation_clip=10**400), "401 digits"),
     "many lists": (lambda path: with_text(path, "[" + "[]," * 2 * 10**5 + "[[]]]"), "not say"),
-    "infinity": (lambda path: with_metadata(path, note=float("inf")), "Infinity is not"),
     "many entries": (lambda path: many_entries(path), "more than 1024 entries"),
     "an entry less": (lambda path: rewrite(path, bias_2=None), "its entries are"),
 }
@@ -248,12 +215,6 @@ def test_a_file_that_is_no_policy_is_named_and_nothing_in_it_runs(path, case):
     with pytest.raises(ValueError, match=f"policy.npz: .*{words}.*; accepted: .*save_policy"):
         load_policy(path)
     assert not hasattr(builtins, "stickslip_bomb")
-
-
-def test_a_pipe_is_refused_at_once(tmp_path):
-    os.mkfifo(tmp_path / "pipe.npz")
-    with pytest.raises(ValueError, match=r"pipe\.npz: cannot be read \(not a plain file\)"):
-        load_policy(tmp_path / "pipe.npz")
 
 
 def test_what_could_not_be_loaded_is_not_written(tmp_path):

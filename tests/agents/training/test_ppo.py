@@ -9,14 +9,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.training.jax_trainer import (
-    Moments,
-    Rates,
-    Sizes,
-    add_moments,
-    begin_episodes,
-    network,
-)
 from stickslip.agents.training.ppo import (
     VALUE_WEIGHT,
     Batch,
@@ -27,6 +19,14 @@ from stickslip.agents.training.ppo import (
     log_probability,
     loss_of,
     rollout,
+)
+from stickslip.agents.training.trainer import (
+    Moments,
+    Rates,
+    Sizes,
+    add_moments,
+    begin_episodes,
+    network,
 )
 from stickslip.envs import FunctionalEnv
 
@@ -197,7 +197,6 @@ def test_moments_are_those_of_everything_seen():
     ("given", "words"),
     [
         ({"batch_size": 100}, "batch_size = 100 is not accepted; accepted: a divisor of num_envs"),
-        ({"hidden": 10**7}, "hidden = 10000000; accepted: an integer >= 1, <= 4096"),
     ],
 )
 def test_sizes_that_do_not_go_together_are_refused(given, words):
@@ -209,7 +208,6 @@ def test_sizes_that_do_not_go_together_are_refused(given, words):
     ("given", "words"),
     [
         ({"discount": [0.9, 1.5]}, r"discount = 1\.5 \(one of"),
-        ({"learning_rate": "fast"}, "learning_rate = 'fast' is not a number"),
     ],
 )
 def test_rates_that_are_none_are_refused(given, words):

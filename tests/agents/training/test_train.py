@@ -11,7 +11,7 @@ import pytest
 
 from stickslip.agents import read_metadata
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.demo import demo, find_directory
+from stickslip.agents.demo import demo
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import (
     STATE,
@@ -113,13 +113,6 @@ def test_a_stopped_run_keeps_what_it_learnt_and_goes_on(tmp_path: Path, algorith
     assert read_columns(path / "metrics.csv")["timesteps"] == [128, 256, 384, 512, 640, 768]
 
 
-def test_a_finished_run_is_left_as_it_is(copy: Path, runs):
-    before = (copy / "metrics.csv").read_bytes()
-    assert train(None, copy, resume=True, bar=False).finished
-    assert (copy / "metrics.csv").read_bytes() == before
-    assert_same_run(runs().directory, copy)
-
-
 def test_only_the_latest_and_the_best_checkpoint_are_kept(tmp_path: Path):
     trained = train(replace(JAX, keep_checkpoints=1), tmp_path / "run", bar=False)
     kept = [int(p.name) for p in list_checkpoints(trained.directory / "checkpoints")]
@@ -175,9 +168,10 @@ def spoil_model(folder: Path, content: bytes):
 SPOILED = {
     "cut short": lambda f: spoil_model(f, (f / "model.npz").read_bytes()[:3000]),
     "a pickle": lambda f: spoil_model(f, pickle.dumps(Trap(f.parent / "sprung"))),
-    "missing": lambda f: (f / "model.npz").unlink(),
     "no state": lambda f: (f / STATE).unlink(),
-    "state of another kind": lambda f: (f / STATE).write_text("[1, 2]"),
+    "state of another run": lambda f: (f / STATE).write_text(
+        (f / STATE).read_text().replace(JAX.digest, PPO.digest)
+    ),
 }
 
 
@@ -185,7 +179,7 @@ SPOILED = {
 def test_a_damaged_checkpoint_is_refused_by_name(copy: Path, damage: str):
     folder = list_checkpoints(copy / "checkpoints")[-1]
     SPOILED[damage](folder)
-    with pytest.raises(ValueError, match=rf"{folder.name}: .*accepted: "):
+    with pytest.raises(ValueError, match=rf"{folder.name}.*accepted: "):
         train(None, copy, resume=True)
     assert not (folder.parent / "sprung").exists()
 
@@ -199,19 +193,6 @@ def test_a_checkpoints_damaged_policy_is_refused_and_spoils_no_other(copy: Path)
     assert (copy / "policy.npz").read_bytes() == before
 
 
-@SB3
-def test_a_checkpoint_of_another_run_is_refused(copy: Path, runs):
-    other = list_checkpoints(runs("sac").directory / "checkpoints")[-1]
-    folder = list_checkpoints(copy / "checkpoints")[-1]
-    shutil.copy(other / "model.npz", folder / "model.npz")
-    with pytest.raises(ValueError, match="do not fit"):
-        train(None, copy, resume=True)
-    shutil.rmtree(folder)
-    shutil.copytree(other, folder)
-    with pytest.raises(ValueError, match="another configuration"):
-        train(None, copy, resume=True)
-
-
 def test_parameters_that_are_no_numbers_end_the_run_by_name(tmp_path: Path):
     config = replace(JAX, learning_rate=1e30, final_learning_rate=1e30)
     with pytest.raises(ValueError, match="training diverged before step 256: the policy's"):
@@ -219,7 +200,7 @@ def test_parameters_that_are_no_numbers_end_the_run_by_name(tmp_path: Path):
     assert not list_checkpoints(tmp_path / "run" / "checkpoints")
 
 
-@pytest.mark.parametrize("change", ["shape", "type", "name", "nothing"])
+@pytest.mark.parametrize("change", ["shape", "name"])
 def test_a_learner_of_another_shape_is_refused(runs, tmp_path: Path, change: str):
     copy = Path(shutil.copytree(runs("jax").directory, tmp_path / "copy"))
     folder = list_checkpoints(copy / "checkpoints")[-1]
@@ -227,9 +208,7 @@ def test_a_learner_of_another_shape_is_refused(runs, tmp_path: Path, change: str
     name = next(iter(state))
     changed = {
         "shape": {**state, name: np.zeros((3, 3), np.float32)},
-        "type": {**state, name: "a word"},
         "name": {**state, "another": np.zeros(1)},
-        "nothing": {},
     }
     (folder / "model.npz").write_bytes(pack(changed[change]))
     with pytest.raises(ValueError, match=f"{folder.name}: its contents do not fit"):
@@ -243,24 +222,6 @@ def test_a_directory_without_a_run_cannot_be_resumed(tmp_path: Path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match="is a file"):
         train(JAX, tmp_path / "file")
-
-
-def test_nothing_is_written_for_a_task_that_cannot_be(tmp_path: Path):
-    for bad in ({"scene": "moon"}, {"mu_static": 0.05, "mu_kinetic": 0.06}):
-        with pytest.raises(ValueError, match="accepted"):
-            train(TrainConfig.of(**bad), tmp_path / "run")
-    assert not (tmp_path / "run").exists()
-
-
-def test_a_demo_goes_on_in_its_own_run_and_touches_no_other(copy: Path):
-    home = copy.parent / "demos"
-    assert find_directory(home, JAX, fresh=False) == (home / "demo", False)
-    shutil.copytree(copy, home / "demo")
-    assert find_directory(home, JAX, fresh=False) == (home / "demo", True)
-    assert find_directory(home, JAX, fresh=True) == (home / "demo-2", False)
-    assert find_directory(home, SAC, fresh=False) == (home / "demo-2", False)
-    (home / "demo-2").write_text("a file")
-    assert find_directory(home, SAC, fresh=False) == (home / "demo-3", False)
 
 
 @pytest.mark.long
