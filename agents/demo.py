@@ -8,7 +8,6 @@ with `fresh`, a new directory `runs/demo-2`, `-3`, ... is begun.
 from __future__ import annotations
 
 import json
-import math
 from abc import ABC, abstractmethod
 from pathlib import Path
 from time import monotonic
@@ -18,13 +17,13 @@ from stickslip.agents.registry import machine_by_name, machines
 from stickslip.agents.training.configuration import Config, Configuration
 from stickslip.agents.training.directory import list_checkpoints, read_config
 from stickslip.agents.training.run import train
-from stickslip.dynamics.checks import require_number, shown
+from stickslip.dynamics.checks import shown
 from stickslip.records.files import write_whole
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Mapping
 
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.protocol import Options
@@ -54,28 +53,14 @@ class Demonstration(ABC, Generic[Config]):
     def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
         """Compare the policy with the baselines, say so, write `files` and return what was said.
 
-        The text is `text_of` the lines. say: also called with what goes on.
+        say: also called with what goes on.
         """
 
     def write_tables(self, trained: Trained[Config], table: Evaluation) -> None:
         """Write table.csv and table.json into the run's directory."""
-        about = {"timesteps": trained.timesteps, "of": trained.config.timesteps}
-        about |= {"finished": trained.finished}
+        about = {"config": trained.config.digest, "timesteps": trained.timesteps}
         table.write_csv(trained.directory / "table.csv")
-        table.write_json(
-            trained.directory / "table.json", {"config": trained.config.digest, "training": about}
-        )
-
-    def text_of(self, trained: Trained[Config], lines: Iterable[str]) -> str:
-        """The lines, and that the training is not finished where it is not."""
-        text = "\n".join(lines) + "\n"
-        if trained.finished:
-            return text
-        done, of = trained.timesteps, trained.config.timesteps
-        return (
-            f"{text}\nThe training is NOT finished: {done:,} of {of:,} steps "
-            f"({trained.percent} %).\n"
-        )
+        table.write_json(trained.directory / "table.json", about)
 
 
 def demo(
@@ -85,19 +70,15 @@ def demo(
     fresh: bool = False,
     config: Configuration | None = None,
     stop: Callable[[], bool] = lambda: False,
-    time_limit: float | None = None,
     say: Callable[[str], None] = print,
 ) -> Path:
     """Train (unless that is done), print the table, write plots and the animation; return where.
 
     machine: its name, the first one by default; config: a training configuration in place of the
     demo's, of whichever machine. ValueError for a machine without a demo.
-    time_limit [s]: of training, None for none; the best policy so far is then shown, in a table and
-    pictures that say how far it is, and the next demo goes on with it. stop: as for `train`.
+    stop: as for `train`; the next demo goes on from there.
     """
-    begun, limit = monotonic(), math.inf if time_limit is None else time_limit
-    if time_limit is not None:
-        require_number("time_limit", limit, low=0.0, strict=True, accepted="None, or seconds > 0")
+    begun = monotonic()
     name = config.machine if config is not None else machine or machines()[0].name
     demonstration = machine_by_name(name).demonstration()
     if demonstration is None:
@@ -114,18 +95,11 @@ def demo(
     begins = f"Training the {title} with {asked.algorithm.upper()} in"
     what = "Going on in" if known else begins
     say(f"{what} {directory}: {demonstration.task_in_words(asked)}")
-    trained = train(
-        None if known else asked,
-        directory,
-        resume=known,
-        stop=lambda: stop() or monotonic() - begun > limit,
-    )
-    so_far = f"{trained.timesteps:,} of {asked.timesteps:,} steps ({trained.percent} %)"
-    if stop() or not trained.policy.exists():
+    trained = train(None if known else asked, directory, resume=known, stop=stop)
+    if not trained.finished:
+        so_far = f"{trained.timesteps:,} of {asked.timesteps:,} steps"
         say(f"Stopped after {so_far}; the next demo goes on from there.")
         return directory
-    if not trained.finished:
-        say(f"Time is up after {so_far}; the next demo goes on from there.")
     say("\nComparing with the baselines ...")
     text = demonstration.show(trained, say)
     write_whole(directory / TABLE, text)  # last: it says that the rest is there
@@ -178,11 +152,9 @@ def demo_command(given: Options) -> Content:
             machine=given["machine"],
             fresh=given["fresh"],
             stop=stop,
-            time_limit=given["time_limit"],
         )
         if stop():
             raise stop.interrupted(f"Stopped; go on with the same command ({directory})")
-    table = directory / "table.json"  # not there where time was up before there was a policy
-    found = json.loads(table.read_text(encoding="utf-8")) if table.exists() else {}
+    found = json.loads((directory / "table.json").read_text(encoding="utf-8"))
     units = {"rows": {"metrics": found.pop("units", {})}}
     return Content(facts={"directory": str(directory), **found}, units=units)

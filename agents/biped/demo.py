@@ -16,7 +16,7 @@ from stickslip.agents.demo import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.pictures.plots import plot_comparison
-from stickslip.agents.pictures.training import write_products
+from stickslip.agents.pictures.training import TRAINED, write_products
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,7 +57,7 @@ class BipedDemonstration(Demonstration[TrainConfig]):
         controllers: dict[str, BipedController] = {
             name: kind() for name, kind in CONTROLLERS.items() if name != STOPPING
         }
-        controllers[trained.name] = load_policy(trained.policy)
+        controllers[TRAINED] = load_policy(trained.policy)
         count = trained.config.evaluation_episodes  # the policy's program is then compiled already
         moving = evaluate(task.env, controllers, {"moving start": task.tested}, episodes=count)
         rest = task.described
@@ -70,14 +70,13 @@ class BipedDemonstration(Demonstration[TrainConfig]):
             "baselines\nread the true state and masses, the policy its observation. From rest:",
             *(_line(f"{name:<{width}}", one, period) for name, one in played.items()),
         ]
-        text = self.text_of(trained, lines)
+        text = "\n".join(lines) + "\n"
         say("\n" + text)
         say("Drawing ...")
         title = "From rest on a slippery floor"
-        title += "" if trained.finished else f"; {trained.name}"
         episodes = [as_episode(of, task.env, rest, name) for name, of in played.items()]
         plot_comparison(episodes, COMPARED, directory / "comparison.png", title)
-        write_products(trained, played[trained.name])
+        write_products(trained, played[TRAINED])
         self.write_tables(trained, moving)
         return text
 

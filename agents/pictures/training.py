@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Timed
     from stickslip.agents.training.configuration import Configuration, Trained
 
+TRAINED = "trained policy"
+"""Its name in tables and pictures."""
 COLUMNS = 3
 TRAINING, TEST = "#8FA3B5", "#D55E00"
 EXPLAINED = (
@@ -56,8 +58,8 @@ def write_products(
     shown = task.described if params is None else params
     if played is None:
         played = rollout(task.env, load_policy(trained.policy), shown, 0)
-    title = f"The {trained.name}" + ("" if config.task is None else f" on {config.task}")
-    episode = machine.as_episode(played, task.env, shown, trained.name)
+    title = f"The {TRAINED}" + ("" if config.task is None else f" on {config.task}")
+    episode = machine.as_episode(played, task.env, shown, TRAINED)
     film = directory / machine.film
     return [
         plot_learning(directory, config),
@@ -73,11 +75,8 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
     seconds = (metrics.get("seconds") or [0.0])[-1]
-    steps = int((metrics.get("timesteps") or [0])[-1])
     where = f"the {machine.title}" if config.task is None else config.task
     title = f"{config.algorithm.upper()} on {where}: {seconds:.0f} s of training, evaluations aside"
-    if steps < config.timesteps:
-        title += f", unfinished: {steps:,} of {config.timesteps:,} steps"
     rows = -(-len(panels) // COLUMNS)
     figure, axes = make_sheet(rows, COLUMNS, (12, 3.1 * rows), title)
     for axis in axes[len(panels) :]:
@@ -90,7 +89,6 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
         name_below(axis, f"control steps [{unit}]")
     line = require("matplotlib.lines").Line2D
     handles = [line([], [], color=TRAINING), line([], [], color=TEST, lw=1.7)]
-    # below: beside the title there is no room where a run is unfinished
     place = {"loc": "outside lower right", "ncols": 2, "frameon": False}
     figure.legend(handles, EXPLAINED, fontsize=9.5, **place)
     return save_sheet(figure, directory / "learning.png")

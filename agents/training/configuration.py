@@ -411,15 +411,3 @@ class Trained(NamedTuple, Generic[Config_co]):
     seconds: float
     """Trained in all, over every resumption [s]."""
     finished: bool
-
-    @property
-    def percent(self) -> int:
-        """Percentage of the training that is done, 100 at its end only."""
-        return min(100 * self.timesteps // self.config.timesteps, 100)
-
-    @property
-    def name(self) -> str:
-        """Name of the policy, which says if it is not trained to the end."""
-        if self.finished:
-            return "trained policy"
-        return f"policy after {self.percent} % of its training"

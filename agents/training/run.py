@@ -117,8 +117,7 @@ class _Training:
         columns = evaluation_columns(self.machine, run.config, self.task.env)
         self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
-        self.shown, self.begun = shown, time.monotonic()
-        self.first: tuple[float, int] | None = None
+        self.shown = shown
         total = run.config.timesteps
         bar = Bar("training", total, "step", shown, at=at, large=True, lines=False)
         self.bar, self.bar_at = stack.enter_context(bar), at
@@ -184,7 +183,8 @@ class _Training:
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
         if self.shown:
-            self.bar.say(self._line(at, row))
+            line = evaluation_line(self.machine, row).replace("nan", "  -")
+            self.bar.say(f"{at:>10,} steps  {line}")
         about = {"trained": {"timesteps": at, "config": self.config.digest}, **self.about}
         write_checkpoint(
             self.run.checkpoints,
@@ -194,17 +194,6 @@ class _Training:
         )
         self._tidy()
 
-    def _line(self, at: int, row: Mapping[str, float]) -> str:
-        """An evaluation, the time gone, and the time to go by the rate since the first one, before
-        which programs are compiled."""
-        now, line = time.monotonic(), evaluation_line(self.machine, row).replace("nan", "  -")
-        line = f"{at:>10,} steps  {line}  {_clock(now - self.begun)} gone"
-        if self.first is None:
-            self.first = now, at
-            return line
-        seconds = (now - self.first[0]) / (at - self.first[1]) * (self.config.timesteps - at)
-        return f"{line}, about {_clock(max(seconds, 0.0))} to go"
-
     def _tidy(self) -> None:
         """Keep the latest checkpoints and the best, whose policy becomes the run's."""
         every = list_checkpoints(self.run.checkpoints)
@@ -213,10 +202,6 @@ class _Training:
         drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], *best])
         for one in best:
             write_whole(self.run.path / POLICY, require_policy(one))
-
-
-def _clock(seconds: float) -> str:
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02d}"
 
 
 def best_evaluation(directory: Path) -> tuple[int, float]:

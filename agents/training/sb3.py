@@ -42,67 +42,10 @@ LOSSES = {
     },
 }
 """Columns of the metrics and what Stable-Baselines3 logs them as."""
+SAC_OPTIONS = ("buffer_size", "learning_starts", "gradient_steps")
+"""Settings of SAC that Stable-Baselines3 calls so, too."""
 SAC_INTERVAL = 2000
 """Steps to the next report; PPO reports every update."""
-
-
-class Schedule:
-    """Linear schedule. share: of the training done so far, 0 to 1."""
-
-    def __init__(self):
-        self.share = 0.0
-
-    def at(self, first: float, last: float) -> float:
-        """From first to last."""
-        return first + (last - first) * min(max(self.share, 0.0), 1.0)
-
-
-def make_model(config: Configuration, envs: SB3VecEnv, schedule: Schedule) -> PPO | SAC:
-    """A fresh model whose learning rate follows the schedule."""
-    torch.set_num_threads(config.threads)
-    network, options = {"net_arch": [config.hidden] * config.layers}, vars(config)
-    common: dict[str, Any] = {
-        "learning_rate": lambda _: schedule.at(config.learning_rate, config.final_learning_rate),
-        "batch_size": config.batch_size,
-        "gamma": config.discount,
-        "seed": config.seed,
-        "device": "cpu",
-    }
-    if config.algorithm == "sac":
-        model = SAC(
-            "MlpPolicy",
-            envs,
-            buffer_size=options["buffer_size"],
-            learning_starts=options["learning_starts"],
-            gradient_steps=options["gradient_steps"],
-            tau=options["soft_update"],
-            train_freq=1,
-            policy_kwargs=network,
-            **common,
-        )
-    else:
-        model = PPO(
-            "MlpPolicy",
-            envs,
-            n_steps=config.rollout_steps,
-            n_epochs=config.epochs,
-            gae_lambda=config.gae_lambda,
-            clip_range=config.clip_range,
-            policy_kwargs=network | {"log_std_init": math.log(config.noise)},
-            **common,
-        )
-        model.policy.log_std.requires_grad_(False)
-    model.set_logger(Logger(folder=None, output_formats=[]))
-    return model
-
-
-def set_noise(model: PPO | SAC, config: Configuration, schedule: Schedule) -> float:
-    """Set the scheduled exploration, and return it (NaN for SAC, which learns it)."""
-    if not isinstance(model, PPO):
-        return math.nan
-    logarithm = schedule.at(math.log(config.noise), math.log(config.final_noise))
-    model.policy.log_std.data.fill_(logarithm)
-    return math.exp(logarithm)
 
 
 def _tensors(name: str, part: dict[str, Any]) -> dict[str, torch.Tensor]:
@@ -137,24 +80,16 @@ def _fill(buffer: Any, state: ModelState) -> None:
 class Reporter(BaseCallback):
     """Sets the schedules before each rollout, and reports after updates.
 
-    stop: asked after each step; an unfinished rollout is given up, so `num_timesteps` is that of
+    An unfinished rollout is given up where the trainer is stopped, so `num_timesteps` is that of
     the last update.
     """
 
-    def __init__(
-        self,
-        config: Configuration,
-        schedule: Schedule,
-        report: Callable[[Update], None],
-        stop: Callable[[], bool],
-    ):
+    def __init__(self, trainer: SB3Trainer[Any, Any]):
         super().__init__()
-        self._config, self._schedule = config, schedule
-        self._report, self._stop = report, stop
+        self._trainer, self._config = trainer, trainer.config
         self._ended: list[dict[str, Any]] = []
         self._reported_at, self._updated_at = 0, 0
-        self._noise = float("nan")
-        self.stopped = False
+        self._noise = math.nan
 
     def _on_training_start(self) -> None:
         self._reported_at = self._updated_at = self.model.num_timesteps
@@ -163,19 +98,19 @@ class Reporter(BaseCallback):
     def _on_rollout_start(self) -> None:
         self._maybe_report()
         self._updated_at = self.model.num_timesteps
-        self._schedule.share = self.model.num_timesteps / self._config.timesteps
-        self._noise = set_noise(self.model, self._config, self._schedule)  # type: ignore[arg-type]
+        self._trainer.share = self.model.num_timesteps / self._config.timesteps
+        self._noise = self._trainer.set_noise()
 
     def _on_step(self) -> bool:
         for index in np.flatnonzero(self.locals["dones"]):
             self._ended.append(self.locals["infos"][index])
-        if self._stop():
+        if self._trainer.stop():
             self.model.num_timesteps = self._updated_at
-            self.stopped = True
-        return not self.stopped
+            self._trainer.stopped = True
+        return not self._trainer.stopped
 
     def _on_training_end(self) -> None:
-        if not self.stopped:
+        if not self._trainer.stopped:
             self._maybe_report(always=True)
 
     def _maybe_report(self, always: bool = False) -> None:
@@ -183,20 +118,18 @@ class Reporter(BaseCallback):
         gone = self.model.num_timesteps - self._reported_at
         if gone < (1 if always or self._config.algorithm == "ppo" else SAC_INTERVAL):
             return
-        self._reported_at = self.model.num_timesteps
+        self._reported_at = self._trainer.timesteps = self.model.num_timesteps
         logged = self.model.logger.name_to_value
-        losses = LOSSES[self._config.algorithm]
+        losses = LOSSES[self._config.algorithm].items()
         update = Update(
             timesteps=self.model.num_timesteps,
             learning_rate=self.model.lr_schedule(1.0),
             noise=self._noise,
             ended=_columns(self._ended),
-            losses={
-                name: float(logged.get("train/" + key, np.nan)) for name, key in losses.items()
-            },
+            losses={name: float(logged.get("train/" + key, np.nan)) for name, key in losses},
         )
         self._ended.clear()
-        self._report(update)
+        self._trainer.report(update)
 
 
 def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
@@ -209,6 +142,9 @@ def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
 class SB3Trainer(Trainer[Configuration, State, Params]):
     """Stable-Baselines3 on the processor, with the algorithm of the configuration."""
 
+    share = 0.0
+    """Of the training done so far, 0 to 1, by which rates and noise are set."""
+
     def __init__(
         self,
         config: Configuration,
@@ -219,14 +155,59 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
     ):
         super().__init__(config, env, params, report, stop)
         self._envs = SB3VecEnv(env, params, config.num_envs, config.seed)
-        self._schedule = Schedule()
-        self._model = make_model(config, self._envs, self._schedule)
-        self._reporter = Reporter(config, self._schedule, self._tell, stop)
+        self._model = self._make_model()
+        self._reporter = Reporter(self)
         self.losses = tuple(LOSSES[config.algorithm])
+
+    def _make_model(self) -> PPO | SAC:
+        """A fresh model whose learning rate follows the schedule."""
+        config, options = self.config, vars(self.config)
+        torch.set_num_threads(config.threads)
+        rates = config.learning_rate, config.final_learning_rate
+        network: dict[str, Any] = {"net_arch": [config.hidden] * config.layers}
+        common: dict[str, Any] = {
+            "learning_rate": lambda _: self._between(*rates),
+            "batch_size": config.batch_size,
+            "gamma": config.discount,
+            "seed": config.seed,
+            "device": "cpu",
+            "policy_kwargs": network,
+        }
+        if config.algorithm == "sac":
+            own = {name: options[name] for name in SAC_OPTIONS}
+            tau = options["soft_update"]
+            model = SAC("MlpPolicy", self._envs, train_freq=1, tau=tau, **own, **common)
+        else:
+            network["log_std_init"] = math.log(config.noise)
+            model = PPO(
+                "MlpPolicy",
+                self._envs,
+                n_steps=config.rollout_steps,
+                n_epochs=config.epochs,
+                gae_lambda=config.gae_lambda,
+                clip_range=config.clip_range,
+                **common,
+            )
+            model.policy.log_std.requires_grad_(False)
+        model.set_logger(Logger(folder=None, output_formats=[]))
+        return model
+
+    def _between(self, first: float, last: float) -> float:
+        """Linear schedule from first to last."""
+        return first + (last - first) * min(max(self.share, 0.0), 1.0)
+
+    def set_noise(self) -> float:
+        """Set the scheduled exploration, and return it (NaN for SAC, which learns it)."""
+        if not isinstance(self._model, PPO):
+            return math.nan
+        ends = math.log(self.config.noise), math.log(self.config.final_noise)
+        logarithm = self._between(*ends)
+        self._model.policy.log_std.data.fill_(logarithm)
+        return math.exp(logarithm)
 
     def begin_stretch(self, timesteps: int) -> None:
         """See Trainer."""
-        self.timesteps, self._schedule.share = timesteps, timesteps / self.config.timesteps
+        self.timesteps, self.share = timesteps, timesteps / self.config.timesteps
         first, second = np.random.SeedSequence([self.config.seed, timesteps]).generate_state(2)
         set_random_seed(int(first))
         self._model.action_space.seed(int(first))
@@ -239,7 +220,7 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         self._model.learn(
             goal - self.timesteps, self._reporter, log_interval=10**9, reset_num_timesteps=False
         )
-        self.timesteps, self.stopped = self._model.num_timesteps, self._reporter.stopped
+        self.timesteps = self._model.num_timesteps
 
     def take_state(self) -> ModelState:
         """See Trainer."""
@@ -293,7 +274,3 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
     def close(self) -> None:
         """See Trainer."""
         self._envs.close()
-
-    def _tell(self, update: Update) -> None:
-        self.timesteps = update.timesteps
-        self.report(update)

@@ -9,7 +9,7 @@ from stickslip.agents.demo import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
 from stickslip.agents.pictures.plots import plot_comparison
-from stickslip.agents.pictures.training import write_products
+from stickslip.agents.pictures.training import TRAINED, write_products
 from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.controllers import baseline
@@ -67,7 +67,7 @@ class UGVDemonstration(Demonstration[UGVTrainConfig]):
         """See Demonstration."""
         config, directory = trained.config, trained.directory
         task = training_task(config)
-        env, policy = task.env, {trained.name: load_policy(trained.policy)}
+        env, policy = task.env, {TRAINED: load_policy(trained.policy)}
         baselines = {name: baseline(name, env) for name in UGV_BASELINES}
         tabled = {name: baselines[name] for name in IN_TABLE} | policy
         count = config.evaluation_episodes  # the policy's program is then compiled already
@@ -84,14 +84,13 @@ class UGVDemonstration(Demonstration[UGVTrainConfig]):
             NOTE.format(ahead=config.preview_length),
             *_lines(played, env, bump),
         ]
-        text = self.text_of(trained, lines)
+        text = "\n".join(lines) + "\n"
         say("\n" + text)
         say("Drawing ...")
         title = "Over the paper's bump of 10 cm"
-        title += "" if trained.finished else f"; {trained.name}"
         episodes = [as_episode(of, env, bump, name) for name, of in played.items()]
         plot_comparison(episodes, compared(env), directory / "comparison.png", title)
-        write_products(trained, played[trained.name], bump)
+        write_products(trained, played[TRAINED], bump)
         self.write_tables(trained, table)
         return text
 

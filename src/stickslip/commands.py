@@ -117,7 +117,7 @@ COMMANDS = {
         "agents.demo:demo_command",
         {
             "stickslip demo": "the biped on a floor too slippery for constant speed",
-            "stickslip demo ugv --time-limit 120": "the UGV, with two minutes of training",
+            "stickslip demo ugv": "the UGV",
         },
     ),
     "tasks": Command(

@@ -216,12 +216,6 @@ def demo_flags(parser: Parser, _: Sequence[str]) -> None:
     parser.add_argument(
         "--fresh", action="store_true", help="train again, in a new directory beside the old one"
     )
-    parser.add_argument(
-        "--time-limit",
-        type=float,
-        metavar="SECONDS",
-        help="stop training after so long and show how far it came (default: none)",
-    )
 
 
 def tasks_flags(parser: Parser, _: Sequence[str]) -> None:

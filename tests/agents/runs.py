@@ -1,6 +1,5 @@
 """Training runs side by side."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +24,3 @@ def assert_same_run(one: Path, other: Path):
             np.testing.assert_array_equal(left[column], right[column], err_msg=f"{name} {column}")
     names = [path.name for path in list_checkpoints(one / "checkpoints")]
     assert names == [path.name for path in list_checkpoints(other / "checkpoints")]
-
-
-def clock_until_kept(folder: Path) -> Callable[[], float]:
-    """Seconds that pass at once when a run in the folder has its first checkpoint."""
-    return lambda: 1e3 if any(folder.rglob("checkpoints/*")) else 0.0
