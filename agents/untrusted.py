@@ -17,7 +17,7 @@ import zipfile
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias
 
 from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
 
@@ -180,16 +180,6 @@ def require_head(content: Json, form: str, version: int, kind: str) -> dict[str,
 
 Kind: TypeAlias = type[bool] | type[int] | type[float] | type[str] | Literal["range"]
 """Of a value; "range": two numbers, low <= high."""
-
-
-class Limits(TypedDict, total=False):
-    """Keyword arguments of a Rule."""
-
-    low: float
-    high: float
-    strict: bool
-    optional: bool
-    choices: tuple[str, ...]
 
 
 @dataclass(frozen=True)

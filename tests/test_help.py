@@ -2,13 +2,13 @@
 
 import inspect
 import shlex
+from dataclasses import fields
 
 import pytest
 
 from stickslip.agents.biped.config import DEFAULTS, SB3, TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.machine import BIPED_BASELINES
-from stickslip.agents.training.configuration import every_field
 from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
 from stickslip.agents.ugv.machine import UGV_BASELINES
 from stickslip.cli import COMMANDS, OK, main, make_parser
@@ -32,7 +32,7 @@ def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
 
 def test_help_names_every_field_of_the_configuration(capsys):
     shown = help_of(capsys, "train")
-    for name in (one.name for one in every_field(TrainConfig)):
+    for name in (one.name for one in fields(TrainConfig)):
         flag = f" --{name.replace('_', '-')} "
         assert (flag if name in TrainConfig.FLAGS else f" {name}=") in shown
 

@@ -74,30 +74,26 @@ def read_about(path: Path) -> dict[str, Json]:
 
 def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
     """Policies and baselines by name. ValueError for anything else, and for another machine's."""
-    found: dict[str, Named] = {}
-    for name in who:
-        owner, path = machine_of_baseline(name), policy_path(name)
-        if owner is not None and owner is not machine:
-            raise ValueError(
-                f"{name!r} is a baseline of the {owner.title}; accepted: "
-                f"{', '.join(machine.baselines)}, or a policy file"
-            )
-        if owner is not None:
-            found[name] = Named(None, {})
-            continue
-        if not path.exists():
-            raise ValueError(
-                f"{name!r} is neither a baseline nor a file; accepted: "
-                f"{', '.join(machine.baselines)}, a policy file, the directory of a run with one, "
-                "or a policy of the package (`stickslip policies`)"
-                f"{nearest(name, (*machine.baselines, *shipped_names()))}"
-            )
-        found[name] = Named(*read_player(path))
-        environment = found[name].metadata.get("environment", machine.environment)
-        if environment != machine.environment:
-            raise ValueError(
-                f"{name!r} is a policy of {environment}; accepted: policies of one machine"
-            )
+    return {name: _read_named(name, machine) for name in who}
+
+
+def _read_named(name: str, machine: AnyMachine) -> Named:
+    owner, path, own = machine_of_baseline(name), policy_path(name), ", ".join(machine.baselines)
+    if owner is machine:
+        return Named(None, {})
+    if owner is not None:
+        raise ValueError(
+            f"{name!r} is a baseline of the {owner.title}; accepted: {own}, or a policy file"
+        )
+    if not path.exists():
+        raise ValueError(
+            f"{name!r} is neither a baseline nor a file; accepted: {own}, a policy file, the "
+            "directory of a run with one, or a policy of the package (`stickslip policies`)"
+            f"{nearest(name, (*machine.baselines, *shipped_names()))}"
+        )
+    found = Named(*read_player(path))
+    if (of := found.metadata.get("environment", machine.environment)) != machine.environment:
+        raise ValueError(f"{name!r} is a policy of {of}; accepted: policies of one machine")
     return found
 
 
@@ -106,8 +102,7 @@ def machine_of(who: Sequence[str]) -> AnyMachine:
     for name in who:
         machine, path = machine_of_baseline(name), policy_path(name)
         if machine is None and path.is_file():
-            machine = machine_of_environment(read_about(path).get("environment"))
-            return machines()[0] if machine is None else machine
+            machine = machine_of_environment(read_about(path).get("environment")) or machines()[0]
         if machine is not None:
             return machine
     return machines()[0]
@@ -174,15 +169,11 @@ def places_of(
 
 
 def _own_task(name: str, one: Named, machine: AnyMachine) -> tuple[AnyTask, str]:
+    """The task in a policy's file, and where it is from."""
     with naming(policy_path(name)):
         named = named_task_of(one.metadata)
-    metadata = one.metadata if named is None else machine.describe(*named.make())
-    try:
+        metadata = one.metadata if named is None else machine.describe(*named.make())
         task = machine.read_task(metadata)
-    except ValueError as error:
-        raise ValueError(
-            f"{policy_path(name)}: {error}; accepted: a task as training wrote it"
-        ) from error
     if task is not None:
         which = "" if named is None else f", {named.name}"
         return task, f"the own task of {name}{which}"

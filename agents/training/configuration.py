@@ -9,7 +9,7 @@ import shlex
 import tomllib
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from stickslip.agents.untrusted import (
     LARGEST,
@@ -26,7 +26,7 @@ from stickslip.dynamics.plain_checks import require_choice, require_known, requi
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from stickslip.agents.untrusted import Json, Kind, Limits
+    from stickslip.agents.untrusted import Json, Kind
 
 
 T = TypeVar("T")
@@ -45,7 +45,7 @@ GROUPS = ("ppo", "shac", "sac")
 """Algorithms whose settings stand together in files."""
 
 
-def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Unpack[Limits]) -> T:
+def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Any) -> T:
     """A field of a configuration. of: the algorithm or the trainer that alone has it."""
     about = f"{of}: {about}" if of else about
     return field(default=default, metadata={"rule": Rule(kind, about, **rule), "of": of})

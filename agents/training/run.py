@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,8 +52,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from stickslip.agents.evaluation.table import AnyMeasures
-    from stickslip.agents.machine import AnyMachine, TrainingTask
-    from stickslip.agents.protocol import AnyEnv, Policy, Timed
+    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.protocol import AnyEnv, Policy
     from stickslip.agents.training.configuration import Config
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
@@ -114,7 +115,12 @@ class _Training:
         self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
         columns = (*COLUMNS, *self.machine.episode, *self.trainer.losses)
         self.metrics = MetricsFile(run.path / "metrics.csv", columns, upto=at)
-        columns = evaluation_columns(self.machine, run.config, self.task.env)
+        self.measures, columns = None, self.machine.evaluated
+        if (task := run.config.task) is not None:
+            self.measures = _task_measures(self.machine, task, self.task.env)
+            columns = tuple(self.measures.columns)
+        ends = (f"{name}_{end}" for name in INTERVALS if name in columns for end in ("low", "high"))
+        columns = (*columns, *ends)
         self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
         self.shown = shown
@@ -179,7 +185,7 @@ class _Training:
                 "(the checkpoints are whole); accepted: a smaller learning_rate"
             )
         policy = self.trainer.policy()
-        row = evaluation_row(self.machine, self.task, policy, self.config)
+        row = self._evaluated(policy)
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
         if self.shown:
@@ -193,6 +199,15 @@ class _Training:
             lambda path: save_policy(policy, path, about),
         )
         self._tidy()
+
+    def _evaluated(self, policy: Policy) -> dict[str, float]:
+        """A row of evaluations.csv, over episodes that neither training nor `stickslip evaluate
+        --task` plays."""
+        if (measures := self.measures) is None:
+            return self.machine.evaluate_policy(self.task, policy, self.config)
+        given = self.task.tested, self.config.evaluation_episodes, measures.keep
+        played = play_unseen(self.task.env, policy, *given)
+        return row_of_test(measures.columns, tuple(measures.columns), played)
 
     def _tidy(self) -> None:
         """Keep the latest checkpoints and the best, whose policy becomes the run's."""
@@ -212,34 +227,6 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
     return int(best[0]), best[1]
 
 
-def evaluation_columns(machine: AnyMachine, config: Configuration, env: AnyEnv) -> tuple[str, ...]:
-    """Of evaluations.csv, after steps and seconds."""
-    names = machine.evaluated
-    if config.task is not None:
-        names = _task_columns(machine, _task_measures(machine, config.task, env))
-    ends = (f"{name}_{end}" for name in INTERVALS if name in names for end in ("low", "high"))
-    return (*names, *ends)
-
-
-def evaluation_row(
-    machine: AnyMachine,
-    task: TrainingTask[AnyEnv, Timed],
-    policy: Policy,
-    config: Configuration,
-) -> dict[str, float]:
-    """Evaluation of a policy, by those columns.
-
-    On a named task: with its scores, over episodes from TEST_SEEDS on (one, where a reset draws
-    nothing), which neither training nor `stickslip evaluate --task` plays.
-    """
-    if config.task is None:
-        return machine.evaluate_policy(task, policy, config)
-    measures = _task_measures(machine, config.task, task.env)
-    count = config.evaluation_episodes
-    played = play_unseen(task.env, policy, task.tested, count, measures.keep)
-    return row_of_test(measures.columns, _task_columns(machine, measures), played)
-
-
 def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
     """An evaluation in a line."""
     score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
@@ -247,10 +234,11 @@ def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
 
 
 def _task_measures(machine: AnyMachine, task: str, env: AnyEnv) -> AnyMeasures:
+    """Measures of a named task's episodes, in the columns of evaluations."""
     definition = task_by_name(task)
     measures, known = machine.measures(env, task=True), known_of(definition)
-    return measures if known is None else scored(measures, known, definition.unit)
-
-
-def _task_columns(machine: AnyMachine, measures: AnyMeasures) -> tuple[str, ...]:
-    return tuple(name for name in measures.columns if name in (*SCORES, *machine.evaluated))
+    measures = measures if known is None else scored(measures, known, definition.unit)
+    shown = {*SCORES, *machine.evaluated}
+    return replace(
+        measures, columns={name: one for name, one in measures.columns.items() if name in shown}
+    )

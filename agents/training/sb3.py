@@ -19,11 +19,8 @@ from stickslip.agents.training.trainer import Trainer, Update
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.trainer import ModelState
-    from stickslip.envs.functional import FunctionalEnv
 
 BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 """Arrays of a replay buffer."""
@@ -145,19 +142,12 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
     share = 0.0
     """Of the training done so far, 0 to 1, by which rates and noise are set."""
 
-    def __init__(
-        self,
-        config: Configuration,
-        env: FunctionalEnv[State, Params],
-        params: Params,
-        report: Callable[[Update], None],
-        stop: Callable[[], bool],
-    ):
-        super().__init__(config, env, params, report, stop)
-        self._envs = SB3VecEnv(env, params, config.num_envs, config.seed)
+    def build(self) -> None:
+        """See Trainer."""
+        self._envs = SB3VecEnv(self.env, self.params, self.config.num_envs, self.config.seed)
         self._model = self._make_model()
         self._reporter = Reporter(self)
-        self.losses = tuple(LOSSES[config.algorithm])
+        self.losses = tuple(LOSSES[self.config.algorithm])
 
     def _make_model(self) -> PPO | SAC:
         """A fresh model whose learning rate follows the schedule."""

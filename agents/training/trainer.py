@@ -96,6 +96,11 @@ class Trainer(ABC, Generic[Config, State, Params]):
         self.timesteps = 0
         """So far; those of an update that `stop` cut short are not counted."""
         self.stopped = False
+        self.build()
+
+    @abstractmethod
+    def build(self) -> None:
+        """Make what learns, from nothing."""
 
     @abstractmethod
     def begin_stretch(self, timesteps: int) -> None:
@@ -317,20 +322,14 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
     network_of: ClassVar[staticmethod[[Any], MLPPolicy]]
     """Policy of a learner."""
 
-    def __init__(
-        self,
-        config: Configuration,
-        env: FunctionalEnv[State, Params],
-        params: Params,
-        report: Callable[[Update], None],
-        stop: Callable[[], bool],
-    ):
-        super().__init__(config, same_step(env), params, report, stop)
-        self._sizes, self._rates = self.settings(config)
-        inputs, self._infos = shapes_of(self.env, params)
-        given = inputs, len(env.action_names), self._sizes, jax.random.key(config.seed)
+    def build(self) -> None:
+        """See Trainer."""
+        self.env, seed = same_step(self.env), self.config.seed
+        self._sizes, self._rates = self.settings(self.config)
+        inputs, self._infos = shapes_of(self.env, self.params)
+        given = inputs, len(self.env.action_names), self._sizes, jax.random.key(seed)
         self._learner: Learner = self.first_learner(*given)
-        self._start = begin_episodes(self.env, params, self._sizes, config.seed)
+        self._start = begin_episodes(self.env, self.params, self._sizes, seed)
 
     @abstractmethod
     def learnt(
@@ -352,9 +351,9 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
         progress, key = self._start
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
         own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
-        learnt = self.learnt(now, own, progress)
-        if learnt is None or self._stopped_after(learnt):
-            self.stopped = True
+        learnt = jax.block_until_ready(self.learnt(now, own, progress))
+        self.stopped = learnt is None or self.stop()
+        if learnt is None or self.stopped:
             return
         self._learner, self._start = learnt.learner, Start(learnt.found.progress, key)
         self.timesteps += self._sizes.samples
@@ -367,11 +366,6 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
                 losses={name: float(learnt.losses[name]) for name in self.losses},
             )
         )
-
-    def _stopped_after(self, learnt: Learnt[Learner, State]) -> bool:
-        """Wait for an update, then ask whether to stop."""
-        jax.block_until_ready(learnt.learner)
-        return self.stop()
 
     def take_state(self) -> ModelState:
         """See Trainer."""

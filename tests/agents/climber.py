@@ -19,8 +19,7 @@ class Climber(Trainer):
 
     losses = ("spread",)
 
-    def __init__(self, config: Any, env: Any, params: Any, report: Any, stop: Any):
-        super().__init__(config, env, params, report, stop)
+    def build(self) -> None:
         self._weights, self._best = np.zeros((2, 1), np.float32), -np.inf
         self._random = np.random.default_rng(0)
 
