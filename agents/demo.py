@@ -1,8 +1,7 @@
 """`stickslip demo`: train a machine on a task of its own, and compare.
 
 The directory is `runs/demo`, or what the machine's demo says. A demo that was finished there is
-shown again without training; one that was cut off goes on; after a change of the configuration, or
-with `fresh`, a new directory `runs/demo-2`, `-3`, ... is begun.
+shown again without training; one that was cut off goes on.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, ClassVar, Generic
 
 from stickslip.agents.registry import machine_by_name, machines
 from stickslip.agents.training.configuration import Config, Configuration
-from stickslip.agents.training.directory import list_checkpoints, read_config
+from stickslip.agents.training.directory import CONFIG, read_config
 from stickslip.agents.training.run import train
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import write_whole
@@ -37,7 +36,7 @@ class Demonstration(ABC, Generic[Config]):
     """One machine's demo: what is trained, and how the policy is compared and shown."""
 
     directory: ClassVar[str] = "demo"
-    """Name of the run's directory; -2, -3, ... follow it where another run has it."""
+    """Name of the run's directory."""
     files: ClassVar[Mapping[str, str]]
     """Products in the run's directory with their descriptions, without TABLE."""
 
@@ -67,35 +66,30 @@ def demo(
     parent: str | Path = "runs",
     *,
     machine: str | None = None,
-    fresh: bool = False,
-    config: Configuration | None = None,
     stop: Callable[[], bool] = lambda: False,
     say: Callable[[str], None] = print,
 ) -> Path:
     """Train (unless that is done), print the table, write plots and the animation; return where.
 
-    machine: its name, the first one by default; config: a training configuration in place of the
-    demo's, of whichever machine. ValueError for a machine without a demo.
-    stop: as for `train`; the next demo goes on from there.
+    machine: its name, the first one by default. stop: as for `train`; the next demo goes on from
+    there. ValueError for a machine without a demo, and where the directory holds another run.
     """
-    begun = monotonic()
-    name = config.machine if config is not None else machine or machines()[0].name
+    begun, name = monotonic(), machine or machines()[0].name
     demonstration = machine_by_name(name).demonstration()
     if demonstration is None:
         known = ", ".join(one.name for one in machines() if one.demonstration())
         raise ValueError(f"machine = {shown(name)} has no demo; accepted: {known}")
-    asked: Configuration = demonstration.config() if config is None else config
-    directory, known = find_directory(Path(parent), asked, fresh, demonstration.directory)
-    if known and _is_shown(directory, asked, demonstration):
-        say(f"{directory} holds this demo already (--fresh for a new one).\n")
+    asked: Configuration = demonstration.config()
+    directory = Path(parent) / demonstration.directory
+    begins = not (directory / CONFIG).exists()
+    if not begins and read_config(directory) == asked and _is_shown(directory, demonstration):
+        say(f"{directory} holds this demo already.\n")
         say((directory / TABLE).read_text(encoding="utf-8"))
         return _list_files(directory, demonstration, say)
-    (directory / TABLE).unlink(missing_ok=True)  # of a policy that is trained further now
-    title = machine_by_name(asked.machine).title
-    begins = f"Training the {title} with {asked.algorithm.upper()} in"
-    what = "Going on in" if known else begins
-    say(f"{what} {directory}: {demonstration.task_in_words(asked)}")
-    trained = train(None if known else asked, directory, resume=known, stop=stop)
+    title = machine_by_name(name).title
+    what = f"Training the {title} with {asked.algorithm.upper()}" if begins else "Going on"
+    say(f"{what} in {directory}: {demonstration.task_in_words(asked)}")
+    trained = train(asked, directory, resume=not begins, stop=stop)
     if not trained.finished:
         so_far = f"{trained.timesteps:,} of {asked.timesteps:,} steps"
         say(f"Stopped after {so_far}; the next demo goes on from there.")
@@ -107,13 +101,9 @@ def demo(
     return _list_files(directory, demonstration, say)
 
 
-def _is_shown(
-    directory: Path, config: Configuration, demonstration: Demonstration[Configuration]
-) -> bool:
+def _is_shown(directory: Path, demonstration: Demonstration[Configuration]) -> bool:
     """Whether a finished demo's products are all there."""
-    checkpoints = list_checkpoints(directory / "checkpoints")
-    whole = all((directory / name).exists() for name in (TABLE, *demonstration.files))
-    return whole and bool(checkpoints) and int(checkpoints[-1].name) >= config.timesteps
+    return all((directory / name).exists() for name in (TABLE, *demonstration.files))
 
 
 def _list_files(directory: Path, demonstration: Demonstration, say: Callable[[str], None]) -> Path:
@@ -123,36 +113,10 @@ def _list_files(directory: Path, demonstration: Demonstration, say: Callable[[st
     return directory
 
 
-def find_directory(
-    parent: Path, config: Configuration, fresh: bool, name: str = "demo"
-) -> tuple[Path, bool]:
-    """Where the demo runs, and whether a run of this configuration is there already."""
-    index = 1
-    while True:
-        path = parent / (name if index == 1 else f"{name}-{index}")
-        if not path.exists() or (path.is_dir() and not any(path.iterdir())):
-            return path, False
-        if not fresh and _is_run_of(path, config):
-            return path, True
-        index += 1
-
-
-def _is_run_of(path: Path, config: Configuration) -> bool:
-    try:
-        return read_config(path) == config
-    except ValueError:
-        return False
-
-
 def demo_command(given: Options) -> Content:
     """`stickslip demo`: its table and where it is."""
     with stoppable() as stop:
-        directory = demo(
-            given["out"],
-            machine=given["machine"],
-            fresh=given["fresh"],
-            stop=stop,
-        )
+        directory = demo(given["out"], machine=given["machine"], stop=stop)
         if stop():
             raise stop.interrupted(f"Stopped; go on with the same command ({directory})")
     found = json.loads((directory / "table.json").read_text(encoding="utf-8"))

@@ -213,9 +213,6 @@ def demo_flags(parser: Parser, _: Sequence[str]) -> None:
         default="runs",
         help="where its directory goes (default: %(default)s)",
     )
-    parser.add_argument(
-        "--fresh", action="store_true", help="train again, in a new directory beside the old one"
-    )
 
 
 def tasks_flags(parser: Parser, _: Sequence[str]) -> None:

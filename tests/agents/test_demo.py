@@ -6,12 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.demo import BipedDemonstration
-from stickslip.agents.demo import demo, find_directory
+from stickslip.agents.demo import demo
 from stickslip.agents.registry import register, unregister
 from stickslip.agents.training.log import read_columns
-from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.demo import UGVDemonstration
 from tests.agents.mass import MassMachine
 
@@ -26,19 +23,6 @@ def test_what_has_no_demo_is_refused_before_anything_is_written(tmp_path: Path):
     with pytest.raises(ValueError, match=r"machine = 'uvg' is unknown.*'ugv'"):
         demo(tmp_path, machine="uvg")
     assert not list(tmp_path.iterdir())
-
-
-def test_each_machine_has_a_directory_of_its_own(tmp_path: Path):
-    name = UGVDemonstration().directory
-    assert name != BipedDemonstration().directory
-    (tmp_path / "demo").mkdir()
-    (tmp_path / "demo" / "config.json").write_text(TrainConfig.of().to_json())
-    config = UGVTrainConfig.of()
-    assert find_directory(tmp_path, config, False, name) == (tmp_path / name, False)
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "config.json").write_text(config.to_json())
-    assert find_directory(tmp_path, config, False, name) == (tmp_path / name, True)
-    assert find_directory(tmp_path, config, True, name) == (tmp_path / f"{name}-2", False)
 
 
 @pytest.mark.long
