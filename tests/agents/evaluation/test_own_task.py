@@ -111,7 +111,7 @@ def test_a_task_that_no_file_can_keep_is_left_out_and_said():
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        (("robot",), {"kind": "Scene", "floor": {"kind": "Grip"}}),
+        (("robot", "kind"), "os.system"),
         (("robot", "crank"), {"array": "AAAA", "shape": [9], "type": "float32", "host": False}),
         (("env", "substeps"), 10**9),
         (("numbers", "named", "torque_limit"), -1.0),

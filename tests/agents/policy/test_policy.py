@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import os
 import pickle
 import tempfile
 import zipfile
@@ -215,6 +216,12 @@ def test_a_file_that_is_no_policy_is_named_and_nothing_in_it_runs(path, case):
     with pytest.raises(ValueError, match=f"policy.npz: .*{words}.*; accepted: .*save_policy"):
         load_policy(path)
     assert not hasattr(builtins, "stickslip_bomb")
+
+
+def test_a_pipe_is_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "pipe.npz")
+    with pytest.raises(ValueError, match=r"pipe\.npz: cannot be read \(not a plain file\)"):
+        load_policy(tmp_path / "pipe.npz")
 
 
 def test_what_could_not_be_loaded_is_not_written(tmp_path):
