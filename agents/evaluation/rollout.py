@@ -180,14 +180,6 @@ class _Step(NamedTuple, Generic[State]):
     info: dict[str, Array]
 
 
-class _Carry(NamedTuple, Generic[State, Memory]):
-    """From step to step."""
-
-    last: _Step[State]
-    memory: Memory
-    length: Int[Array, ""]
-
-
 @partial(jax.jit, static_argnums=(0, 1))
 def _rollout(
     env: FunctionalEnv[State, Params],
@@ -218,19 +210,19 @@ def _rollout(
     shapes = jax.eval_shape(lambda: advance(start_obs, start, memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 
-    def body(carry: _Carry[State, Memory], _: None) -> tuple[_Carry[State, Memory], _Step[State]]:
+    def body(carry: tuple[_Step[State], Memory, Int[Array, ""]], _: None):
         last, memory, length = carry
         over = env.is_over(last.state)
         new_memory, row = advance(last.obs, last.state, memory)
         row, memory = jax.tree.map(
             lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
         )
-        return _Carry(row, memory, length + (~over).astype(length.dtype)), row
+        return (row, memory, length + (~over).astype(length.dtype)), row
 
     first = blank._replace(state=start, obs=start_obs)
-    nothing = jnp.zeros((), jnp.int32)
-    end, rows = jax.lax.scan(body, _Carry(first, memory, nothing), None, length=count)
-    return Rollout(start, start_obs, *rows, length=end.length)
+    begun = first, memory, jnp.zeros((), jnp.int32)
+    (_, _, length), rows = jax.lax.scan(body, begun, None, length=count)
+    return Rollout(start, start_obs, *rows, length=length)
 
 
 def seeds_of(episodes: int, seeds: Sequence[int] | None) -> tuple[int, ...]:

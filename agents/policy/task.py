@@ -64,28 +64,23 @@ def in_words(value: Json) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def task_entry(parts: Mapping[str, object], modules: Modules) -> dict[str, Json]:
-    """The entry of a description that holds a task's parts, or says why it does not."""
-    try:
-        content: Json = {name: to_json(part, kinds(modules)) for name, part in parts.items()}
-    except ValueError as error:
-        return {TASK: None, "task_missing": str(error)}
-    if (length := len(json.dumps(content))) > LONGEST:
-        return {TASK: None, "task_missing": f"its {length} characters are too many"}
-    return {TASK: content}
-
-
 def described(
     env: AnyEnv, params: Timed, parts: Mapping[str, object], modules: Modules
 ) -> dict[str, Json]:
     """Description of a task for a policy's metadata: class and choices of the environment, size of
-    the observation, and the parts."""
-    return {
+    the observation, and the parts, or why they are not kept."""
+    about: dict[str, Json] = {
         "environment": type(env).__name__,
         "choices": plain(asdict(env)),  # pyright: ignore[reportArgumentType], a dataclass
         "observation_size": len(env.observation_bounds(params)[0]),
-        **task_entry(parts, modules),
     }
+    try:
+        content: Json = {name: to_json(part, kinds(modules)) for name, part in parts.items()}
+        if (length := len(json.dumps(content))) > LONGEST:
+            raise ValueError(f"its {length} characters are too many")
+    except ValueError as error:
+        return {**about, TASK: None, "task_missing": str(error)}
+    return {**about, TASK: content}
 
 
 def read_task(
@@ -127,16 +122,12 @@ def with_fields(values: Params, options: Options) -> Params:
 def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
     """Names and numbers, without what is none; and the ranges that a reset draws from."""
     found = {name: plain(value) for name, value in values.items()}
-    words = [f"{name} {in_words(one)}" for name, one in found.items() if is_number(one)]
+    numbers = ((name, one) for name, one in found.items() if isinstance(one, int | float | list))
+    words = [f"{name} {in_words(one)}" for name, one in numbers]
     for name, ends in () if drawn is None else vars(drawn).items():
         if isinstance(ends, tuple):
             words.append(f"{name} drawn from {float(ends[0]):.4g} to {float(ends[1]):.4g}")
     return ", ".join(words).replace("_", " ")
-
-
-def is_number(value: Json) -> bool:
-    """True for a number or a list."""
-    return isinstance(value, int | float | list)
 
 
 def same_numbers(one: object, other: object) -> bool:

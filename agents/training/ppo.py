@@ -33,6 +33,7 @@ from stickslip.agents.training.trainer import (
     Rates,
     Sizes,
     Start,
+    Tree,
     actor_and_critic,
     add_moments,
     begin_episodes,
@@ -166,16 +167,25 @@ def log_probability(action: Array, mean: Array, noise: Array) -> Array:
     return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
 
 
+def judged(critic: MLPPolicy, found: Collected, rates: Rates) -> tuple[Array, Array]:
+    """Advantage of each step of a rollout [steps, n], and the critic's target."""
+    value, later = (critic.unlimited(found.kept[of])[..., 0] for of in ("obs", "next_obs"))
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    return gain, value + gain
+
+
+def flattened(tree: Tree) -> Tree:
+    """Every leaf [steps, n, ...] as [samples, ...]."""
+    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), tree)
+
+
 def samples_of(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
     """Samples of a rollout for the update."""
     obs, action = found.kept["obs"], found.kept["action"]
-    critic = network(learner.critic, learner.seen)
-    value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
-    ends = found.terminated, found.truncated
-    advantage = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    advantage, value = judged(network(learner.critic, learner.seen), found, rates)
     mean = network(learner.actor, learner.seen).unlimited(obs)
-    batch = Batch(obs, action, log_probability(action, mean, noise), advantage, value + advantage)
-    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), batch)
+    return flattened(Batch(obs, action, log_probability(action, mean, noise), advantage, value))
 
 
 def loss_of(

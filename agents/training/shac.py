@@ -25,7 +25,7 @@ import numpy as np
 import optax
 
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.ppo import advantages
+from stickslip.agents.training.ppo import flattened, judged
 from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
@@ -272,7 +272,8 @@ def improve(
     length = _norm(gradient)
     gradient = jax.tree.map(lambda leaf: jnp.where(jnp.isfinite(length), leaf, 0.0), gradient)
     actor, own = _apply(learner.actor, gradient, learner.optimisers[0], now.learning_rate)
-    obs, values, advantage = _targets(learner, found, rates)
+    judgement = judged(network(learner.target, learner.seen), found, rates)
+    obs, (advantage, values) = flattened((found.kept["obs"], judgement))
     pace = now.learning_rate * rates.critic_pace
     critic, theirs, error = _fit_critic(learner, obs, values, sizes, pace, key)
     target = jax.tree.map(
@@ -290,20 +291,6 @@ def improve(
 def _apply(layers: Layers, gradient: Layers, state: optax.OptState, rate: Array):
     change, state = OPTIMISER.update(gradient, state)
     return jax.tree.map(lambda one, by: one - rate * by, layers, change), state
-
-
-def _targets(
-    learner: ShortLearner, found: Collected[State], rates: ShortRates
-) -> tuple[Array, Array, Array]:
-    """Observations [samples, obs], the critic's targets, and advantages."""
-    obs, critic = found.kept["obs"], network(learner.target, learner.seen)
-    value, later = (critic.unlimited(x)[..., 0] for x in (obs, found.kept["next_obs"]))
-    ends = found.terminated, found.truncated
-    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
-    obs, values, gain = jax.tree.map(
-        lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), (obs, value + gain, gain)
-    )
-    return obs, values, gain
 
 
 def _fit_critic(

@@ -10,7 +10,6 @@ acting and learning use the same numbers, which change between updates only.
 from __future__ import annotations
 
 import itertools
-import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib import import_module
@@ -22,8 +21,8 @@ import numpy as np
 
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import Config, Configuration
-from stickslip.dynamics.checks import as_number, require_integer, shown
+from stickslip.agents.training.configuration import Config, Configuration, rule_of
+from stickslip.dynamics.checks import as_number, shown
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Progress, begin
 from stickslip.envs.rendering.extras import require
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
+    from stickslip.agents.untrusted import Rule
     from stickslip.envs.collecting import Collected
     from stickslip.envs.functional import FunctionalEnv
 
@@ -47,10 +47,6 @@ ModelState: TypeAlias = "Mapping[str, np.ndarray | str | int]"
 Tree = TypeVar("Tree")
 Learner = TypeVar("Learner")
 """All that learning goes on from: a tree of arrays."""
-LEAST = {"rollout_steps": 2, "batch_size": 2}
-MOST = {"num_envs": 65536, "epochs": 10_000, "hidden": 4096, "layers": 8}
-POSITIVE = ("learning_rate", "noise", "final_noise", "clip_range")
-SHARES = ("discount", "gae_lambda")
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
 """Of a normalised observation's entry."""
 UNFIT = "its contents do not fit the configuration"
@@ -143,6 +139,11 @@ def trainer_of(config: Configuration) -> type[AnyTrainer]:
     return getattr(import_module(module), name)
 
 
+def _rule(name: str) -> Rule:
+    """Rule of the configuration's field of that name."""
+    return rule_of(Configuration.__dataclass_fields__[name])
+
+
 @dataclass(frozen=True)
 class Sizes:
     """Static choices: the shapes of a program."""
@@ -159,9 +160,8 @@ class Sizes:
     layers: int = 2
 
     def __post_init__(self):
-        for one in fields(self):
-            low, high = LEAST.get(one.name, 1), MOST.get(one.name, 2**53)
-            require_integer(one.name, getattr(self, one.name), low=low, high=high)
+        for name, value in vars(self).items():
+            _rule(name).require(name, value)
         if self.samples % self.batch_size:
             raise ValueError(
                 f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of num_envs "
@@ -212,11 +212,10 @@ class Rates:
     def validate(self) -> Rates:
         """These with lists as arrays, or ValueError naming what is no such number."""
         found = {}
-        for one in fields(self):
-            strict, high = one.name in POSITIVE, 1.0 if one.name in SHARES else math.inf
-            accepted = "0 to 1" if one.name in SHARES else f"finite, {'>' if strict else '>='} 0"
-            rule = {"low": 0.0, "strict": strict, "high": high, "accepted": accepted}
-            found[one.name] = as_number(one.name, getattr(self, one.name), **rule)
+        for name, value in vars(self).items():
+            rule = _rule(name)
+            limits = {"low": rule.low, "high": rule.high, "strict": rule.strict}
+            found[name] = as_number(name, value, **limits, accepted=rule.accepted)
         return replace(self, **found)
 
 
