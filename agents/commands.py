@@ -71,13 +71,7 @@ def train_command(given: Options) -> None:
         require_folder(out)
     directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with stoppable() as stop:
-        trained = train(
-            config,
-            directory,
-            resume=given["resume"],
-            overwrite=given["overwrite"],
-            stop=stop,
-        )
+        trained = train(config, directory, resume=given["resume"], stop=stop)
     machine, where = machine_of_config(trained.config), shlex.quote(str(directory))
     if not trained.finished:
         again = f"stickslip train {machine.name} --out {where} --resume"

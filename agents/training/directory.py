@@ -2,8 +2,8 @@
 
 A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters, optimiser states, for SAC the
 replay buffer, for JAX the episodes, as arrays), `policy.npz` and `state.json`. It appears whole or
-not at all, and reading it runs no code. `config.json` is written first and deleted last: while it
-is there, the directory is a run, which can be resumed or begun anew.
+not at all, and reading it runs no code. `config.json` is written first: once it is there, the
+directory is a run, which can be resumed.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from __future__ import annotations
 import json
 import os
 import platform
-import re
 import sys
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.policy.file import installed, read_policy
-from stickslip.agents.registry import machines, read_configuration
+from stickslip.agents.registry import read_configuration
 from stickslip.agents.untrusted import (
     RefusedError,
     Rule,
@@ -42,8 +41,6 @@ if TYPE_CHECKING:
     from stickslip.agents.training.trainer import ModelState
 
 CONFIG, VERSIONS = "config.json", "versions.json"
-LOGS = "events.out.tfevents"
-"""Beginning of TensorBoard's files."""
 PACKAGES = (
     "stickslip",
     "jax",
@@ -55,26 +52,8 @@ PACKAGES = (
     "torch",
     "matplotlib",
 )
-FOLDERS = ("checkpoints", "tensorboard")
-PRODUCTS = (
-    CONFIG,
-    VERSIONS,
-    "metrics.csv",
-    "evaluations.csv",
-    "policy.npz",
-    "table.csv",
-    "table.json",
-    "table.txt",
-    "learning.png",
-    "comparison.png",
-    "episode.png",
-)
-"""Files of every machine's run, its animation aside."""
 FORMAT, VERSION = "stickslip checkpoint", 3
 MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
-CONTENTS = (MODEL, STATE, POLICY)
-CHECKPOINT = re.compile(r"checkpoints(\.part)?/[0-9]+(\.old)?(\.part)?")
-"""The folder of a checkpoint, or what a kill leaves of it."""
 RULES = {
     "timesteps": Rule(int, "so far", low=0),
     "seconds": Rule(float, "trained so far", low=0),
@@ -106,27 +85,21 @@ class Run(NamedTuple):
         return self.path / "checkpoints"
 
 
-def open_run(
-    path: Path, config: Configuration | None, *, resume: bool = False, overwrite: bool = False
-) -> Run:
+def open_run(path: Path, config: Configuration | None, *, resume: bool = False) -> Run:
     """Make the directory, or resume the run in it.
 
-    ValueError if it holds something and neither `resume` nor `overwrite` is asked for, if there is
-    nothing to resume, or if its configuration is another one. config: may be None to resume.
+    ValueError if it holds something and `resume` is not asked for, if there is nothing to resume,
+    or if its configuration is another one. config: may be None to resume.
     """
-    if resume and overwrite:
-        raise ValueError("resume and overwrite exclude each other; accepted: one of them")
     if resume:
         return _resumed(path, config)
     if config is None:
         raise ValueError("config is missing; accepted: a TrainConfig, or resume=True")
-    if path.exists() and not _is_bare(path):
-        if not overwrite:
-            raise ValueError(
-                f"{path} exists and is not empty; accepted: a new directory, --resume to go on "
-                "with the run in it, or --overwrite to begin it anew"
-            )
-        _clear(path)
+    if path.exists() and not all(_is_left(one) for one in path.iterdir()):
+        raise ValueError(
+            f"{path} exists and is not empty; accepted: a new directory, or --resume to go on with "
+            "the run in it"
+        )
     path.mkdir(parents=True, exist_ok=True)
     _sweep(path)
     write_whole(path / CONFIG, config.to_json())  # from here on it is a run
@@ -207,56 +180,15 @@ def _write_versions(path: Path) -> None:
     write_whole(path / VERSIONS, json.dumps(versions(), indent=2) + "\n")
 
 
-def written_files() -> tuple[str, ...]:
-    """Files of a run beside its folders; `overwrite` deletes these and nothing else."""
-    return (*PRODUCTS, *(machine.film for machine in machines()))
-
-
-def _is_bare(path: Path) -> bool:
-    """True if a directory holds at most what a run leaves that was killed as it began."""
-    return all(_is_left(one) or (one.is_file() and one.name == VERSIONS) for one in path.iterdir())
-
-
 def _is_left(path: Path) -> bool:
-    """True for a file of a run that a killed process left half written."""
-    return path.is_file() and not path.is_symlink() and is_remains(path.name, written_files())
+    """True for a file that a killed process left half written."""
+    return path.is_file() and not path.is_symlink() and is_remains(path.name)
 
 
 def _sweep(path: Path) -> None:
-    """Delete what a killed process left half written or half deleted."""
-    for one in path.iterdir():
-        if _is_left(one):
-            one.unlink()
-    for name in FOLDERS:
-        if (aside := path / (name + PARTIAL)).is_dir():
-            discard(aside)
-
-
-def _clear(path: Path) -> None:
-    """Delete a run's files, its configuration last. ValueError for a directory with others."""
-    read_config(path)  # raises for a directory that is no run
-    if others := [one for one in path.rglob("*") if _is_anothers(path, one)]:
-        names = ", ".join(sorted(str(one.relative_to(path)) for one in others)[:5])
-        raise ValueError(
-            f"{path} also holds {names}, which no run wrote; accepted: a directory with a run alone"
-        )
-    _sweep(path)
-    for name in FOLDERS:
-        if (path / name).exists():
-            discard(put_aside(path / name))
-    for name in sorted(written_files(), key=lambda name: name == CONFIG):
-        (path / name).unlink(missing_ok=True)
-
-
-def _is_anothers(run: Path, path: Path) -> bool:
-    """True for a link, and for a file that no run wrote."""
-    folder, _, name = path.relative_to(run).as_posix().rpartition("/")
-    if path.is_symlink() or path.is_dir():
-        return path.is_symlink()
-    if folder.removesuffix(PARTIAL) == "tensorboard":
-        return not name.startswith(LOGS)
-    own = written_files() if not folder else CONTENTS if CHECKPOINT.fullmatch(folder) else ()
-    return name not in own and not is_remains(name, own)
+    """Delete what a killed process left half written."""
+    for one in filter(_is_left, path.iterdir()):
+        one.unlink()
 
 
 def write_checkpoint(
@@ -275,13 +207,7 @@ def write_checkpoint(
     save(partial / POLICY)
     head = {"format": FORMAT, "version": VERSION}
     write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
-    if final.exists():
-        before = final.with_name(final.name + ".old" + PARTIAL)
-        os.replace(final, before)
-        os.replace(partial, final)
-        discard(before)
-    else:
-        os.replace(partial, final)
+    os.replace(partial, final)
     return final
 
 
@@ -297,9 +223,8 @@ def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
     for path in list_checkpoints(directory):
         if path not in kept:
             discard(put_aside(path))
-    for path in directory.glob("*" + PARTIAL):
-        if CHECKPOINT.fullmatch(f"checkpoints/{path.name}"):
-            discard(path)
+    for path in directory.glob("[0-9]*" + PARTIAL):
+        discard(path)
 
 
 def read_state(folder: Path) -> TrainState:

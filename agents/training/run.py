@@ -67,7 +67,6 @@ def train(
     directory: str | Path,
     *,
     resume: bool = False,
-    overwrite: bool = False,
     bar: bool | None = None,
     stop: Callable[[], bool] = lambda: False,
 ) -> Trained[Config]:
@@ -91,7 +90,7 @@ def train(
         read_config(directory)  # nothing to resume is no reason to make a directory
     with ExitStack() as stack:
         stack.enter_context(only_writer(directory))
-        run = open_run(directory, config, resume=resume, overwrite=overwrite)
+        run = open_run(directory, config, resume=resume)
         return _Training(run, bar is not False, stop, stack).train()
 
 

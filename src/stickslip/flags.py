@@ -53,7 +53,6 @@ def train_flags(parser: Parser, arguments: Sequence[str]) -> None:
         "--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)"
     )
     parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
-    parser.add_argument("--overwrite", action="store_true", help="begin the run in --out anew")
     parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
     parser.add_argument(
         "--config",

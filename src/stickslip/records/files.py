@@ -60,10 +60,10 @@ def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
             os.unlink(name)
 
 
-def is_remains(name: str, of: Container[str]) -> bool:
-    """True if a file's name is one that a killed `write_whole` of these files leaves."""
+def is_remains(name: str, of: Container[str] | None = None) -> bool:
+    """True if a file's name is one that a killed `write_whole` leaves; of: of these files alone."""
     found = REMAINS.fullmatch(name)
-    return found is not None and found.group(1) in of
+    return found is not None and (of is None or found.group(1) in of)
 
 
 def put_aside(folder: Path) -> Path:
