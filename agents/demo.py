@@ -7,13 +7,12 @@ shown again without training; one that was cut off goes on.
 from __future__ import annotations
 
 import json
-from abc import ABC, abstractmethod
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, ClassVar, Generic
+from typing import TYPE_CHECKING
 
 from stickslip.agents.registry import machine_by_name, machines
-from stickslip.agents.training.configuration import Config, Configuration
+from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.directory import CONFIG, read_config
 from stickslip.agents.training.run import train
 from stickslip.dynamics.checks import shown
@@ -22,44 +21,13 @@ from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable
 
-    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.machine import Demonstration
     from stickslip.agents.protocol import Options
-    from stickslip.agents.training.configuration import Trained
 
 TABLE = "table.txt"
 """The file of a finished demo that is written last: it says that the rest is there."""
-
-
-class Demonstration(ABC, Generic[Config]):
-    """One machine's demo: what is trained, and how the policy is compared and shown."""
-
-    directory: ClassVar[str] = "demo"
-    """Name of the run's directory."""
-    files: ClassVar[Mapping[str, str]]
-    """Products in the run's directory with their descriptions, without TABLE."""
-
-    @abstractmethod
-    def config(self) -> Config:
-        """Training configuration."""
-
-    @abstractmethod
-    def task_in_words(self, config: Config) -> str:
-        """Text of the task, in a line or two."""
-
-    @abstractmethod
-    def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
-        """Compare the policy with the baselines, say so, write `files` and return what was said.
-
-        say: also called with what goes on.
-        """
-
-    def write_tables(self, trained: Trained[Config], table: Evaluation) -> None:
-        """Write table.csv and table.json into the run's directory."""
-        about = {"config": trained.config.digest, "timesteps": trained.timesteps}
-        table.write_csv(trained.directory / "table.csv")
-        table.write_json(trained.directory / "table.json", about)
 
 
 def demo(

@@ -18,17 +18,17 @@ from stickslip.dynamics.plain_checks import require_choice, shown
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     import numpy as np
 
-    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.table import AnyMeasures
+    from stickslip.agents.evaluation.table import AnyMeasures, Evaluation
     from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import AnyPlayer, Policy
     from stickslip.agents.sweeps.swept import Swept
+    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
@@ -73,6 +73,36 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     """Of evaluations."""
     described: Params
     """In the policy's file."""
+
+
+class Demonstration(ABC, Generic[Config]):
+    """One machine's demo: what is trained, and how the policy is compared and shown."""
+
+    directory: ClassVar[str] = "demo"
+    """Name of the run's directory."""
+    files: ClassVar[Mapping[str, str]]
+    """Products in the run's directory with their descriptions."""
+
+    @abstractmethod
+    def config(self) -> Config:
+        """Training configuration."""
+
+    @abstractmethod
+    def task_in_words(self, config: Config) -> str:
+        """Text of the task, in a line or two."""
+
+    @abstractmethod
+    def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
+        """Compare the policy with the baselines, say so, write `files` and return what was said.
+
+        say: also called with what goes on.
+        """
+
+    def write_tables(self, trained: Trained[Config], table: Evaluation) -> None:
+        """Write table.csv and table.json into the run's directory."""
+        about = {"config": trained.config.digest, "timesteps": trained.timesteps}
+        table.write_csv(trained.directory / "table.csv")
+        table.write_json(trained.directory / "table.json", about)
 
 
 def defined_in(module: str) -> Any:

@@ -12,9 +12,9 @@ from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.machine import FILM, STOPPING
 from stickslip.agents.biped.pictures import COMPARED, as_episode
 from stickslip.agents.biped.task import training_task
-from stickslip.agents.demo import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.machine import Demonstration
 from stickslip.agents.pictures.plots import plot_comparison
 from stickslip.agents.pictures.training import TRAINED, write_products
 

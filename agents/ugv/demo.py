@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents import load_policy
-from stickslip.agents.demo import Demonstration
 from stickslip.agents.evaluation.evaluate import evaluate
 from stickslip.agents.evaluation.rollout import planned, rollout
+from stickslip.agents.machine import Demonstration
 from stickslip.agents.pictures.plots import plot_comparison
 from stickslip.agents.pictures.training import TRAINED, write_products
 from stickslip.agents.protocol import Task
