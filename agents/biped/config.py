@@ -68,26 +68,26 @@ class TrainConfig(Configuration):
     timesteps: int = shared("timesteps", 8_000_000)
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)
-    mu_static: float | None = entry(None, float, "one floor instead", low=0, optional=True)
+    mu_static: float | None = entry(None, float, "one floor instead", low=0)
     mu_kinetic: float | None = entry(
-        None, float, "its kinetic friction, by default mu_static", low=0, optional=True
+        None, float, "its kinetic friction, by default mu_static", low=0
     )
-    payload: float | None = entry(None, float, "on the hip [kg]", low=0, optional=True)
+    payload: float | None = entry(None, float, "on the hip [kg]", low=0)
     mean_rate: float = entry(3.0, float, "mean crank rate [rad/s]", low=0, strict=True)
     see_friction: bool = entry(False, bool, "the policy observes the friction underfoot")
     see_patch: bool = entry(False, bool, "the policy observes the next patch of floor")
 
     random_friction: tuple[float, float] | None = entry(
-        None, "range", "factor on every friction, drawn at each start", low=0, optional=True
+        None, "range", "factor on every friction, drawn at each start", low=0
     )
     random_mass: tuple[float, float] | None = entry(
-        None, "range", "factor on every mass, drawn at each start", low=1e-6, optional=True
+        None, "range", "factor on every mass, drawn at each start", low=1e-6
     )
     random_payload: tuple[float, float] | None = entry(
-        None, "range", "payload drawn at each start [kg]", low=0, optional=True
+        None, "range", "payload drawn at each start [kg]", low=0
     )
     random_mean_rate: tuple[float, float] | None = entry(
-        None, "range", "commanded rate drawn at each start [rad/s]", low=1e-6, optional=True
+        None, "range", "commanded rate drawn at each start [rad/s]", low=1e-6
     )
     start_rate: float | None = entry(
         None,
@@ -95,23 +95,12 @@ class TrainConfig(Configuration):
         "training starts at any phase and up to this crank rate [rad/s]",
         low=0,
         high=20,
-        optional=True,
     )
-    episode_time: float | None = entry(
-        None, float, "length of training episodes [s]", low=0.02, optional=True
-    )
-    tracking_weight: float | None = entry(
-        None, float, "of speed in the training reward", low=0, optional=True
-    )
-    slip_weight: float | None = entry(
-        None, float, "of slip in the training reward", low=0, optional=True
-    )
-    energy_weight: float | None = entry(
-        None, float, "of energy in the training reward", low=0, optional=True
-    )
-    fall_penalty: float | None = entry(
-        None, float, "of a fall in the training reward", low=0, optional=True
-    )
+    episode_time: float | None = entry(None, float, "length of training episodes [s]", low=0.02)
+    tracking_weight: float | None = entry(None, float, "of speed in the training reward", low=0)
+    slip_weight: float | None = entry(None, float, "of slip in the training reward", low=0)
+    energy_weight: float | None = entry(None, float, "of energy in the training reward", low=0)
+    fall_penalty: float | None = entry(None, float, "of a fall in the training reward", low=0)
 
     num_envs: int = shared("num_envs", 1024)
     learning_rate: float = shared("learning_rate", 2e-3)
@@ -139,19 +128,6 @@ class TrainConfig(Configuration):
         "mu_kinetic",
         "payload",
         "mean_rate",
-    )
-    FIXED: ClassVar = (
-        "scene",
-        "mu_static",
-        "mu_kinetic",
-        "payload",
-        "mean_rate",
-        "see_friction",
-        "see_patch",
-        "random_friction",
-        "random_mass",
-        "random_payload",
-        "random_mean_rate",
     )
     USUALLY: ClassVar = {
         "start_rate": 5.0,

@@ -46,12 +46,14 @@ GROUPS = ("ppo", "shac", "sac")
 
 
 def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Any) -> T:
-    """A field of a configuration. of: the algorithm or the trainer that alone has it."""
+    """A field of a configuration. of: the algorithm or the trainer that alone has it. Where the
+    default is None, None is accepted."""
     about = f"{of}: {about}" if of else about
-    return field(default=default, metadata={"rule": Rule(kind, about, **rule), "of": of})
+    found = Rule(kind, about, optional=default is None, **rule)
+    return field(default=default, metadata={"rule": found, "of": of})
 
 
-def rule_of(one: Field[Any]) -> Rule:
+def rule_of(one: Field[object]) -> Rule:
     """Rule of a field's accepted values."""
     return one.metadata["rule"]
 
@@ -118,13 +120,11 @@ class Configuration:
     )
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(32, int, "episodes an evaluation", low=1, high=65536)
-    task: str | None = entry(
-        None, str, "of `stickslip tasks`; it says all of what is trained on", optional=True
-    )
+    task: str | None = entry(None, str, "of `stickslip tasks`; it says all of what is trained on")
 
     machine: ClassVar[str] = UNNAMED
-    FIXED: ClassVar[tuple[str, ...]] = ()
-    """Fields that a named task decides, and that are not written beside one."""
+    LEARNING: ClassVar[tuple[str, ...]] = ()
+    """A machine's own fields that no named task decides."""
     USUALLY: ClassVar[Mapping[str, Json]] = {}
     """Fields of training episodes alone -> what None stands for without a named task. Beside one
     None is the task's own, and is not written."""
@@ -159,7 +159,7 @@ class Configuration:
         else:
             object.__setattr__(self, "task", own_task(self.task, self.machine))
             usual = {one.name: one.default for one in fields(self)}
-            changed = [name for name in self.FIXED if getattr(self, name) != usual[name]]
+            changed = [name for name in self.fixed() if getattr(self, name) != usual[name]]
             refuse_fixed(changed, self.task)
         self._check_together()
         if self.algorithm != "sac":
@@ -207,6 +207,13 @@ class Configuration:
         wide = 2 * (observation + self.hidden * self.layers)  # forwards and back
         require_memory(given, "samples of a gradient step", self.batch_size, 4 * wide)
 
+    @classmethod
+    def fixed(cls) -> list[str]:
+        """Fields that a named task decides, and that are not written beside one."""
+        others = {*Configuration.__dataclass_fields__, *cls.USUALLY, *cls.LEARNING}
+        own = (one for one in fields(cls) if not one.metadata["of"])
+        return [one.name for one in own if one.name not in others]
+
     @property
     def steps_name(self) -> str:
         """The setting that decides the steps of each environment in an update."""
@@ -223,7 +230,7 @@ class Configuration:
         given = {name: value for name, value in given.items() if value is not None}
         usual = cls._usual(given, given.get("trainer"))
         if given.get("task") is not None:
-            refuse_fixed([name for name in cls.FIXED if name in given], str(given["task"]))
+            refuse_fixed([name for name in cls.fixed() if name in given], str(given["task"]))
         chosen = {name: known[name].default for name in ("algorithm", "trainer")} | usual | given
         for name in given:
             of = known[name].metadata["of"]
@@ -236,7 +243,7 @@ class Configuration:
         return cls(**usual | given)
 
     @classmethod
-    def _usual(cls, given: Mapping[str, Any], trainer: object) -> dict[str, Any]:
+    def _usual(cls, given: Mapping[str, object], trainer: object) -> dict[str, Any]:
         """Defaults of the given algorithm and of a trainer that differ from the fields' own.
 
         ValueError for unknown ones.
@@ -244,7 +251,7 @@ class Configuration:
         rules = {one.name: rule_of(one) for one in fields(cls)}
         for kind in sorted(given.keys() & {"algorithm", "trainer"}):
             require_choice(kind, given[kind], rules[kind].choices)
-        return dict(cls.defaults_of(given.get("algorithm", "ppo"), trainer))
+        return dict(cls.defaults_of(str(given.get("algorithm", "ppo")), trainer))
 
     @classmethod
     def defaults_of(cls, algorithm: str, trainer: object = None) -> Mapping[str, Json]:
@@ -260,7 +267,7 @@ class Configuration:
         content: dict[str, Any] = {"format": FORMAT, "version": VERSION, "machine": self.machine}
         for one in fields(self):
             value, group = getattr(self, one.name), one.metadata["of"]
-            own = one.name in self.FIXED or (one.name in self.USUALLY and value is None)
+            own = one.name in self.fixed() or (one.name in self.USUALLY and value is None)
             if self.task is None or not own:
                 at = content.setdefault(group, {}) if group in GROUPS else content
                 at[one.name] = value

@@ -81,7 +81,7 @@ class Reporter(BaseCallback):
     the last update.
     """
 
-    def __init__(self, trainer: SB3Trainer[Any, Any]):
+    def __init__(self, trainer: SB3Trainer):
         super().__init__()
         self._trainer, self._config = trainer, trainer.config
         self._ended: list[dict[str, Any]] = []
@@ -154,7 +154,7 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         config, options = self.config, vars(self.config)
         torch.set_num_threads(config.threads)
         rates = config.learning_rate, config.final_learning_rate
-        network: dict[str, Any] = {"net_arch": [config.hidden] * config.layers}
+        network: dict[str, object] = {"net_arch": [config.hidden] * config.layers}
         common: dict[str, Any] = {
             "learning_rate": lambda _: self._between(*rates),
             "batch_size": config.batch_size,

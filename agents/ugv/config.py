@@ -62,7 +62,7 @@ class UGVTrainConfig(Configuration):
     )
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
     random_friction: tuple[float, float] | None = entry(
-        None, "range", "friction drawn at each start instead", low=0, optional=True
+        None, "range", "friction drawn at each start instead", low=0
     )
     leg_rate: float = entry(1.0, float, "of the legs at action 1 [rad/m]", low=0, strict=True)
     spacing: float = entry(0.1, float, "way of a step [m]", low=0, strict=True)
@@ -75,23 +75,19 @@ class UGVTrainConfig(Configuration):
         "angles drawn at each start of training episodes instead [degrees]",
         low=LEGS[0],
         high=LEGS[1],
-        optional=True,
     )
     preview: int = entry(16, int, "points of the ground ahead that are observed", low=0, high=256)
     preview_length: float = entry(4.0, float, "how far ahead [m]", low=0, strict=True)
-    preview_noise: float | None = entry(
-        None, float, "standard deviation of each [m]", low=0, optional=True
-    )
+    preview_noise: float | None = entry(None, float, "standard deviation of each [m]", low=0)
     reward_scale: float | None = entry(
         None,
         float,
         "factor on the training reward, by default what makes a usual cost about 1",
         low=0,
         strict=True,
-        optional=True,
     )
     failure: float | None = entry(
-        None, float, "penalty of a failure in the scaled training reward", low=0, optional=True
+        None, float, "penalty of a failure in the scaled training reward", low=0
     )
 
     learning_rate: float = shared("learning_rate", 3e-3)
@@ -103,18 +99,7 @@ class UGVTrainConfig(Configuration):
 
     machine = "ugv"
     FLAGS: ClassVar = (*Configuration.FLAGS, "criterion", "tracks", "friction")
-    FIXED: ClassVar = (
-        "criterion",
-        "tracks",
-        "friction",
-        "random_friction",
-        "leg_rate",
-        "spacing",
-        "start_angle",
-        "preview",
-        "preview_length",
-        "preview_noise",
-    )
+    LEARNING: ClassVar = ("reward_scale",)
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
 
     DEFAULTS: ClassVar = DEFAULTS

@@ -83,7 +83,7 @@ def add_fields(parser: Parser, kind: type[Configuration]) -> None:
             parser.add_setting(one.name, **options)
 
 
-def _field_help(one: Field[Any], kind: type[Configuration]) -> str:
+def _field_help(one: Field[object], kind: type[Configuration]) -> str:
     """Meaning of a field, accepted names and defaults."""
     from stickslip.agents.training.configuration import rule_of
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -14,7 +14,6 @@ from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.evaluation.rollout import TEST_SEEDS
 from stickslip.agents.registry import machine_among, read_configuration
-from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
@@ -112,19 +111,10 @@ def test_a_configuration_keeps_its_task_and_writes_nothing_that_it_decides(name:
     config = kind.of(task=f"stickslip/{task.name}", seed=3)
     content = json.loads(config.to_json())
     assert content["task"] == config.task == task.name
-    assert not {"scene", "friction", "tracks", "mean_rate", *kind.FIXED} & content.keys()
+    assert not {"scene", "friction", "tracks", "mean_rate", *kind.fixed()} & content.keys()
     assert read_configuration(config.to_json()) == config
     others = {kind.of(seed=3).digest, kind.of(task=config.task).digest}
     assert config.digest not in others
-
-
-def test_every_field_that_is_no_matter_of_learning_is_decided_by_the_task():
-    """A new field of a task or of a reward has to be put on one side. Of how it is computed, a run
-    decides."""
-    learning = {one.name for one in fields(Configuration)} | {"task", "reward_scale"}
-    for kind in KINDS.values():
-        about_it = {one.name for one in fields(kind) if not one.metadata["of"]} - learning
-        assert about_it == {*kind.FIXED, *kind.USUALLY}
 
 
 @pytest.mark.parametrize(
