@@ -40,7 +40,6 @@ from stickslip.agents.training.directory import (
     write_checkpoint,
 )
 from stickslip.agents.training.log import MetricsFile, TensorBoard, read_columns
-from stickslip.agents.training.trainer import Update, trainer_of
 from stickslip.dynamics.plain_checks import require_kind
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.tasks.definition import task_by_name
@@ -55,6 +54,7 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, Policy
     from stickslip.agents.training.configuration import Config
+    from stickslip.agents.training.trainer import Trainer, Update
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
 """Of the extra `train`, needed by every trainer."""
@@ -92,6 +92,22 @@ def train(
         stack.enter_context(only_writer(directory))
         run = open_run(directory, config, resume=resume)
         return _Training(run, bar is not False, stop, stack).train()
+
+
+def trainer_of(config: Configuration) -> type[Trainer]:
+    """The trainer of a configuration. ModuleNotFoundError where a package is missing."""
+    if config.trainer == "sb3":
+        require("stable_baselines3", "the trainer sb3", "sb3")
+        from stickslip.agents.training.sb3 import SB3Trainer
+
+        return SB3Trainer
+    if config.algorithm == "shac":
+        from stickslip.agents.training.shac import SHACTrainer
+
+        return SHACTrainer
+    from stickslip.agents.training.ppo import PPOTrainer
+
+    return PPOTrainer
 
 
 class _Training:

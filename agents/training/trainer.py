@@ -12,7 +12,6 @@ from __future__ import annotations
 import itertools
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields, is_dataclass, replace
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
@@ -25,7 +24,6 @@ from stickslip.agents.training.configuration import Config, Configuration, rule_
 from stickslip.dynamics.checks import as_number, shown
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Progress, begin
-from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -36,12 +34,6 @@ if TYPE_CHECKING:
     from stickslip.envs.collecting import Collected
     from stickslip.envs.functional import FunctionalEnv
 
-TRAINERS = {
-    "jax": "stickslip.agents.training.ppo:PPOTrainer",
-    "jax, shac": "stickslip.agents.training.shac:SHACTrainer",
-    "sb3": "stickslip.agents.training.sb3:SB3Trainer",
-}
-"""Module and class by name, or by name and algorithm where it has several; imported when used."""
 ModelState: TypeAlias = "Mapping[str, np.ndarray | str | int]"
 """All that learning goes on from."""
 Tree = TypeVar("Tree")
@@ -125,18 +117,6 @@ class Trainer(ABC, Generic[Config, State, Params]):
 
     def close(self) -> None:
         """Release what it holds."""
-
-
-AnyTrainer: TypeAlias = Trainer[Any, Any, Any]
-
-
-def trainer_of(config: Configuration) -> type[AnyTrainer]:
-    """The trainer of a configuration. ModuleNotFoundError where a package is missing."""
-    if config.trainer == "sb3":
-        require("stable_baselines3", "the trainer sb3", "sb3")
-    where = TRAINERS.get(f"{config.trainer}, {config.algorithm}", TRAINERS[config.trainer])
-    module, _, name = where.partition(":")
-    return getattr(import_module(module), name)
 
 
 def _rule(name: str) -> Rule:

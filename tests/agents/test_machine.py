@@ -1,7 +1,6 @@
-"""A machine and a trainer that nobody foresaw are used like the others."""
+"""A machine that nobody foresaw is used like the others."""
 
 import json
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,15 +17,12 @@ from stickslip.agents import (
     read_metadata,
     register,
     save_policy,
-    train,
 )
 from stickslip.agents.biped.machine import BipedMachine
 from stickslip.agents.registry import machine_by_name, unregister
 from stickslip.agents.training.log import read_columns
-from stickslip.agents.training.trainer import TRAINERS
 from stickslip.cli import OK, WRONG_INPUT, main
-from tests.agents.mass import MassConfig, MassEnv, MassMachine, Pull
-from tests.agents.runs import assert_same_run
+from tests.agents.mass import MassEnv, MassMachine, Pull
 
 LONGEST = 150
 
@@ -114,23 +110,3 @@ def test_names_belong_to_one_machine(capsys):
     assert main(["evaluate", "pull", "--mu-static", "0.1"]) == WRONG_INPUT
     assert "--mu-static is for the biped" in capsys.readouterr().err
     assert main(["evaluate", "pull", "--scene", "wet"]) == WRONG_INPUT
-
-
-def test_another_trainer_gets_checkpoints_metrics_and_resumption(tmp_path, monkeypatch):
-    pytest.importorskip("tensorboard")
-    monkeypatch.setitem(TRAINERS, "jax", "tests.agents.climber:Climber")
-    config = MassConfig.of(timesteps=512, seed=5)
-    whole = train(config, tmp_path / "whole", bar=False)
-    cut = iter([False] * 5 + [True] * 9)
-    assert not train(config, tmp_path / "cut", bar=False, stop=lambda: next(cut)).finished
-    shutil.rmtree(tmp_path / "cut" / "checkpoints" / "000000000384")  # as if killed before
-    again = train(None, tmp_path / "cut", resume=True, bar=False)
-    assert whole.finished
-    assert again.finished
-    assert_same_run(whole.directory, again.directory)
-    metrics = read_columns(whole.directory / "metrics.csv")
-    assert metrics["timesteps"] == list(range(64, 513, 64))
-    assert np.all(np.isfinite(metrics["spread"]))
-    assert "policy_loss" not in metrics
-    tests = read_columns(whole.directory / "evaluations.csv")
-    assert tests["return"][-1] >= tests["return"][0]

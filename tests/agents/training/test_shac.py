@@ -11,12 +11,13 @@ import pytest
 from stickslip.agents import register
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.registry import unregister
+from stickslip.agents.training.run import trainer_of
 from stickslip.agents.training.shac import (
     actor_loss,
     begin_learning,
     slope_step,
 )
-from stickslip.agents.training.trainer import Sizes, begin_episodes, trainer_of
+from stickslip.agents.training.trainer import Sizes, begin_episodes
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
 
 SIZES = Sizes(num_envs=6, rollout_steps=5, batch_size=15, hidden=4, layers=1)
