@@ -22,7 +22,7 @@ from stickslip.agents.evaluation.players import (
 )
 from stickslip.agents.evaluation.rollout import MOST_EPISODES, is_random
 from stickslip.agents.evaluation.table import joined
-from stickslip.agents.registry import machine_by_name, machine_of_config, machine_of_env
+from stickslip.agents.registry import machine_by_name, machine_of_env
 from stickslip.agents.training.configuration import settings_given
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
@@ -72,7 +72,7 @@ def train_command(given: Options) -> None:
     directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
     with stoppable() as stop:
         trained = train(config, directory, resume=given["resume"], stop=stop)
-    machine, where = machine_of_config(trained.config), shlex.quote(str(directory))
+    machine, where = machine_by_name(trained.config.machine), shlex.quote(str(directory))
     if not trained.finished:
         again = f"stickslip train {machine.name} --out {where} --resume"
         raise stop.interrupted(f"Stopped after {trained.timesteps:,} steps; go on with: {again}")

@@ -72,11 +72,6 @@ def _task_among(arguments: Sequence[str]) -> str | None:
     return None
 
 
-def machine_of_config(config: Configuration) -> AnyMachine:
-    """The machine that a configuration is of."""
-    return machine_by_name(config.machine)
-
-
 def machine_of_env(env: AnyEnv) -> AnyMachine:
     """The machine of an environment, or of what its class inherits from. ValueError for none."""
     kinds = (machine_of_environment(kind.__name__) for kind in type(env).__mro__)

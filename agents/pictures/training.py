@@ -10,7 +10,7 @@ from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import AnyRollout, rollout
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.plots import plot_episode
-from stickslip.agents.registry import machine_of_config
+from stickslip.agents.registry import machine_by_name
 from stickslip.agents.training.log import read_columns
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import (
@@ -53,7 +53,7 @@ def write_products(
     default those that the policy is for. Return the paths.
     """
     config, directory = trained.config, trained.directory
-    machine = machine_of_config(config)
+    machine = machine_by_name(config.machine)
     task = machine.training_task(config)
     shown = task.described if params is None else params
     if played is None:
@@ -70,7 +70,7 @@ def write_products(
 
 def plot_learning(directory: Path, config: Configuration) -> Path:
     """Write learning.png into a run's directory from its metrics and evaluations; return it."""
-    machine = machine_of_config(config)
+    machine = machine_by_name(config.machine)
     panels: Sequence[LearningPanel] = machine.learning_panels(config)
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")

@@ -24,7 +24,7 @@ from stickslip.agents.evaluation.evaluate import SCORES, scored
 from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, row_of_test
 from stickslip.agents.policy.file import named_task_entry, save_policy
-from stickslip.agents.registry import machine_of_config
+from stickslip.agents.registry import machine_by_name
 from stickslip.agents.training.configuration import Configuration, Trained
 from stickslip.agents.training.directory import (
     POLICY,
@@ -84,7 +84,7 @@ def train(
         require(package, "training", "train")  # before anything is written
     if config is not None:
         trainer_of(config)  # likewise
-        machine_of_config(config).training_task(config)  # for its ValueError
+        machine_by_name(config.machine).training_task(config)  # for its ValueError
     directory = Path(directory)
     if resume:
         read_config(directory)  # nothing to resume is no reason to make a directory
@@ -115,7 +115,7 @@ class _Training:
 
     def __init__(self, run: Run, shown: bool, stop: Callable[[], bool], stack: ExitStack):
         self.run, self.config = run, run.config
-        self.machine = machine_of_config(run.config)
+        self.machine = machine_by_name(run.config.machine)
         self.task = self.machine.training_task(run.config)
         self.about = self.machine.describe(self.task.env, self.task.described)
         if run.config.task is not None:
@@ -124,7 +124,6 @@ class _Training:
         at = run.state.timesteps if run.state else 0
         given = run.config, self.task.env, self.task.training, self._report, stop
         self.trainer = trainer_of(run.config)(*given)
-        stack.callback(self.trainer.close)
         self._put_state()
         self.trainer.timesteps = at
         self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0

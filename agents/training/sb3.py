@@ -260,7 +260,3 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
     def is_finite(self) -> bool:
         """See Trainer."""
         return all(bool(torch.isfinite(p).all()) for p in self._model.policy.parameters())
-
-    def close(self) -> None:
-        """See Trainer."""
-        self._envs.close()

@@ -115,9 +115,6 @@ class Trainer(ABC, Generic[Config, State, Params]):
     def is_finite(self) -> bool:
         """True if every parameter is."""
 
-    def close(self) -> None:
-        """Release what it holds."""
-
 
 def _rule(name: str) -> Rule:
     """Rule of the configuration's field of that name."""
