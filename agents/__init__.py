@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import Machine
     from stickslip.agents.pictures.film import film
     from stickslip.agents.pictures.view import View, show
+    from stickslip.agents.policy.exchange import export_onnx, from_sb3
     from stickslip.agents.policy.file import (
         describe_environment,
         load_policy,
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
         save_policy,
     )
     from stickslip.agents.policy.network import MLPPolicy, PlainPolicy
-    from stickslip.agents.policy.onnx import export_onnx
-    from stickslip.agents.policy.sb3 import from_sb3
     from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
     from stickslip.agents.registry import machines
@@ -58,8 +57,7 @@ else:
             "pictures.view": ("View", "show"),
             "policy.file": ("describe_environment", "load_policy", "read_metadata", "save_policy"),
             "policy.network": ("MLPPolicy", "PlainPolicy"),
-            "policy.onnx": ("export_onnx",),
-            "policy.sb3": ("from_sb3",),
+            "policy.exchange": ("export_onnx", "from_sb3"),
             "policy.shipped": ("shipped_names",),
             "protocol": ("Controller",),
             "sweeps.sweep": ("sweep",),

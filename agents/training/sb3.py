@@ -12,7 +12,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import set_random_seed
 
-from stickslip.agents.policy.sb3 import from_sb3
+from stickslip.agents.policy.exchange import from_sb3
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import Trainer, Update

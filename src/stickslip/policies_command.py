@@ -45,7 +45,7 @@ def export_command(flags: Mapping[str, Any]) -> None:
     if path.suffix.lower() == ".npz":
         write_whole(path, source.read_bytes(), overwrite=overwrite)
     else:
-        from stickslip.agents.policy.onnx import export_onnx
+        from stickslip.agents.policy.exchange import export_onnx
 
         export_onnx(policy, path, metadata, overwrite=overwrite)
     sizes = policy.layer_sizes
