@@ -20,8 +20,7 @@ from stickslip.agents.evaluation.rollout import (
     seeds_of,
     without_resets,
 )
-from stickslip.agents.evaluation.table import keep_of
-from stickslip.agents.evaluation.table import fraction_interval, mean_interval
+from stickslip.agents.evaluation.table import fraction_interval, keep_of, mean_interval
 from stickslip.agents.optimum.file import Checkpoint, digest_of
 from stickslip.agents.optimum.grid import Grid
 from stickslip.agents.optimum.policy import Ahead, EnvProcess, StateMap, ValuePolicy
