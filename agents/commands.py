@@ -185,22 +185,16 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
 
 
 def task_in_words(name: str) -> str:
-    """Text of the task, of what 0 and 1 are, and of the proved bounds."""
+    """Text of the task, and of what the scores 0 and 1 are."""
     task = task_by_name(name)
     known, unit = known_of(task), _unit(task)
     if known is None:
         return f"{task.headline}\n  nothing is known of it"
-    words = (
+    return (
         f"{task.headline}\n  score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; "
-        f"1: the best known, {known.best.value:.4g}{unit} over {known.episodes} episode"
-        f"{'s' if known.episodes > 1 else ''}, earned in replay by {known.how}, no proof that no "
-        "more can be"
+        f"1: the best known, {known.best.value:.4g}{unit}; how, and what is proved: "
+        f"stickslip tasks {task.name}"
     )
-    if (one := known.assumed) is not None:
-        words += f"; proved under assumptions: at most {one.value:.4g}{unit}, by {one.reason}"
-    if (one := known.bound) is not None:
-        words += f"; proved: at most {one.value:.4g}{unit}, as {one.reason}"
-    return words
 
 
 def measured_before(name: str) -> str:
