@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Scene
 from tests.envs.helpers import CompileCount, make, make_vec, task
 from tests.extras import SB3
 
@@ -21,20 +17,6 @@ def warm_then_count(use: Callable[[int], None]) -> int:
         for turn in range(1, 4):
             use(turn)
     return compiled.count
-
-
-def test_the_functional_environment_compiles_once_for_all_numbers():
-    env, params = task()
-
-    def use(turn: int) -> None:
-        scene = Scene.uniform(0.1 + 0.1 * turn, 0.05)
-        changed = replace(params, scene=scene, mean_rate=2.0 + turn, time_limit=1.0 + turn)
-        _, state = env.reset(jax.random.key(turn), changed)
-        for k in range(3):
-            action = jnp.full(1, 0.1 * turn)
-            _, state, *_ = env.step(jax.random.key(k), state, action, changed)
-
-    assert warm_then_count(use) == 0
 
 
 def test_the_single_environment_compiles_once():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -102,20 +101,6 @@ def test_truncation_resets_too(start):
     assert info["autoreset"]
     assert state.elapsed == 0
     assert info["episode_length"] == PARAMS.limit
-
-
-def test_one_finished_member_of_a_batch_leaves_the_others_alone(start):
-    env = Toy()
-    states = jax.tree.map(lambda *leaves: jnp.stack(leaves), start, near_the_edge(start), start)
-    keys = jax.random.split(KEY, 3)
-    actions = jnp.stack([PUSH, PUSH, -PUSH])
-    batch = jax.vmap(env.step, (0, 0, 0, None))(keys, states, actions, PARAMS)
-    assert batch[5]["autoreset"].tolist() == [False, True, False]
-    for i in range(3):
-        one = jax.tree.map(lambda leaf, i=i: leaf[i], states)
-        alone = env.step(keys[i], one, actions[i], PARAMS)
-        row = jax.tree.map(lambda leaf, i=i: leaf[i], batch)
-        assert jax.tree.all(jax.tree.map(partial(np.allclose, rtol=1e-6), row, alone))
 
 
 @pytest.mark.parametrize("autoreset", ["sometimes", None, True, ["same_step"]])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from itertools import pairwise
 
 import jax
@@ -90,37 +89,3 @@ def test_what_it_cannot_do_is_refused():
         fresh_episodes(env, env.episode_length, action_repeat=2)
     with pytest.raises(ValueError, match="metric"):
         toy(metrics=("plaice",))
-
-
-@pytest.mark.long
-def test_braxs_ppo_learns(monkeypatch):
-    from brax.training.agents.ppo import networks, train
-
-    def replicated(tree, devices):
-        return jax.tree.map(lambda x: jnp.stack([jnp.asarray(x)] * len(devices)), tree)
-
-    if not hasattr(jax, "device_put_replicated"):  # which brax 0.14.2 calls, and JAX 0.10 lacks
-        monkeypatch.setattr(jax, "device_put_replicated", replicated, raising=False)
-    env = toy()
-    small = {"policy_hidden_layer_sizes": (8,), "value_hidden_layer_sizes": (8,)}
-    make, params, _ = train.train(
-        env,
-        num_timesteps=20_000,
-        episode_length=env.episode_length,
-        wrap_env_fn=fresh_episodes,
-        num_envs=32,
-        batch_size=32,
-        num_minibatches=2,
-        num_updates_per_batch=2,
-        unroll_length=14,
-        learning_rate=3e-3,
-        entropy_cost=1e-3,
-        network_factory=partial(networks.make_ppo_networks, **small),
-        run_evals=False,
-    )
-    act = make(params, deterministic=True)
-    obs = jnp.array([[-0.4, 0.0], [0.0, 1.0], [0.4, 3.0]])
-    push, idle = np.asarray(act(obs, KEYS[0])[0]).T
-    assert push[0] > 0.3  # far from the end of the world, forwards
-    assert push[0] > push[2]
-    assert (idle < -0.1).all()  # which pays

@@ -160,22 +160,6 @@ def test_gymnasiums_wrappers_work():
     assert info["episode"]["l"] == info["episode_length"]
 
 
-@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
-@pytest.mark.parametrize("begun", [False, True])
-def test_a_copy_goes_on_where_the_original_was(copied, begun):
-    env = make("random")
-    if begun:
-        env.reset(seed=2)
-        env.step(STILL)
-    other = copied(env)
-    if not begun:
-        assert np.array_equal(env.reset(seed=2)[0], other.reset(seed=2)[0])
-    one, two = env.step(STILL), other.step(STILL)
-    assert np.array_equal(one[0], two[0])
-    assert one[1:] == two[1:]
-    assert np.array_equal(env.reset()[0], other.reset()[0])
-
-
 def test_parameters_are_kept_without_their_hash():
     """Strings hash differently in every process: a stale hash would compile the same step again."""
     shared = Shared(BipedEnv().make_params())

@@ -14,7 +14,6 @@ from stickslip.dynamics.checks import require_known
 from stickslip.dynamics.numeric import require_one
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import GymEnv, GymVectorEnv
-from tests.envs.helpers import CompileCount
 from tests.envs.toy import Toy
 from tests.extras import SB3
 
@@ -165,26 +164,6 @@ def test_options_hold_for_one_episode(options):
     for _ in range(2):
         assert np.array_equal(env.reset()[0], other.reset()[0])
         assert np.array_equal(env.step(action)[0], other.step(action)[0])
-
-
-def test_other_numbers_compile_nothing():
-    envs = [
-        GymEnv(Pushed("disabled"), PARAMS),
-        GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, "same_step"),
-    ]
-
-    def use(number: float) -> None:
-        for env, shape in zip(envs, ((2,), (COUNT, 2)), strict=True):
-            for name in ("start", "gain", "wind"):
-                env.reset(seed=1, options={name: number})
-                env.step(np.full(shape, 0.1, np.float32))
-            env.reset()
-
-    use(0.1)
-    with CompileCount() as compiled:
-        for number in (0.2, -0.3, 1.0):
-            use(number)
-    assert compiled.count == 0
 
 
 @SB3

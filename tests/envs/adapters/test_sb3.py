@@ -65,42 +65,6 @@ def test_the_last_observation_and_the_reason_of_the_end_are_kept():
         assert type(info["place"]) is float
 
 
-def test_an_end_on_the_last_step_of_the_time_limit_is_no_truncation():
-    env = SB3VecEnv(Toy("same_step"), PARAMS._replace(limit=3), 20)
-    start = env.reset()[:, 0]
-    push = np.zeros((20, 2), np.float32)
-    push[:, 0] = 1.0
-    done, steps = np.zeros(20, bool), 0
-    while not done.any():
-        _, _, done, infos = env.step(push)
-        steps += 1
-    assert steps <= 3
-    while steps < 3:
-        _, _, done, infos = env.step(push)
-        steps += 1
-    beyond = start + 0.9 > 1
-    alone = start + 0.6 <= 1
-    for i in np.flatnonzero(alone):
-        assert done[i]
-        assert infos[i]["TimeLimit.truncated"] is not beyond[i]
-        assert infos[i]["TimeLimit.truncated"] == (not beyond[i])
-    assert {bool(beyond[i]) for i in np.flatnonzero(alone)} == {True, False}
-
-
-def test_episode_statistics_are_those_of_the_episode():
-    env = toys(2)
-    env.reset()
-    total = np.zeros(2)
-    for _ in range(2 * PARAMS.limit):
-        _, reward, done, infos = env.step(stand(2))
-        total += reward
-        for i in np.flatnonzero(done):
-            assert infos[i]["episode"]["r"] == pytest.approx(total[i], rel=1e-5)
-            assert infos[i]["episode"]["l"] == PARAMS.limit
-            assert infos[i]["episode"]["t"] >= 0
-            total[i] = 0
-
-
 def test_seeds_are_counted_up_and_go_on_until_seeded_again():
     firsts = toys(3, seed=5).reset()[:, 0]
     assert firsts[1] == toys(1, seed=6).reset()[0, 0]

@@ -15,7 +15,7 @@ from stickslip.dynamics.ugv import UGVParams
 pytest.importorskip("matplotlib")
 
 from stickslip.envs.rendering import UGVFrame, UGVRenderer, theme
-from tests.envs.ugv.helpers import drive, make, make_vec, task
+from tests.envs.ugv.helpers import drive, task
 
 pytestmark = pytest.mark.long
 
@@ -74,19 +74,3 @@ def test_slip_is_shown_in_another_colour():
     )
     assert pixels(slips, theme.SLIDES) > pixels(holds, theme.SLIDES) + 1000
     assert pixels(slips, theme.HOLDS) < pixels(holds, theme.HOLDS)
-
-
-def test_pictures_come_out_of_the_adapters():
-    env = make(render_mode="rgb_array")
-    env.reset(seed=0)
-    env.step(np.zeros(2, np.float32))
-    picture = env.render()
-    assert isinstance(picture, np.ndarray)
-    assert picture.shape == (540, 960, 3)
-    envs = make_vec(2, "next_step", render_mode="rgb_array")
-    envs.reset(seed=0)
-    envs.step(np.zeros((2, 2), np.float32))
-    both = envs.render()
-    assert both is not None
-    assert [one.shape for one in both] == [(540, 960, 3)] * 2
-    assert np.array_equal(both[0], picture)

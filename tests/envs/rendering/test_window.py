@@ -52,19 +52,3 @@ def test_closing_the_window_ends_the_showing_and_not_the_process(window):
     window.close()
     window.close()
     assert window.show(picture)
-
-
-def test_a_window_keeps_the_pace():
-    pytest.importorskip("pygame")
-    import time
-
-    window = Window(fps=50)
-    picture = np.zeros((40, 60, 3), np.uint8)
-    window.show(picture)
-    start = time.perf_counter()
-    for _ in range(5):
-        window.show(picture)
-    assert time.perf_counter() - start > 0.07
-    window.close()
-    with pytest.raises(ValueError, match="fps"):
-        Window(fps=0)
