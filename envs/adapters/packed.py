@@ -98,6 +98,13 @@ class _Episodes:
         self.carry, self._own, obs = _begin(self.program, chains, entries, mask, before)
         return np.array(obs)
 
+    def adopt(self, other: _Episodes, mask: np.ndarray) -> None:
+        """Take over another group's episodes where the mask is true."""
+        if self.carry is None or mask.all():
+            self.carry = other.carry
+        else:
+            self.carry = jax.tree.map(partial(jnp.where, mask), other.carry, self.carry)
+
     def step(self, actions: np.ndarray) -> np.ndarray:
         """One control step: the rows of `row_of` [n, numbers]."""
         self.carry = self._step(self.carry, self._own, actions)
@@ -186,15 +193,13 @@ class PackedEnvs:
         group = None if params is None else self._group_for(params)
         chains = self._chains()
         if group is None or not (self.begun or mask.all()):
-            where = mask if self.begun else everyone
-            obs = self._usual.begin(chains, where, None)
-            self._move(where, self._usual)
+            chosen = mask if self.begun else everyone
+            obs = self._usual.begin(chains, chosen, None)
+            self._move(chosen, self._usual)
         if group is not None:
             obs = group.begin(chains, mask, params)
             if self._steps_alike(params):
-                before = None if mask.all() else self._usual.carry
-                both = group.carry, before
-                self._usual.carry = group.carry if before is None else jnp.where(mask, *both)
+                self._usual.adopt(group, mask)
                 self._move(mask, self._usual)
             else:
                 self._move(mask, group, params)
