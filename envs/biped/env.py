@@ -32,7 +32,7 @@ from stickslip.envs.biped.params import (
     make_params,
     read_by_steps,
 )
-from stickslip.envs.biped.picture import biped_frame
+from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.biped.state import (
     BipedEnvState,
     Totals,
@@ -311,7 +311,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
-        return biped_frame(state, info, params)
+        here = jax.device_get((state, dict(info)))
+        states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
+        return biped_frames(states, infos, params)
 
     def renderer(self, params: BipedEnvParams) -> BipedRenderer:
         """A renderer for these parameters (extra `viz`)."""

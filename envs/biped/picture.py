@@ -27,15 +27,6 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
 
 
-def biped_frame(
-    state: BipedEnvState, info: Mapping[str, float], params: BipedEnvParams
-) -> BipedFrame:
-    """The frame of one state; `info` of the step that led to it, {} after a reset."""
-    here = jax.device_get((state, dict(info)))
-    states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
-    return biped_frames(states, infos, params)
-
-
 def biped_frames(
     states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
 ) -> BipedFrame:
