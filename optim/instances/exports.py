@@ -11,6 +11,7 @@ objective's own. A box of sides 1 is scaled by `Objective.from_unit`.
 
 from __future__ import annotations
 
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -56,13 +57,10 @@ def as_scipy_global(objective: Objective) -> dict[str, External]:
     """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct.
 
     differential_evolution may be given vectorized=True, updating="deferred": a generation is then
-    one batch, of points that are columns."""
+    one batch; or workers: the map of a pool whose processes are spawned."""
     _require_one_goal(objective)
-
-    def function(x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]) -> External:
-        return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x.T)
-
-    return {"func": function, "bounds": list(zip(*objective.bounds, strict=True))}
+    bounds = list(zip(*objective.bounds, strict=True))
+    return {"func": partial(_of_columns, objective), "bounds": bounds}
 
 
 def as_pymoo(objective: Objective) -> External:
@@ -72,6 +70,9 @@ def as_pymoo(objective: Objective) -> External:
 
     class Exported(pymoo.Problem):
         """The objective."""
+
+        def __reduce__(self) -> tuple[External, ...]:
+            return as_pymoo, (objective,)
 
         def __deepcopy__(self, memo: External) -> External:
             return self  # what pymoo's copies evaluate counts, too
@@ -113,16 +114,7 @@ def as_nevergrad(objective: Objective) -> tuple[External, Callable[[External], f
 def as_optuna(objective: Objective) -> Callable[[External], External]:
     """A function of a trial: `study.optimize(function, n_trials)`; a study of several directions
     where there are several goals."""
-
-    def function(trial: External) -> External:
-        numbers = enumerate(zip(*objective.bounds, strict=True))
-        x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
-        if objective.k == 1:
-            return objective.penalised(x)
-        values, missed = objective(x), objective.violation(x)
-        return tuple(float(value + PENALTY * missed) for value in values)
-
-    return function
+    return partial(_of_trial, objective)
 
 
 def as_evosax(objective: Objective) -> tuple[np.ndarray, Callable[[External], np.ndarray]]:
@@ -150,12 +142,29 @@ def as_cvxpy(instance: Instance) -> tuple[External, Callable[[], Float[np.ndarra
 def _in_unit_box(objective: Objective) -> Callable[[External], External]:
     """The penalised value of a point, or values of rows, in a box of sides 1."""
     _require_one_goal(objective)
+    return partial(_of_unit_box, objective)
 
-    def function(u: Float[np.ndarray, "n"] | Float[np.ndarray, "B n"]) -> External:
-        x = objective.from_unit(u)
-        return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x)
 
-    return function
+def _of_unit_box(
+    objective: Objective, u: Float[np.ndarray, "n"] | Float[np.ndarray, "B n"]
+) -> External:
+    x = objective.from_unit(u)
+    return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x)
+
+
+def _of_columns(
+    objective: Objective, x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]
+) -> External:
+    return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x.T)
+
+
+def _of_trial(objective: Objective, trial: External) -> External:
+    numbers = enumerate(zip(*objective.bounds, strict=True))
+    x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
+    if objective.k == 1:
+        return objective.penalised(x)
+    values, violation = objective(x), objective.violation(x)
+    return tuple(float(value + PENALTY * violation) for value in values)
 
 
 def _require_one_goal(objective: Objective) -> None:

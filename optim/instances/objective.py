@@ -6,15 +6,17 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from zlib import crc32
 
 import numpy as np
 
 from stickslip.dynamics.checks import as_real, require_choice, require_integer
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.instances.processes import RECORDS, Evaluated, Home, arriving, reported
 from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, shortfall
+from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, given_state, shortfall
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,6 +35,13 @@ class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
 
     `Objective.minimise` takes it as the end; a loop of one's own may do the same.
     """
+
+    home: Home | None = None
+    """Of an objective in another process, whose counts the error carries."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        plain = type(self)(*self.args)
+        return arriving(plain, self.home) if self.home else (type(self), self.args)
 
 
 class Improvement(NamedTuple):
@@ -67,6 +76,20 @@ class Record:
     front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     began: float = field(default_factory=time.perf_counter)
     targets: tuple[float, ...] = ()
+    home: Home = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self):
+        self.home = Home()
+        RECORDS[self.home.name] = self
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"began": self.seconds}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """A copy here is a record of its own. Clocks differ between processes: seconds go on."""
+        vars(self).update(state, began=time.perf_counter() - state["began"])
+        if self.home.here:
+            self.__post_init__()
 
     @property
     def evaluations(self) -> int:
@@ -84,8 +107,28 @@ class Record:
         luckiest draw, as a rule far below what `Instance.value(best_x)` says, the mean of 256."""
         return self.improvements[-1].value if self.improvements else np.inf
 
-    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
+    def count(self, name: str) -> None:
+        """Add one to a counter."""
+        setattr(self, name, getattr(self, name) + 1)
+        if not self.home.here:
+            self.home.counts[name] = self.home.counts.get(name, 0) + 1
+
+    def add(self, counts: dict[str, int], points: list[Evaluated]) -> None:
+        """Add what a copy in another process counted and evaluated."""
+        before = self.evaluations
+        for name, by in counts.items():
+            setattr(self, name, getattr(self, name) + by)
+        for i, point in enumerate(points):
+            self._keep(point, before + i + 1)
+
+    def note(self, point: Evaluated) -> None:
         """Keep the point that was counted last, if it is better."""
+        if not self.home.here:
+            self.home.points.append(point)
+        self._keep(point, self.evaluations)
+
+    def _keep(self, point: Evaluated, number: int) -> None:
+        x, values, violation, feasible = point
         self.least_violation = min(self.least_violation, violation)
         if not feasible or not np.all(np.isfinite(values)):
             return
@@ -94,7 +137,7 @@ class Record:
                 kept = [one for one in self.front if not np.all(values <= one[1])]
                 self.front = [*kept, (read_only(x), read_only(values))]
         elif values[0] < self.best:
-            now = self.evaluations, self.seconds
+            now = number, self.seconds
             self.improvements.append(Improvement(*now, float(values[0])))
             self.best_x = read_only(x)
             for target in self.targets:
@@ -128,7 +171,7 @@ class Objective:
     evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
     draw that its value had.
 
-    It counts in one process: it cannot be pickled, an Instance can.
+    A copy in another process counts here, too: see processes.py.
     """
 
     problems: tuple[AnyProblem, ...]
@@ -150,11 +193,8 @@ class Objective:
         require_integer("seed", self.seed, low=0, high=2**31 - 1)
         self.record.targets = self.targets
 
-    def __reduce__(self) -> NoReturn:
-        raise TypeError(
-            "an Objective counts evaluations in one process; accepted: an Instance, which each "
-            "process makes its own objective of, or batch(X)"
-        )
+    def __getstate__(self) -> dict[str, Any]:
+        return given_state(self)
 
     @cached_property
     def free(self) -> tuple[FreeProblem, ...]:
@@ -206,16 +246,19 @@ class Objective:
         """The problem's own decision vector."""
         return self.free[0].expand(x)
 
+    @reported
     def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
         """The value, or values [k]; infinite where there is none, never NaN."""
         seen = self._value_at(x)
         values = np.full(self.k, np.inf) if seen is None else seen.values
         return float(values[0]) if self.k == 1 else values.copy()
 
+    @reported
     def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
         """Values of a batch: [B], or [B, k]."""
         return self.batch_with_constraints(X)[0]
 
+    @reported
     def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
         """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
         X = np.atleast_2d(_numbers(X))
@@ -225,32 +268,35 @@ class Objective:
         sound = np.array([ok for _, ok in inside[:left]], bool)
         values = np.full((left, self.k), np.inf)
         margins = np.full((left, self.m), -1.0)
-        self.record.batches += 1
+        self.record.count("batches")
         if np.any(sound):
             values[sound], margins[sound] = self._all(points[sound], np.flatnonzero(sound))
         for x, value, margin, ok in zip(points, values, margins, sound, strict=True):
-            self.record.values += 1
+            self.record.count("values")
             if ok:
                 self._note(x, value, margin)
         if left < len(X):
             raise self._spent()
         return (values[:, 0] if self.k == 1 else values), margins
 
+    @reported
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The first goal's slope; NotImplementedError where the instance has none."""
         x, sound = self._inside(x)
-        draw = self._draw()
+        draw = self._draw(x)
         self._left(1)
-        self.record.gradients += 1
+        self.record.count("gradients")
         if not sound:
             return np.zeros(self.n)
         seen = self._seen_at(x)
         return self._drawn(self.free[0], draw if seen is None else seen.draw).gradient(x)
 
+    @reported
     def value_and_grad(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "n"]]:
         """Both, for one goal; counted as two evaluations."""
         return self(x), self.gradient(x)
 
+    @reported
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """Constraint margins, satisfied where >= 0, scaled to about 1."""
         x, sound = self._inside(x)
@@ -261,16 +307,19 @@ class Objective:
         x, sound = self._inside(x)
         return self.free[0].jacobian(x) if sound else np.zeros((self.m, self.n))
 
+    @reported
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
         """Sum of a point's constraint violations; 0 where it is feasible."""
         return float(shortfall(self.constraints(x)))
 
+    @reported
     def penalised(self, x: Float[np.ndarray, "n"]) -> float:
         """The value plus PENALTY times scaled violations, for optimisers that take no
         constraints. A feasible point's value is its own."""
         seen = self._value_at(x)
         return np.inf if seen is None else float(seen.values[0] + PENALTY * shortfall(seen.margins))
 
+    @reported
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """The same of a batch."""
         values, margins = self.batch_with_constraints(X)
@@ -288,7 +337,7 @@ class Objective:
         if x.shape != (self.n,):
             raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
         if not np.all(np.isfinite(x)):
-            self.record.not_numbers += 1
+            self.record.count("not_numbers")
             if self.outside == "refuse":
                 raise ValueError("x holds what is no finite number; accepted: finite numbers")
             return x, False
@@ -297,12 +346,12 @@ class Objective:
         if not np.any(out):
             return x, True
         if self.outside == "refuse":
-            self.record.refused += 1
+            self.record.count("refused")
             i = int(np.argmax(out))
             raise ValueError(
                 f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
             )
-        self.record.clipped += 1
+        self.record.count("clipped")
         return np.clip(x, low, high), True
 
     def _value_at(self, x: object) -> _Last | None:
@@ -311,7 +360,7 @@ class Objective:
         if sound:
             return self._look(x, again=self.noisy)
         self._left(1)
-        self.record.values += 1
+        self.record.count("values")
         return None
 
     def _seen_at(self, x: np.ndarray) -> _Last | None:
@@ -324,9 +373,9 @@ class Objective:
         seen = None if again else self._seen_at(x)
         if seen is not None:
             return seen
-        draw = self._draw()
+        draw = self._draw(x)
         self._left(1)
-        self.record.values += 1
+        self.record.count("values")
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])
@@ -340,14 +389,16 @@ class Objective:
         first, *others = (one.problem for one in self.free)
         whole = self.expand(X)
         if self.noisy and isinstance(first, FunctionProblem):
-            value, margins = first.evaluate_all(whole, (self._draw() + places) % 2**32)
+            value, margins = first.evaluate_all(whole, (self._draw(X) + places) % 2**32)
         else:
             value, margins = first.evaluate_all(whole)
         return np.stack([value, *(one.objectives(whole) for one in others)], axis=1), margins
 
-    def _draw(self) -> int:
-        """The number of the next evaluation's draw."""
-        return (self.seed * A_DRAW + self.record.evaluations) % 2**32
+    def _draw(self, x: np.ndarray) -> int:
+        """The number of the next evaluation's draw; elsewhere, where several processes count from
+        the same number, of the point as well."""
+        number = self.seed * A_DRAW + self.record.evaluations
+        return (number + (0 if self.record.home.here else crc32(x.tobytes()))) % 2**32
 
     def _drawn(self, free: FreeProblem, draw: int) -> FreeProblem:
         if not self.noisy or not isinstance(free.problem, FunctionProblem):
@@ -356,7 +407,8 @@ class Objective:
 
     def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
         feasible = self.free[0].meets(x, margins)
-        self.record.note(x, values, float(shortfall(margins)), feasible)
+        violation = float(shortfall(margins))
+        self.record.note(Evaluated(np.array(x), np.array(values), violation, feasible))
 
     def _left(self, wanted: int) -> int:
         """Number of these evaluations that the budget allows; BudgetSpent for none."""
@@ -371,7 +423,9 @@ class Objective:
 
     def _spent(self) -> BudgetSpent:
         record = self.record
-        return BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
+        error = BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
+        error.home = None if record.home.here else record.home
+        return error
 
 
 def _numbers(x: Any) -> np.ndarray:
