@@ -14,14 +14,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium, ground_forces
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.instance import Flags, Instance, made
 from stickslip.optim.posture.criteria import CRITERIA
 from stickslip.optim.posture.evaluate import finite_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure
-from stickslip.optim.torque_split import SPLIT_CRITERIA, Family
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -58,6 +57,7 @@ ENDS_IN_WORDS = {
     "none": "both ends free",
     "both": "the legs straight down at both ends",
 }
+SPLIT_UNITS = {"squared_torque": "N^2 m^2", "peak_torque": "N m"}
 SPLITS = {
     ("bump", "squared_torque"): 32,
     ("rough", "squared_torque"): 128,
@@ -113,7 +113,7 @@ def _splits() -> Iterator[Instance]:
             partial(split_problem, track, criterion, n),
             family="split",
             what=f"torque split over {track} with straight legs: {criterion}",
-            goals=(f"{criterion} [{SPLIT_CRITERIA[criterion].unit}]",),
+            goals=(f"{criterion} [{SPLIT_UNITS[criterion]}]",),
             flags=Flags(convex=True, smooth=criterion == "squared_torque"),
             n=n,
         )
@@ -173,8 +173,12 @@ def posture_problem(track: str, criterion: str, free: int, ends: str = "start") 
 
 
 class Drive(NamedTuple):
-    """A drive with straight legs, in units of the vehicle's weight. equal, per_newton: [K, 4] as in
-    Family. torque: what a weight at the wheels' radius makes [N m]."""
+    """Ground forces of a drive with straight legs, in units of the vehicle's weight.
+
+    With a motor at each wheel, equilibrium leaves the difference F_front - F_rear free. equal:
+    [K, 4], F_rear, N_rear, F_front, N_front where it is 0. per_newton: [K, 4], what each newton of
+    it adds [-]. torque: what a weight at the wheels' radius makes [N m].
+    """
 
     equal: Float[Array | np.ndarray, "K 4"]
     per_newton: Float[Array | np.ndarray, "K 4"]
@@ -208,24 +212,34 @@ def split_problem(track: str, criterion: str, stations: int) -> SplitProblem:
     criterion: "squared_torque": the sum of both motors' torques squared, over the stations
     [N^2 m^2]; "peak_torque": the largest of all [N m].
     """
-    params, family = UGVParams(), drive_family(track, stations)
-    weight = float(params.weight)
-    drive = Drive(
-        family.equal / weight, family.per_newton, np.asarray(weight * params.wheel_radius)
-    )
+    drive = straight_drive(track, stations)
     function = {"squared_torque": _squared, "peak_torque": _peak}[criterion]
     kinds = frozenset({Structure.SMOOTH, Structure.CONVEX})
     most = np.full(stations, 1.0)
     return SplitProblem(function, drive, -most, most, kind=kinds)
 
 
-def drive_family(track: str, stations: int) -> Family:
-    """All splits of a drive with straight legs over the middle of a track, [stations]."""
+def straight_drive(track: str, stations: int) -> Drive:
+    """A drive over the middle of a track.
+
+    What a newton adds is taken for none where it is below rounding: on a straight slope the normal
+    forces do not depend on the split.
+    """
     ground, params = track_named(track), UGVParams()
     start, end = float(np.asarray(ground.start)), float(np.asarray(ground.end))
     x = np.linspace(start + 2.0, end - 0.5, stations)
     angles = np.broadcast_to(STRAIGHT, (stations, 2))
-    return Family.of(params, equilibrium(params, ground.astype(np.float64), x, angles))
+    pose = equilibrium(params, ground.astype(np.float64), x, angles).pose
+    weight = float(params.weight)
+    equal, shifted = (
+        np.stack([np.asarray(force) for force in ground_forces(params, pose, difference)], -1)
+        for difference in (0.0, weight)
+    )
+    rounding = 16 * np.finfo(equal.dtype).eps
+    per_newton = (shifted.astype(float) - equal) / weight
+    per_newton = np.where(abs(per_newton) < rounding, 0.0, per_newton)
+    torque = np.asarray(weight * params.wheel_radius)
+    return Drive(equal.astype(float) / weight, per_newton, torque)
 
 
 def _forces(drive: Drive, x: Float[Array, "K"]) -> tuple[Array, Array, Array]:

@@ -5,15 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv import Track
 from stickslip.optim import PostureProblem, Weighted, solve
-from stickslip.optim.posture.graph.pareto import pareto_front
-from stickslip.optim.torque_split import Family, TorqueSplit
 from tests.optim.posture.helpers import over_bump
 
 BAD = ["1.0", True, [[1.0], [1.0, 2.0], [3.0]], 10**400, np.nan, 1j, object(), np.ones(3)]
 NONE_TOO = [*BAD, None]
-FAMILY = Family(np.array([1.0, 5.0, 1.0, 5.0]), np.zeros(4))
 
 
 def ids(value) -> str:
@@ -68,25 +65,11 @@ def test_options_of_methods(bad):
         for name in names:
             field = "x" if name == "start" and not isinstance(bad, str) else name
             refused(field, lambda m=method, n=name: solve(problem, m, **{n: bad}))
-    for name in ("points", "angles"):
-        refused(name, lambda n=name: pareto_front(problem, "grip", "peak_torque", **{n: bad}))
     refused("problem", lambda: solve(bad))
     refused("method", lambda: solve(problem, bad))
     if bad is not True:
         refused("polish", lambda: solve(problem, polish=bad))
         refused("progress", lambda: solve(problem, progress=bad))
-
-
-@pytest.mark.parametrize("bad", BAD, ids=ids)
-def test_torque_splits(bad):
-    refused("criterion", lambda: TorqueSplit(bad))
-    refused("min_normal", lambda: TorqueSplit(min_normal=bad))
-    refused("max_torque", lambda: TorqueSplit(max_torque=bad))
-    split, power = TorqueSplit(), TorqueSplit("positive_power")
-    refused("friction", lambda: split.solve(UGVParams(), FAMILY, friction=bad))
-    refused("turns", lambda: power.solve(UGVParams(), FAMILY, turns=bad))
-    refused("params", lambda: split.solve(bad, FAMILY))
-    refused("posture", lambda: split.solve(UGVParams(), bad))
 
 
 def test_unknown_options_are_told_the_nearest():

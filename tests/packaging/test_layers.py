@@ -137,12 +137,12 @@ def test_no_file_leads_round_to_itself():
 
 ROOMS = {
     "dynamics": ("biped", "ugv"),
-    "optim": ("gait", "posture", "torque_split", "instances.biped", "instances.ugv"),
+    "optim": ("gait", "posture", "instances.biped", "instances.ugv"),
     "envs": ("biped", "ugv", "rendering.biped", "rendering.ugv"),
     "agents": ("biped", "ugv"),
 }
 """Folders of a layer that know what a machine is; no other file of the layer does."""
-BUILT_ON = {"instances.biped": {"gait"}, "instances.ugv": {"posture", "torque_split"}}
+BUILT_ON = {"instances.biped": {"gait"}, "instances.ugv": {"posture"}}
 """Rooms of a machine that may use what else its layer knows of it."""
 
 

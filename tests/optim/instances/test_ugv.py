@@ -1,30 +1,32 @@
-"""The UGV's instances: splits are those of postures, the usual vehicle is a design."""
+"""The UGV's instances: splits are those of the ground forces, the usual vehicle is a design."""
 
 import jax
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import UGVParams
+from stickslip.dynamics.ugv import UGVParams, equilibrium, ground_forces
 from stickslip.optim import PostureProblem
 from stickslip.optim.instances.ugv import (
     STATIONS,
-    drive_family,
     split_problem,
     track_named,
     vehicle_design,
 )
-from stickslip.optim.torque_split import TorqueSplit
 
 
-def test_a_split_costs_what_the_split_of_each_posture_does():
+def test_a_split_costs_the_squared_torques_of_the_forces_that_hold_each_posture():
+    params, track, x = UGVParams(), track_named("bump"), np.linspace(2.0, 7.5, 8)
+    shares = 0.1 * np.sin(np.arange(8))
     with jax.enable_x64(True):
-        problem, family = split_problem("bump", "squared_torque", 8), drive_family("bump", 8)
-    splits = TorqueSplit("squared_torque").along(UGVParams(), family)
-    x = np.array([one.difference for one in splits]) / float(UGVParams().weight)
-    assert problem.is_feasible(x)
-    assert problem.objective(x) == pytest.approx(sum(one.value for one in splits), rel=1e-9)
-    slope = problem.gradient(x)
-    assert np.abs(slope).max() < 1e-4 * problem.objective(np.full(8, 0.1))
+        problem = split_problem("bump", "squared_torque", 8)
+        pose = equilibrium(params, track.astype(float), x, np.full((8, 2), np.pi / 2)).pose
+        forces = np.asarray(ground_forces(params, pose, shares * params.weight))
+    F, N = forces[::2], forces[1::2]
+    expected = np.sum((F * params.wheel_radius) ** 2)
+    assert problem.objective(shares) == pytest.approx(expected, rel=1e-12)
+    margins = np.stack([0.8 * N - F, 0.8 * N + F, N], axis=0)
+    found = np.sort(problem.constraints(shares)) * float(params.weight)
+    np.testing.assert_allclose(found, np.sort(margins.ravel()), rtol=1e-9)
 
 
 def test_the_usual_vehicle_as_a_design_drives_as_a_posture_problem_says():

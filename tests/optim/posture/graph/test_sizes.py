@@ -7,7 +7,6 @@ from stickslip.dynamics.checks import MEMORY_LIMIT
 from stickslip.dynamics.ugv import Track
 from stickslip.envs import UGVEnv
 from stickslip.optim import PostureProblem, solve
-from stickslip.optim.posture.graph.pareto import pareto_front
 from tests.optim.posture.helpers import over_bump
 
 LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
@@ -20,7 +19,6 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
         (lambda: PostureProblem.along(LONG), r"makes 1e\+13 waypoints"),
         (lambda: UGVEnv().make_params(spacing=1e-12), "spacing = 1e-12 m from start"),
         (lambda: over_bump().objectives(np.broadcast_to(1.5, (2**24, 20))), "X of 16777216 drives"),
-        (lambda: pareto_front(over_bump(), "grip", "peak_torque", angles=10**30), "angles = 1000"),
         *(
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
