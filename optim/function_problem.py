@@ -148,10 +148,6 @@ class FunctionProblem(Problem[Result]):
             float(values[self.goal]), margins, self.meets(x, margins), {"margins": missed}
         )
 
-    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
-        """See Problem."""
-        return self.evaluate_all(X)[0]
-
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"], draws: np.ndarray | None = None
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import OptimizeResult, minimize
@@ -88,35 +88,13 @@ def solve_gradient(
     )
 
 
-class Smooth(Protocol):
-    """A smooth problem as `slsqp` reads it, of arrays of numbers."""
-
-    @property
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper."""
-        ...
-
-    def objective(self, x: np.ndarray, /) -> float:
-        """What is minimised."""
-        ...
-
-    def gradient(self, x: np.ndarray, /) -> np.ndarray:
-        """Of the objective."""
-        ...
-
-    def constraints(self, x: np.ndarray, /) -> np.ndarray:
-        """Margins, >= 0 where they are met."""
-        ...
-
-    def jacobian(self, x: np.ndarray, /) -> np.ndarray:
-        """Of the constraints."""
-        ...
-
-
 def slsqp(
-    problem: Smooth, start: np.ndarray, iterations: int, tolerance: float, bar: Bar
+    problem: Any, start: np.ndarray, iterations: int, tolerance: float, bar: Bar
 ) -> OptimizeResult:
-    """scipy's SLSQP from a start; the bar advances with each iteration."""
+    """scipy's SLSQP from a start; the bar advances with each iteration.
+
+    problem: bounds, and objective, gradient, constraints and jacobian as Problem has them.
+    """
     return minimize(
         problem.objective,
         start,
@@ -201,16 +179,8 @@ def solve_cma(
         return begun
     x, value = begun
     others = problem.objectives(scattered(problem, search.population))
-    found = evolve(problem, search, x, value, size_of(value, others, *CMA_SCALE), progress)
-    return problem.result(
-        found.x,
-        method="cma",
-        began=began,
-        status=found.status,
-        evaluations=found.evaluations + len(others),
-        message=found.message + shortcomings(problem, found.x),
-        details={"stop": found.stop, "seed": search.seed},
-    )
+    scale = size_of(value, others, *CMA_SCALE)
+    return evolve(problem, search, (x, value, scale), began, progress, others=len(others))
 
 
 class Evolution(NamedTuple):
@@ -225,24 +195,6 @@ class Evolution(NamedTuple):
     sigma: float
     population: int
     penalty: float
-
-
-class Evolved(NamedTuple):
-    """The best point of those sampled, the start included, and how the search ended."""
-
-    x: np.ndarray
-    evaluations: int
-    stop: dict[str, Any]
-
-    @property
-    def status(self) -> OptimStatus:
-        """LIMIT where the evaluations ran out, FEASIBLE where cma's own criteria ended it."""
-        return OptimStatus.LIMIT if "maxfevals" in self.stop else OptimStatus.FEASIBLE
-
-    @property
-    def message(self) -> str:
-        """Text for a message."""
-        return f"stopped by {', '.join(self.stop)} after {self.evaluations} evaluations"
 
 
 def evolution(
@@ -263,27 +215,23 @@ def evolution(
 def evolve(
     problem: Problem[Any],
     search: Evolution,
-    x: np.ndarray,
-    value: float,
-    scale: float,
+    begin: tuple[np.ndarray, float, float],
+    began: float,
     progress: bool,
-) -> Evolved:
-    """Sample about x, whose value is given, in the unit box of the numbers that are free; scale:
-    the objective's size, to divide it by."""
-    free, count = problem.free, 1
+    *,
+    others: int = 0,
+    note: str = "",
+) -> Any:
+    """The problem's result of sampling in the unit box of the numbers that are free.
+
+    begin: a point, its value, and the objective's size, to divide it by. others: evaluations before
+    it. note: begins the message.
+    """
+    x, value, scale = begin
+    free, count, best = problem.free, 1, (value if problem.is_feasible(x) else np.inf)
     low, high = free.bounds
-    best, best_value = x, value if problem.is_feasible(x) else np.inf
-    options: dict[str, Any] = {
-        "bounds": [0.0, 1.0],
-        **own_draws(search.seed),
-        "maxfevals": search.evaluations,
-        "popsize": search.population,
-        "verbose": -9,
-        "verb_log": 0,
-        "verb_disp": 0,
-    }
     first = np.clip((free.reduce(x) - low) / (high - low), 0, 1)
-    strategy = package().CMAEvolutionStrategy(first, search.sigma, options)
+    strategy = package().CMAEvolutionStrategy(first, search.sigma, _options(search))
     with Bar("cma", search.evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
             asked = strategy.ask()
@@ -292,13 +240,34 @@ def evolve(
             count += len(X)
             violation = np.where(violation > FLOOR, violation, 0.0)
             feasible = np.where(violation > 0, np.inf, values)
-            i = int(np.argmin(feasible))
-            if feasible[i] < best_value:
-                best, best_value = X[i], float(feasible[i])
+            if np.min(feasible) < best:
+                x, best = X[np.argmin(feasible)], float(np.min(feasible))
             priced = values / scale + search.penalty * violation
             strategy.tell(asked, list(np.where(np.isfinite(priced), priced, np.inf)))
-            bar.advance(len(asked), f"{best_value:.6g}")
-    return Evolved(best, count, dict(strategy.stop()))
+            bar.advance(len(asked), f"{best:.6g}")
+    stop = dict(strategy.stop())
+    return problem.result(
+        x,
+        method="cma",
+        began=began,
+        status=OptimStatus.LIMIT if "maxfevals" in stop else OptimStatus.FEASIBLE,
+        evaluations=count + others,
+        message=f"{note}stopped by {', '.join(stop)} after {count} evaluations"
+        f"{shortcomings(problem, x)}",
+        details={"stop": stop, "seed": search.seed},
+    )
+
+
+def _options(search: Evolution) -> dict[str, Any]:
+    """Options of cma: quiet, within the unit box."""
+    return own_draws(search.seed) | {
+        "bounds": [0.0, 1.0],
+        "maxfevals": search.evaluations,
+        "popsize": search.population,
+        "verbose": -9,
+        "verb_log": 0,
+        "verb_disp": 0,
+    }
 
 
 def own_draws(seed: int) -> dict[str, object]:
@@ -345,10 +314,8 @@ def begin(
         status, why = OptimStatus.FAILED, "where it begins there is no value"
     else:
         return x, value
-    message = why + shortcomings(problem, x)
-    return problem.result(
-        x, method=method, began=began, status=status, evaluations=1, message=message
-    )
+    result = {"method": method, "began": began, "status": status, "evaluations": 1}
+    return problem.result(x, message=why + shortcomings(problem, x), **result)
 
 
 def shortcomings(problem: Problem[Any], x: Float[np.ndarray, "n"]) -> str:

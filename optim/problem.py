@@ -99,15 +99,15 @@ class Problem(ABC, Generic[R]):
 
     def objective(self, x: Float[np.ndarray, "n"]) -> float:
         """The value to minimise; infinite where there is none, never NaN."""
-        return self.evaluate(x).value
-
-    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
-        """The values of a batch."""
-        return np.array([self.objective(x) for x in self.batch(X)], dtype=float)
+        return self.value_and_margins(x)[0]
 
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
-        return self.evaluate(x).margins
+        return self.value_and_margins(x)[1]
+
+    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """The values of a batch."""
+        return self.evaluate_all(X)[0]
 
     def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
         """The objective and `constraints`, computed once: what optimisers ask for all the time."""
@@ -211,35 +211,25 @@ class FreeProblem(Problem[Result]):
     @property
     def n(self) -> int:
         """Number of free numbers."""
-        return len(self._bounds[0])
-
-    @property
-    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Their least and greatest values."""
-        return self._bounds
+        return len(self.bounds[0])
 
     @cached_property
-    def _bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]
+        """Their least and greatest values."""
         low, high = self.problem.bounds
         return read_only(low[self.which]), read_only(high[self.which])
 
     def expand(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... whole"]:
         """The problem's decision vector, or a batch; ValueError for a wrong length."""
         free = np.asarray(x, dtype=float) if self.n == 0 else as_floats("x", x, "the free numbers")
-        if free.ndim == 0 or free.shape[-1] != self.n:
-            raise ValueError(
-                f"x has shape {free.shape}; accepted: (..., {self.n}), the free numbers"
-            )
+        free = _of_length(free, self.n)
         whole = np.broadcast_to(self.problem.bounds[0], (*free.shape[:-1], self.problem.n)).copy()
         whole[..., self.which] = free
         return whole
 
     def reduce(self, x: Float[np.ndarray, "... whole"]) -> Float[np.ndarray, "... n"]:
         """The free numbers of a decision vector, or of a batch; ValueError for a wrong length."""
-        whole = as_floats("x", x, "all numbers")
-        if whole.ndim == 0 or whole.shape[-1] != self.problem.n:
-            raise ValueError(f"x has shape {whole.shape}; accepted: (..., {self.problem.n})")
-        return whole[..., self.which]
+        return _of_length(as_floats("x", x, "all numbers"), self.problem.n)[..., self.which]
 
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
         """See Problem; all constraints, those of given numbers alone being constant."""
@@ -249,31 +239,26 @@ class FreeProblem(Problem[Result]):
         """See Problem."""
         return self.problem.value_and_margins(self.expand(x))
 
-    def objective(self, x: Float[np.ndarray, "n"]) -> float:
-        """See Problem."""
-        return self.problem.objective(self.expand(x))
-
-    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
-        """See Problem."""
-        return self.problem.objectives(self.expand(X))
-
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """See Problem."""
-        return self.problem.gradient(self.expand(x))[self.which]
-
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem."""
         return self.problem.evaluate_all(self.expand(X))
 
+    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+        """See Problem."""
+        return self.problem.gradient(self.expand(x))[self.which]
+
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """See Problem."""
         return self.problem.jacobian(self.expand(x))[:, self.which]
 
-    def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
-        """See Problem."""
-        return self.problem.is_feasible(self.expand(x), tolerance)
+
+def _of_length(x: np.ndarray, n: int) -> np.ndarray:
+    """The numbers, or ValueError unless the last axis has so many."""
+    if x.ndim == 0 or x.shape[-1] != n:
+        raise ValueError(f"x has shape {x.shape}; accepted: (..., {n})")
+    return x
 
 
 def given_state(one: object) -> dict[str, Any]:

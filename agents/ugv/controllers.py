@@ -14,7 +14,6 @@ from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.ugv.env import UGVEnv
-from stickslip.optim.posture.graph.grid import fitting_grid
 from stickslip.optim.solving import solve
 
 if TYPE_CHECKING:
@@ -232,7 +231,7 @@ class RecedingHorizon:
 
 def _best_from_grid(problem: PostureProblem, least: int, polish: bool = False) -> PostureResult:
     """The best path over the grid that fits, or what polishing makes of it."""
-    return solve(problem, "dp", polish=polish, angles=fitting_grid(problem, least))
+    return solve(problem, "dp", polish=polish, least=least)
 
 
 def _follow(

@@ -132,67 +132,51 @@ class Rows(NamedTuple):
     status: Array
     slopes: list[Array]
 
-    @property
-    def packed(self) -> Float[Array, "rows count"]:
-        """One array, as Station.unpacked reads it, or Station.unpacked_with_slopes."""
-        status = self.status.astype(self.numbers[0].dtype)
-        return jnp.stack([*self.numbers, status, *self.slopes])
-
 
 def _rows(
     solver: PoseSolver,
+    sloped: bool,
     params: UGVParams,
     odometer: Odometer,
     x: Float[Array, "..."],
     angles: Float[Array, "... 2"],
     friction: Float[Array, "..."],
 ) -> Rows:
-    at = _station(solver, params, odometer, x, angles, friction)
-    return Rows(rows_of(at.numbers), at.status, [])
+    """Rows of stations; sloped: with their slopes in both angles."""
 
-
-def _rows_and_slopes(
-    solver: PoseSolver,
-    params: UGVParams,
-    odometer: Odometer,
-    x: Float[Array, "..."],
-    angles: Float[Array, "... 2"],
-    friction: Float[Array, "..."],
-) -> Rows:
     def numbers(angles: Array) -> tuple[list[Array], Array]:
-        return _rows(solver, params, odometer, x, angles, friction)[:2]
+        at = _station(solver, params, odometer, x, angles, friction)
+        return rows_of(at.numbers), at.status
 
     def along(angle: Array) -> tuple[list[Array], list[Array], Array]:
         direction = jnp.broadcast_to(angle, angles.shape)
         return jax.jvp(numbers, (angles,), (direction,), has_aux=True)
 
+    if not sloped:
+        return Rows(*numbers(angles), [])
     both = jnp.eye(2, dtype=angles.dtype)
     at, slopes, status = jax.vmap(along, out_axes=(None, 0, None))(both)
     return Rows(at, status, [of[angle] for angle in range(2) for of in slopes])
 
 
-@float64_program
-def packed(
-    posture: Posture,
-    x: Float[Array, "count"],
-    friction: Float[Array, "count"],
-    angles: Float[Array, "count 2"],
-) -> Float[Array, "rows count"]:
-    """Stations, in one kernel and one array, as Station.unpacked reads them."""
-    given = posture.params, posture.odometer, x, angles, friction
-    return over_poses(_rows, (posture.solver,), *given).packed
+def _packed(sloped: bool) -> Callable[..., np.ndarray]:
+    """The program of `_rows`, in one kernel and one array that Station reads."""
+
+    def stations(
+        posture: Posture,
+        x: Float[Array, "count"],
+        friction: Float[Array, "count"],
+        angles: Float[Array, "count 2"],
+    ) -> Float[Array, "rows count"]:
+        given = posture.params, posture.odometer, x, angles, friction
+        found = over_poses(_rows, (posture.solver, sloped), *given)
+        status = found.status.astype(found.numbers[0].dtype)
+        return jnp.stack([*found.numbers, status, *found.slopes])
+
+    return float64_program(stations)
 
 
-@float64_program
-def packed_with_slopes(
-    posture: Posture,
-    x: Float[Array, "count"],
-    friction: Float[Array, "count"],
-    angles: Float[Array, "count 2"],
-) -> Float[Array, "rows count"]:
-    """The same and their slopes in both angles, as Station.unpacked_with_slopes reads them."""
-    given = posture.params, posture.odometer, x, angles, friction
-    return over_poses(_rows_and_slopes, (posture.solver,), *given).packed
+PACKED = {sloped: _packed(sloped) for sloped in (False, True)}
 
 
 class Waypoints(NamedTuple):
@@ -225,17 +209,13 @@ class Waypoints(NamedTuple):
             made = tuple((*of[:2], *jax.device_put(of[2:])) for of in calls)
         return cls(shared, made, len(x))
 
-    def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
-        """The stations at these angles, as Station.unpacked reads them."""
-        return self._rows(packed, pairs)
-
-    def with_slopes(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
-        """The same and their slopes in both angles, as Station.unpacked_with_slopes reads them."""
-        return self._rows(packed_with_slopes, pairs)
-
-    def _rows(self, program: Callable[..., np.ndarray], pairs: np.ndarray) -> np.ndarray:
+    def stations(
+        self, pairs: Float[np.ndarray, "length 2"], sloped: bool = False
+    ) -> Float[np.ndarray, "rows length"]:
+        """The stations at these angles, as Station.unpacked reads them; sloped: and their slopes in
+        both angles, as Station.unpacked_with_slopes does."""
         parts = [
-            program(self.shared, x, friction, padded(pairs[begin:], size))
+            PACKED[sloped](self.shared, x, friction, padded(pairs[begin:], size))
             for begin, size, x, friction in self.calls
         ]
         rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)

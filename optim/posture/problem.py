@@ -52,7 +52,7 @@ _MODULES = {
     "branch": ("bounds.branch", Structure.ADDITIVE),
     "scp": ("local.scp", Structure.COMPOSITE),
     "gradient": ("local.gradient", Structure.COMPOSITE),
-    "cma": ("local.cma", None),
+    "cma": ("local.gradient", None),
 }
 METHODS = {
     name: Method(
@@ -190,20 +190,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         found = np.array(evaluate.value_and_margins(self.limits, criterion, rows, angles))
         return float(found[0]), found[1:]
 
-    def objective(self, x: Vector) -> float:
-        """The criterion's value, in its unit; infinite where forces are not finite, never NaN."""
-        return self.value_and_margins(x)[0]
-
-    def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
-        """Everything but the bounds, scaled to about 1, satisfied where >= 0; in groups."""
-        return self.value_and_margins(x)[1]
-
-    def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
-        """The values of a batch; compiled once for each power of two that B rounds up to."""
-        return self.evaluate_all(X)[0]
-
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        """See Problem; compiled as `objectives` is."""
+        """See Problem; compiled once for each power of two that B rounds up to."""
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
@@ -214,14 +202,14 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
-        rows = self.waypoints.with_slopes(self.angles(x))
+        rows = self.waypoints.stations(self.angles(x), sloped=True)
         return np.array(evaluate.gradient(self.posture.criterion, rows)).reshape(-1)
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         K, groups = len(self.x), self.constraint_groups
         require_memory(f"a jacobian of {self.n} angles", "rows", 13.0 * K, 8.0 * self.n)
-        rows = self.waypoints.with_slopes(self.angles(x))
+        rows = self.waypoints.stations(self.angles(x), sloped=True)
         found = np.zeros((sum(self._sizes.values()), self.n))
         for name, slope in evaluate.margins_and_slopes(self.limits, rows)[1].items():
             block = found[groups[name]].reshape(K, slope.shape[1], K, 2)

@@ -34,7 +34,8 @@ COLUMNS = (
     ColumnSpec("x", "m", ("distance", "s")),
     ColumnSpec("y", "m", ("elevation", "elev", "height", "z")),
 )
-IN_WORDS = {"lat": "latitude", "lon": "longitude", "ele": "elevation"}
+LIMITS = {"lat": 90.0, "lon": 360.0, "ele": math.inf}
+"""Greatest size of a track point's numbers [deg, m]."""
 STEEPEST = 2.0
 """Steeper legs of a GPX track, in m a metre, are a fault of the survey: no vehicle climbs them."""
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
@@ -80,17 +81,12 @@ def _gpx(path: Path, text: str) -> tuple[np.ndarray, np.ndarray]:
     values = np.empty((len(points.found), 3))
     for i, given in enumerate(points.found):
         place = f"{name}: track point {i + 1}"
-        for j, (key, value) in enumerate(zip(("lat", "lon", "ele"), given, strict=True)):
-            if value is None or not value.strip():
-                raise ValueError(
-                    f"{place} has no {IN_WORDS[key]} ({key}); accepted: {ACCEPTED_GPX}"
-                )
-            if not is_number(value) or not math.isfinite(float(value)):
-                raise ValueError(f"{place}: {key} = {shown(value)}; accepted: {ACCEPTED_GPX}")
-            values[i, j] = float(value)
-        for key, value, limit in (("lat", values[i, 0], 90), ("lon", values[i, 1], 360)):
-            if abs(value) > limit:
-                raise ValueError(f"{place}: {key} = {value}; accepted: {ACCEPTED_GPX}")
+        for j, (key, limit) in enumerate(LIMITS.items()):
+            number = float(given[j]) if is_number(given[j] or "") else math.nan
+            if not (math.isfinite(number) and abs(number) <= limit):
+                what = f"{place}: {key} = {shown(given[j])}"
+                raise ValueError(f"{what}; accepted: {ACCEPTED_GPX}")
+            values[i, j] = number
     latitude, longitude = np.radians(values[:, :2]).T
     half = np.sin(np.diff(latitude) / 2) ** 2
     half += np.cos(latitude[1:]) * np.cos(latitude[:-1]) * np.sin(np.diff(longitude) / 2) ** 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -10,11 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_memory, require_number, shown
+from stickslip.dynamics.checks import require_integer, require_memory, shown
 from stickslip.dynamics.status import Status
-from stickslip.optim.options import float64_program
+from stickslip.optim.options import COUNT
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.criteria import Criterion, Weighted, station_cost, step_cost
 from stickslip.optim.posture.result import PostureResult
 from stickslip.optim.posture.station import PLACED, Station
 from stickslip.optim.posture.waypoints import CONVEX, MOVE, require_grid
@@ -22,13 +22,9 @@ from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Bool, Float, Int
 
-    from stickslip.dynamics.numeric import Number
     from stickslip.optim.posture.problem import PostureProblem
-
-    Edges = tuple[np.ndarray, np.ndarray]
-    """Nodes before and after each."""
 
 LEAST = 31
 """Default least number of angles of each leg in a grid."""
@@ -60,15 +56,17 @@ class Layer(NamedTuple):
 class PostureGrid:
     """The stations of K waypoints and N pairs of angles, as NumPy arrays.
 
-    rear, front: the angles of each leg [rad]; the pairs are all of one with all of the other, the
-    front leg's running faster. stations: [K, N]. layers: the choices at each waypoint; one, which
-    need not lie on the grid, where the first or the last pair is given.
+    method, began: who searches it, and since when. rear, front: the angles of each leg [rad]; the
+    pairs are all of one with all of the other, the front leg's running faster. layers: the choices
+    at each waypoint; one, which need not lie on the grid, where the first or the last pair is
+    given.
     """
 
     problem: PostureProblem
+    method: str
+    began: float
     rear: Float[np.ndarray, "R"]
     front: Float[np.ndarray, "F"]
-    stations: Station
     layers: list[Layer]
 
     @property
@@ -85,35 +83,23 @@ class PostureGrid:
         return text + (f" with the given {' and '.join(ends)}" if ends else "")
 
     @property
-    def evaluations(self) -> int:
-        """Stations evaluated."""
-        first, past = self.free
-        return self.stations.torque.size + first + len(self.layers) - past
-
-    @property
     def limits(self) -> Float[np.ndarray, "steps"]:
         """The longest move of a leg in each step [rad]."""
         rate = self.problem.leg_rate
         dx = np.diff(self.problem.x)
         return np.full(dx.shape, np.inf) if rate is None else float(rate) * dx
 
-    def windows(self) -> np.ndarray:
-        """Grid steps that the rear and the front leg may move in each step [K-1, 2]."""
-        most = [windows_of(angles, self.limits) for angles in (self.rear, self.front)]
-        return np.stack(most, -1).astype(np.int32)
-
     @property
-    def details(self) -> dict[str, Any]:
-        """Details of results: number of angles of each leg, and share of its rate
-        it can use on them."""
-        used = tuple(rate_used(angles, self.limits) for angles in (self.rear, self.front))
-        return {"grid": self.shape, "rate_used": used}
+    def windows(self) -> Int[np.ndarray, "steps 2"]:
+        """Grid steps that the rear and the front leg may move in each step."""
+        most = [windows_of(angles, self.limits) for angles in (self.rear, self.front)]
+        return np.stack(most, -1).astype(int)
 
     @property
     def stuck(self) -> str:
         """A sentence on steps in which the rate lets no leg reach its next angle; or nothing."""
         counts = np.array(self.shape)
-        none = np.all((self.windows() == 0) | (counts == 1), axis=1) & np.any(counts > 1)
+        none = np.all((self.windows == 0) | (counts == 1), axis=1) & np.any(counts > 1)
         if not np.any(none):
             return ""
         gap = min(step_of(of) for of in (self.rear, self.front) if len(of) > 1)
@@ -123,53 +109,35 @@ class PostureGrid:
             "more angles or wider spacing of the waypoints would let them."
         )
 
-    @property
-    def free(self) -> tuple[int, int]:
-        """The first waypoint whose choice is the grid's, and one past the last."""
-        given = self.problem.start_angles, self.problem.end_angles
-        return int(given[0] is not None), len(self.layers) - int(given[1] is not None)
-
-    def within(self, step: int, a: Number, b: Number) -> np.ndarray:
-        """True if the rate allows the move from angles a to b [..., 2] in that step."""
-        move = np.max(np.abs(np.asarray(b) - np.asarray(a)), -1)
-        return move <= self.limits[step] * (1 + ROUNDING)
-
     def angles_at(self, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:
         """The angles of a path given by its nodes."""
         each = zip(self.layers, nodes, strict=True)
         return np.stack([layer.stations.leg_angles[node] for layer, node in each])
 
-    def moves(self) -> list[tuple[int, int]]:
-        """All moves in grid steps that the widest window allows, shortest first."""
-        rear, front = (int(of) for of in self.windows().max(axis=0))
-        count = (2.0 * rear + 1) * (2.0 * front + 1)
+    def edges(self, step: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Nodes before and after each admissible move of a step, in parts: one for each move in
+        grid steps, the shortest first; all in one from or to a given pair."""
+        a, b = self.layers[step : step + 2]
+        R, F = self.shape
+        if len(a.admissible) != R * F or len(b.admissible) != R * F:
+            turn = np.abs(b.stations.leg_angles - a.stations.leg_angles[:, None])
+            near = np.max(turn, -1) <= self.limits[step] * (1 + ROUNDING)
+            yield np.nonzero(near & a.admissible[:, None] & b.admissible)
+            return
+        nodes = np.arange(R * F).reshape(R, F)
+        for r, f in self._moves(*self.windows[step].tolist()):
+            within = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
+            tail = nodes[within].ravel()
+            head = tail + r * F + f
+            good = a.admissible[tail] & b.admissible[head]
+            yield tail[good], head[good]
+
+    def _moves(self, rear: int, front: int) -> list[tuple[int, int]]:
+        """Moves of up to so many grid steps, the shortest first."""
         given = f"leg_rate = {self.problem.leg_rate} rad/m on this grid"
-        require_memory(given, "moves", count, MOVE)
+        require_memory(given, "moves", (2.0 * rear + 1) * (2.0 * front + 1), MOVE)
         both = [(r, f) for r in range(-rear, rear + 1) for f in range(-front, front + 1)]
         return sorted(both, key=lambda move: (abs(move[0]) + abs(move[1]), move))
-
-    def edges(self, step: int) -> Iterator[Edges]:
-        """Nodes before and after each admissible move of a step, in parts, one for each move in
-        grid steps; all at once from or to a given pair."""
-        before, after = self.layers[step : step + 2]
-        good_a, good_b = before.admissible, after.admissible
-        first, past = self.free
-        if step < first or step + 1 >= past:
-            a, b = before.stations.leg_angles, after.stations.leg_angles
-            tail, head = np.nonzero(self.within(step, a[:, None], b) & good_a[:, None] & good_b)
-            yield tail, head
-            return
-        wide = self.windows()[step]
-        R, F = self.shape
-        good_a, good_b = good_a.reshape(R, F), good_b.reshape(R, F)
-        for r, f in self.moves():
-            if abs(r) > wide[0] or abs(f) > wide[1]:
-                continue
-            rows, columns = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
-            to_rows, to_columns = slice(max(0, r), min(R, R + r)), slice(max(0, f), min(F, F + f))
-            i, j = np.nonzero(good_a[rows, columns] & good_b[to_rows, to_columns])
-            i, j = i + rows.start, j + columns.start
-            yield i * F + j, (i + r) * F + j + f
 
     def why_none(self, k: int) -> str:
         """Text of the constraints that leave no pair at waypoint k; empty where some are left."""
@@ -200,8 +168,34 @@ class PostureGrid:
         )
         return f"{reason}. {self.stuck}" if self.stuck else reason
 
-    def without_path(self, k: int, reason: str, common: dict[str, Any]) -> PostureResult:
-        """The result where no path leads to waypoint k. common: fields of every result.
+    def result(
+        self, nodes: np.ndarray, status: OptimStatus, message: str, **details: Any
+    ) -> PostureResult:
+        """The result of a path. details: besides the number of angles of each leg and the share of
+        its rate that it can use on them."""
+        used = tuple(rate_used(angles, self.limits) for angles in (self.rear, self.front))
+        return self.problem.result(
+            self.angles_at(nodes),
+            status=status,
+            message=message,
+            details={"grid": self.shape, "rate_used": used} | details,
+            **self._common,
+        )
+
+    @property
+    def _common(self) -> dict[str, Any]:
+        """Fields of every result."""
+        count = sum(len(layer.admissible) for layer in self.layers)
+        return {"method": self.method, "began": self.began, "evaluations": count}
+
+    def without_answer(
+        self, message: str, status: OptimStatus = OptimStatus.FAILED
+    ) -> PostureResult:
+        """The result without a path."""
+        return PostureResult.without_point(status=status, message=message, **self._common)
+
+    def without_path(self, k: int, reason: str) -> PostureResult:
+        """The result where no path leads to waypoint k.
 
         INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint.
         Else FAILED: there are angles off the grid, and a posture that ends in a numerical status
@@ -220,100 +214,62 @@ class PostureGrid:
             message += listed
         elif len(unplaced) == 1 and not layer.admissible[0]:
             status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
-        return PostureResult.without_point(status=status, message=message, **common)
-
-
-station_costs = float64_program(station_cost)
-
-
-@float64_program
-def edge_costs(
-    criterion: Criterion | Weighted,
-    a: Station,
-    b: Station,
-    tail: Int[Array, "E"],
-    head: Int[Array, "E"],
-) -> Float[Array, "E"]:
-    """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
-    stations of the station where it ends."""
-    if criterion.kind == "max":
-        return station_cost(criterion, b)[head]
-    return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
+        return self.without_answer(message, status)
 
 
 def build_grid(
-    problem: PostureProblem, angles: Any, *, method: str, progress: bool, least: int = LEAST
+    problem: PostureProblem, angles: Any, least: int, method: str, progress: bool
 ) -> PostureGrid:
     """Evaluate all stations in float64.
 
-    angles: how many for each leg, evenly spaced over its range, an integer or a pair; or evenly
-    spaced angles of each leg themselves [rad], a pair of arrays; or None for `fitting_grid`, with
-    `least` of each leg.
+    angles: how many for each leg, evenly spaced over its range, an integer or a pair; or None for
+    `fitting_grid`, with `least` of each leg.
     """
-    legs = fitting_grid(problem, least) if angles is None else _pair(angles)
-    counts = [of if isinstance(of, int) else len(of) for of in legs]
-    require_grid(problem, counts[0], counts[1], CHUNK)
-    rear, front = (_angles_of(problem, of) for of in legs)
+    began = time.perf_counter()
+    rear, front = _angles(problem, angles, least)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
-    chunks = []
+    layers: list[Layer] = []
     with Bar(method, K, "waypoint", progress) as bar:
         for begin in range(0, K, rows):
-            chunks.append(_evaluate(problem, np.arange(begin, min(begin + rows, K)), pairs))
-            bar.advance(min(rows, K - begin))
-    whole = jax.tree.map(lambda *of: np.concatenate(of), *chunks)
-    layers = [jax.tree.map(lambda of, k=k: of[k], whole) for k in range(K)]
+            at = np.arange(begin, min(begin + rows, K))
+            layers += _evaluate(problem, at, pairs)
+            bar.advance(len(at))
     for k, pair in ((0, problem.start_angles), (K - 1, problem.end_angles)):
         if pair is not None:
-            found = _evaluate(problem, np.array([k]), pair[None])
-            layers[k] = jax.tree.map(lambda of: of[0], found)
-    return PostureGrid(problem, rear, front, whole.stations, layers)
+            layers[k] = _evaluate(problem, np.array([k]), pair[None])[0]
+    return PostureGrid(problem, method, began, rear, front, layers)
 
 
-def _evaluate(problem: PostureProblem, at: np.ndarray, pairs: Float[np.ndarray, "N 2"]) -> Layer:
-    """Stations of those waypoints [rows, N] and which constraints they meet."""
+def _evaluate(
+    problem: PostureProblem, at: np.ndarray, pairs: Float[np.ndarray, "N 2"]
+) -> list[Layer]:
+    """Stations of those waypoints and which constraints they meet."""
     x, friction = problem.x[at], problem.posture.friction[at]
     rows = evaluate.rows_at(problem.posture, x[:, None], friction[:, None], pairs)
-    return Layer(Station.unpacked(rows), evaluate.met(problem.posture, rows))
+    whole = Layer(Station.unpacked(rows), evaluate.met(problem.posture, rows))
+    return [jax.tree.map(lambda of, i=i: of[i], whole) for i in range(len(at))]
 
 
-def _pair(angles: Any) -> tuple[Any, Any]:
-    """A count or the angles of each leg."""
-    accepted = "an integer >= 2, or for each leg one or its evenly spaced angles [rad]"
-    listed = angles.tolist() if isinstance(angles, np.ndarray) else angles
-    both = listed if isinstance(listed, tuple | list) else (listed, listed)
+def _angles(
+    problem: PostureProblem, angles: Any, least: Any
+) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
+    """The angles of each leg [rad]; ValueError for bad counts, or more stations than fit."""
+    least = require_integer("least", least, low=2, high=COUNT)
+    if angles is None:
+        rear, front = fitting_grid(problem, least)
+        require_grid(problem, len(rear), len(front), CHUNK)
+        return rear, front
+    accepted = "None, or an integer >= 2, or one for each leg"
+    both = angles if isinstance(angles, tuple | list) else (angles, angles)
     if len(both) != 2:
         raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
-    rear, front = (
-        _evenly_spaced(of, accepted)
-        if isinstance(of, tuple | list | np.ndarray) and len(np.shape(of)) == 1
-        else require_integer("angles", of, low=2, accepted=accepted)
-        for of in both
-    )
-    return rear, front
-
-
-def _evenly_spaced(angles: Any, accepted: str) -> np.ndarray:
-    require_number("angles", angles, accepted=accepted, dtype=np.float64)
-    array = np.array(angles, dtype=float)
-    steps = np.diff(array)
-    if np.any(steps <= 0) or not np.allclose(steps, step_of(array), rtol=1e-6, atol=0):
-        raise ValueError(f"angles = {shown(angles)} are not evenly spaced; accepted: {accepted}")
-    return array
-
-
-def _angles_of(problem: PostureProblem, leg: Any) -> np.ndarray:
-    """A leg's angles [rad] from how many they are, or as given, which must lie in its range."""
+    counts = [require_integer("angles", of, low=2, accepted=accepted) for of in both]
+    require_grid(problem, *counts, CHUNK)
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
-    if isinstance(leg, int):
-        return np.linspace(low, high, leg) if low < high else np.array([low])
-    if leg[0] < low - ROUNDING or leg[-1] > high + ROUNDING:
-        raise ValueError(
-            f"angles from {leg[0]:.6g} to {leg[-1]:.6g} rad; accepted: within the legs' range, "
-            f"{low:.6g} to {high:.6g} rad"
-        )
-    return np.clip(leg, low, high)
+    rear, front = (np.linspace(low, high, of if low < high else 1) for of in counts)
+    return rear, front
 
 
 def fitting_grid(
@@ -329,7 +285,6 @@ def fitting_grid(
     Where FINEST angles do not suffice, only those within reach of the given ends are taken; and
     where even these are too many, or the rate has no limit, `least` over the whole range.
     """
-    least = require_integer("least", least, low=2)
     ends = [of for of in (problem.start_angles, problem.end_angles) if of is not None]
     rear, front = (_of_leg(problem, [float(at[leg]) for at in ends], least) for leg in (0, 1))
     return rear, front

@@ -1,20 +1,15 @@
-"""Choice of a path over the grid: point by point, and by dynamic programming with a proof.
+"""Choice of a path over the grid: point by point, and by dynamic programming.
 
-The costs of arriving are potentials that bound all paths, verified edge by edge. Take any number y
-for every node. Where y_head - y_tail <= cost for every edge, no path costs less than y at its end
-less y where it began: the dual of the shortest path, without a linear program. Where an edge misses
-that by something, the bound is lower by the worst miss of its step.
+The costs of arriving, y, are potentials that bound all paths: y_head <= y_tail + cost for every
+edge, so no path costs less than y at its end. That is the dual of the shortest path, without a
+linear program.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.optim.options import float64_program
@@ -25,32 +20,32 @@ from stickslip.optim.posture.criteria import (
     station_cost,
     step_cost,
 )
-from stickslip.optim.posture.graph.grid import (
-    PostureGrid,
-    build_grid,
-    edge_costs,
-    polished,
-    station_costs,
-)
+from stickslip.optim.posture.graph.grid import LEAST, PostureGrid, build_grid, polished
 from stickslip.optim.posture.result import PostureResult, below, closes
-from stickslip.optim.posture.station import Station
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from jaxtyping import Array, Float, Int
 
     from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.station import Station
 
 AGREEMENT = 1e-8
-"""Relative difference of the recursion's value and the objective, or the proved bound, above which
-it is no proof."""
+"""Relative difference of the recursion's value and the objective above which it is no proof."""
 OVER_GRID = "proved: the best of all {}, not of all drives"
 EDGES = 1 << 18
 """About the number of edges whose costs are computed in one call."""
 
 
 def solve_grid(
-    problem: PostureProblem, *, progress: bool = False, polish: bool = False, angles: Any = None
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    polish: bool = False,
+    angles: Any = None,
+    least: int = LEAST,
 ) -> PostureResult:
     """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
 
@@ -59,28 +54,20 @@ def solve_grid(
     |M|, and for torque_variation |M - M'|, M' being the choice before (0 at the first waypoint);
     in weighted sums the weighted sum of these. So nothing says that such a choice is good.
 
-    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least. leg_rate is
-    not looked at, as in the chapter, and the result may break it (VIOLATED; its residuals say by
-    how much). For single worst-station criteria grid_bound is the largest over the waypoints of the
-    least cost there: no path over the grid is below it. evaluations: stations. details: grid,
-    rate_used, grid_bound (None for sums). polish: see `polished`.
+    angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
+    result may break it (VIOLATED; its residuals say by how much). For single worst-station
+    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
+    grid is below it. evaluations: stations. details: grid, rate_used, grid_bound (None for sums).
+    polish: see `polished`.
     """
-    began = time.perf_counter()
 
     def search() -> PostureResult:
-        grid = build_grid(problem, angles, method="grid", progress=progress)
+        grid = build_grid(problem, angles, least, "grid", progress)
         nodes, reason, bound = _choose(grid)
-        common: dict[str, Any] = {"method": "grid", "began": began}
-        common["evaluations"] = grid.evaluations
         if reason:
-            return grid.without_path(len(nodes), reason, common)
-        return problem.result(
-            grid.angles_at(np.array(nodes)),
-            status=OptimStatus.FEASIBLE,
-            message="chosen point by point, leg_rate not looked at",
-            details=grid.details | {"grid_bound": bound},
-            **common,
-        )
+            return grid.without_path(len(nodes), reason)
+        message = "chosen point by point, leg_rate not looked at"
+        return grid.result(np.array(nodes), OptimStatus.FEASIBLE, message, grid_bound=bound)
 
     return polished(problem, polish, progress, search)
 
@@ -108,53 +95,50 @@ _pointwise = float64_program(pointwise_cost)
 
 
 def solve_dp(
-    problem: PostureProblem, *, progress: bool = False, polish: bool = False, angles: Any = None
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    polish: bool = False,
+    angles: Any = None,
+    least: int = LEAST,
 ) -> PostureResult:
     """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
 
-    angles: of the grid, see build_grid; None: fitting_grid, 31 of each leg at least.
+    angles: of each leg, an integer or a pair, evenly spaced over its range; None: those of
+    fitting_grid, `least` of each leg at least.
 
     Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
     criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
     stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
-    sum is accepted where all its parts are sums over steps. Time and memory: K n^2 w^2 and K n^2,
-    w being the angles within reach; without a rate limit w is n, so keep the grid coarse.
+    sum is accepted where all its parts are sums over steps. Time: K n^2 w^2, w being the angles
+    within reach; without a rate limit w is n, so keep the grid coarse.
 
-    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is what
-    the costs of arriving prove as potentials (`certify`), less the rounding of the stations
-    (`below`): no path over the grid is better. INACCURATE where it is not within 1e-8 of the value,
-    nor within 1e-12 of what the vehicle's weight would give. It bounds no drive off the grid, so
-    that lower_bound is None; `solve(problem, "branch")` has one. FAILED where there is no path over
-    the grid: see `without_path`. evaluations: stations. details: grid, rate_used (the share of the
-    leg rate that each leg can use on it), grid_bound, certificate (edges looked at, and by how much
-    one misses its inequality at worst). polish: see `polished`.
+    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is the
+    value less its rounding and that of the stations (`below`): no path over the grid is better.
+    INACCURATE where the objective is not within 1e-8 of the value, nor within 1e-12 of what the
+    vehicle's weight would give. It bounds no drive off the grid, so that lower_bound is None;
+    `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
+    `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
+    each leg can use on it), grid_bound, edges (moves looked at). polish: see `polished`.
     """
-    began = time.perf_counter()
     require_one_kind(problem.criterion)
 
     def search() -> PostureResult:
-        grid = build_grid(problem, angles, method="dp", progress=progress)
-        common: dict[str, Any] = {"method": "dp", "began": began}
-        common["evaluations"] = grid.evaluations
+        grid = build_grid(problem, angles, least, "dp", progress)
         paths = best_paths(grid)
         if paths.nodes is None:
-            return grid.without_path(paths.stuck_at, paths.reason, common)
-        value = float(np.min(paths.values[-1]))
-        proof = certify(grid, paths.values)
-        closed = closes(problem, value, proof.bound, AGREEMENT)
-        details = grid.details | {
-            "grid_bound": below(problem, proof.bound),
-            "certificate": {"edges": proof.edges, "missed": proof.missed},
-        }
-        proved = OVER_GRID.format(grid.what) if closed else f"no better path by {proof.bound!r}"
-        result = problem.result(
-            grid.angles_at(paths.nodes),
-            status=OptimStatus.FEASIBLE if closed else OptimStatus.INACCURATE,
-            message=grid.stuck or proved,
-            details=details,
-            **common,
+            return grid.without_path(paths.stuck_at, paths.reason)
+        return _agreed(
+            problem,
+            grid.result(
+                paths.nodes,
+                OptimStatus.FEASIBLE,
+                grid.stuck or OVER_GRID.format(grid.what),
+                grid_bound=paths.bound(problem),
+                edges=paths.edges,
+            ),
+            paths.value,
         )
-        return _agreed(problem, result, value)
 
     return polished(problem, polish, progress, search)
 
@@ -189,178 +173,88 @@ class Paths(NamedTuple):
     """Least cost of arriving at each node of each waypoint; infinite where none arrives."""
     nodes: np.ndarray | None
     """The best path's node at each waypoint [K]; None where no path arrives."""
+    edges: int = 0
+    """Number of moves looked at: all that the rate and the constraints allow."""
     stuck_at: int = 0
-    """The first waypoint where none does."""
+    """The first waypoint where no path arrives."""
     reason: str = ""
     """Reason why there is none."""
 
+    @property
+    def value(self) -> float:
+        """Cost of the best path."""
+        return float(np.min(self.values[-1]))
+
+    def bound(self, problem: PostureProblem) -> float:
+        """A number that no path over the grid is below, whatever its sums and stations round."""
+        costs = np.concatenate(self.values)
+        size = float(np.max(np.abs(costs[np.isfinite(costs)]), initial=0.0))
+        rounding = 4 * np.finfo(float).eps * size * (len(self.values) + 1)
+        return below(problem, self.value - rounding)
+
 
 def best_paths(grid: PostureGrid) -> Paths:
-    """The recursion over all waypoints and the best path's nodes."""
-    K = len(grid.layers)
-    first, past = grid.free
-    costs = [_first_costs(grid)]
-    back: list[np.ndarray] = []
-    if first == 1 and first < past:
-        _arrive(grid, 0, costs, back)
-    if past - first > 1:
-        within, came = _over_grid(grid, costs[-1])
-        costs.extend(within)
-        back.extend(came)
-    while len(costs) < K:  # the given end
-        _arrive(grid, len(costs) - 1, costs, back)
+    """The recursion over all waypoints, and the best path's nodes."""
+    K, count = len(grid.layers), 0
+    costs, back = [_first_costs(grid)], []
+    for step in range(K - 1):
+        cost, came, edges = _arrive(grid, step, costs[-1])
+        costs.append(cost)
+        back.append(came)
+        count += edges
     for k, of in enumerate(costs):
         if not np.any(np.isfinite(of)):
             reached = np.isfinite(costs[k - 1]) if k else np.zeros(0)
-            return Paths(costs, None, k, grid.why_stuck(k, reached))
+            return Paths(costs, None, count, k, grid.why_stuck(k, reached))
     nodes = np.zeros(K, dtype=int)
     nodes[-1] = np.argmin(costs[-1])
     for k in range(K - 1, 0, -1):
         nodes[k - 1] = back[k - 1][nodes[k]]
-    return Paths(costs, nodes)
+    return Paths(costs, nodes, count)
 
 
 def _first_costs(grid: PostureGrid) -> np.ndarray:
     """The cost of beginning at each node of the first waypoint."""
-    begin = grid.layers[0]
-    criterion = grid.problem.posture.criterion
-    cost = np.zeros(begin.stations.torque.shape)
+    begin, criterion = grid.layers[0], grid.problem.posture.criterion
+    cost = np.zeros(len(begin.admissible))
     if criterion.kind == "max":
         cost = station_costs(criterion, begin.stations)
     return np.where(begin.admissible, cost, np.inf)
 
 
-def _arrive(grid: PostureGrid, step: int, costs: list[np.ndarray], back: list[np.ndarray]):
-    """Append the costs of the next waypoint and whence, all moves of one step looked at.
-
-    For a step from or to a given pair, which has one node at one of its ends.
-    """
-    a, b = (layer.stations for layer in grid.layers[step : step + 2])
-    from_all = a.map(lambda of: np.expand_dims(of, 1))
-    arrived = _arrivals(grid.problem.posture.criterion, costs[-1][:, None], from_all, b)
-    allowed = grid.within(step, a.leg_angles[:, None], b.leg_angles)
-    allowed &= grid.layers[step + 1].admissible & np.isfinite(costs[-1])[:, None]
-    arrived = np.where(allowed, arrived, np.inf)
-    back.append(np.argmin(arrived, axis=0))
-    costs.append(np.min(arrived, axis=0))
-
-
-def _arrival(criterion: Criterion | Weighted, cost_a: Array, a: Station, b: Station) -> Array:
-    """The cost at b of coming from a, where it is cost_a."""
-    if criterion.kind == "max":
-        return jnp.maximum(cost_a, station_cost(criterion, b))
-    return cost_a + step_cost(criterion, a, b)
+def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Least costs of arriving at the next waypoint's nodes, the nodes before, and the number of
+    moves; of equally good moves the first one in the order of `PostureGrid.edges`."""
+    join = np.maximum if grid.problem.criterion.kind == "max" else np.add
+    size, count = len(grid.layers[step + 1].admissible), 0
+    best, came = np.full(size, np.inf), np.zeros(size, dtype=int)
+    for tail, head, cost in costed_edges(grid, step):
+        total = join(before[tail], cost)
+        total = np.where(np.isnan(total), np.inf, total)
+        last = best.copy()
+        np.minimum.at(best, head, total)
+        better = np.flatnonzero((total == best[head]) & (total < last[head]))[::-1]
+        came[head[better]] = tail[better]
+        count += len(tail)
+    return best, came, count
 
 
-_arrivals = float64_program(_arrival)
-
-
-def _over_grid(grid: PostureGrid, cost: np.ndarray) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Costs and predecessors at the grid's waypoints after its first, [N] each."""
-    first, past = grid.free
-    R, F = grid.shape
-    stations = grid.stations.map(lambda of: of[first:past].reshape(-1, R, F, *of.shape[2:]))
-    ok = np.stack([layer.admissible for layer in grid.layers[first:past]])
-    moves = np.array(grid.moves(), dtype=np.int32)
-    costs, whence = _recursion(
-        grid.problem.posture.criterion,
-        stations,
-        ok.reshape(-1, R, F),
-        grid.windows()[first : past - 1],
-        moves,
-        cost.reshape(R, F),
-    )
-    rear, front = np.indices(grid.shape)
-    shift = moves[whence]
-    came = (rear - shift[..., 0]) * F + (front - shift[..., 1])
-    return list(costs.reshape(len(came), -1)), list(came.reshape(len(came), -1))
+station_costs = float64_program(station_cost)
 
 
 @float64_program
-def _recursion(
+def edge_costs(
     criterion: Criterion | Weighted,
-    stations: Station,
-    ok: Array,
-    windows: Int[Array, "k 2"],
-    moves: Int[Array, "w 2"],
-    cost: Float[Array, "R F"],
-) -> tuple[Array, Array]:
-    """Costs [k, R, F] after each step and which of the moves leads there.
-
-    One move at a time for all pairs at once: the stations before the step, rolled by the move,
-    stand beside those after it; what was rolled in from the other side is out of the window.
-    """
-    R, F = cost.shape
-    rear, front = jnp.arange(R, dtype=jnp.int32)[:, None], jnp.arange(F, dtype=jnp.int32)
-    inf = jnp.asarray(jnp.inf, cost.dtype)
-
-    def step(carry, now):
-        before, cost = carry
-        after, good, window = now
-
-        def move(best, numbered):
-            number, by = numbered
-            least, which = best
-            a, from_cost = jax.tree.map(lambda of: jnp.roll(of, by, (0, 1)), (before, cost))
-            i, j = rear - by[0], front - by[1]
-            inside = (i >= 0) & (i < R) & (j >= 0) & (j < F) & jnp.all(jnp.abs(by) <= window)
-            total = _arrival(criterion, from_cost, a, after)
-            total = jnp.where(inside & good & jnp.isfinite(from_cost), total, inf)
-            better = total < least
-            return (jnp.where(better, total, least), jnp.where(better, number, which)), None
-
-        start = (jnp.full_like(cost, inf), jnp.zeros(cost.shape, jnp.int32))
-        numbers = jnp.arange(len(moves), dtype=jnp.int32)
-        (least, which), _ = jax.lax.scan(move, start, (numbers, moves))
-        return (after, least), (least, which)
-
-    first = jax.tree.map(lambda of: of[0], stations)
-    rest = jax.tree.map(lambda of: of[1:], stations)
-    return jax.lax.scan(step, (first, cost), (rest, ok[1:], windows))[1]
-
-
-class Certificate(NamedTuple):
-    """Bound that potentials prove for a grid's paths."""
-
-    bound: float
-    """No path over the grid costs less, but for the rounding of its stations."""
-    missed: float
-    """Largest violation of an edge's inequality, in the criterion's unit."""
-    edges: int
-    """Number of edges verified: all that the rate and the constraints allow."""
-
-
-def certify(grid: PostureGrid, potentials: Sequence[np.ndarray]) -> Certificate:
-    """The bound that potentials of the nodes, [N] for each waypoint, prove.
-
-    Whoever gives them is trusted in nothing: costs come from the grid's stations, which pairs of
-    nodes are edges from its angles, the rate and the constraints. Infinite: no path arrives there,
-    which is looked up, too. Sums over steps: y_head <= y_tail + cost. Worst stations: y_head <=
-    max(y_tail, cost).
-    """
-    y = np.asarray(potentials[0], float)
-    join = np.maximum if grid.problem.criterion.kind == "max" else np.add
-    first = _room(_first_costs(grid), y)
-    missed, lost, edges = max(0.0, -first), max(-first, 0.0), 0
-    for step, after in enumerate(np.asarray(of, float) for of in potentials[1:]):
-        least = 0.0
-        for tail, head, cost in costed_edges(grid, step):
-            least = min(least, _room(join(y[tail], cost), after[head]))
-            edges += len(tail)
-        missed, lost, y = max(missed, -least), lost - least, after
-    ends = float(np.min(y))
-    size = float(np.max(np.abs(y[np.isfinite(y)]), initial=0.0))
-    rounding = 4 * np.finfo(float).eps * size * (len(potentials) + 1)
-    return Certificate(ends - lost - rounding, missed, edges)
-
-
-def _room(cost: np.ndarray, y: np.ndarray) -> float:
-    """The least room that finite costs leave above y; none where y is infinite or no number."""
-    counts = np.isfinite(cost)
-    cost, y = cost[counts], y[counts]
-    if not np.all(np.isfinite(y)):
-        return -np.inf
-    return float(np.min(cost - y, initial=np.inf))
+    a: Station,
+    b: Station,
+    tail: Int[Array, "E"],
+    head: Int[Array, "E"],
+) -> Float[Array, "E"]:
+    """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
+    stations of the station where it ends."""
+    if criterion.kind == "max":
+        return station_cost(criterion, b)[head]
+    return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
 
 
 def costed_edges(

@@ -1,4 +1,4 @@
-"""Nonlinear programming by scipy, on exact derivatives of the smooth terms and margins.
+"""Nonlinear programming by scipy on exact derivatives of smooth terms and margins; evolution.
 
 Positive parts and worst stations have kinks, so each gets a number of its own, a top, that lies
 above the terms, and is minimised (epigraph form): all that scipy sees is smooth. z = (leg angles
@@ -15,13 +15,26 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer
-from stickslip.optim.methods import SLSQP_STATUSES, shortcomings, slsqp
+from stickslip.dynamics.checks import require_integer, shown
+from stickslip.optim.methods import (
+    SLSQP_STATUSES,
+    evolution,
+    evolve,
+    package,
+    shortcomings,
+    slsqp,
+)
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.local.linearise import Linear, Near, begin, within_rates
 from stickslip.optim.posture.local.scp import ConvexModel
 from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.waypoints import CONVEX, DENSE, require_waypoint_matrices
+from stickslip.optim.posture.waypoints import (
+    CONVEX,
+    COVARIANCE,
+    DENSE,
+    require_stations,
+    require_waypoint_matrices,
+)
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 
@@ -256,3 +269,36 @@ class Epigraph:
         for k in range(rows):
             found[k, :, 2 * k : 2 * k + d] = slopes[k]
         return found.reshape(rows * m, width)
+
+
+def solve_cma(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    start: Any = "dp",
+    angles: Any = None,
+    seed: int = 0,
+    evaluations: int = 5_000,
+    sigma: float = 0.01,
+    population: int | None = None,
+    penalty: float = 10.0,
+) -> PostureResult:
+    """The best drive that meets the constraints among those sampled, its start included.
+
+    start, angles: see start_point. seed, evaluations, sigma, population, penalty: see Evolution and
+    the method for all problems, which this is but for its start and the objective's scale.
+    evaluations: drives. VIOLATED without a feasible one among them, FAILED without a pose to begin.
+    """
+    package()
+    began = time.perf_counter()
+    search = evolution(problem, seed, evaluations, sigma, population, penalty)
+    drives = f"population = {shown(search.population)} at {len(problem.x)} waypoints"
+    require_stations(drives, 2.0 * search.population * len(problem.x))  # up to a power of two
+    require_waypoint_matrices(problem, "cma", square=COVARIANCE)
+    begun = begin(problem, "cma", start, angles, progress, began)
+    if isinstance(begun, PostureResult):
+        return begun
+    near, x, note = begun
+    at = near(x)
+    first = (x, near.value(at), near.scale(at))
+    return evolve(problem, search, first, began, progress, note=note)

@@ -69,7 +69,7 @@ class Near:
         return self._linear
 
     def _linearised(self, angles: np.ndarray) -> Linear:
-        rows = self.problem.waypoints.with_slopes(angles)
+        rows = self.problem.waypoints.stations(angles, sloped=True)
         terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, rows)
         margins, slopes = evaluate.margins_and_slopes(self.problem.limits, rows)
         # In SMOOTH's order, which a solver's last digits depend on.

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import CRITERIA, OptimStatus, PostureProblem, Station, Weighted
+from stickslip.optim import CRITERIA, Evaluation, OptimStatus, PostureProblem, Station, Weighted
+from stickslip.optim.posture.result import below
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, plain_cost, tiny
 from tests.optim.posture.helpers import on_grid as solve
 
@@ -119,9 +120,32 @@ def test_a_legs_range_of_one_angle_needs_no_choice():
     assert not found.message.startswith("In ")
 
 
+def test_the_bound_is_the_grids_and_says_so():
+    found = solve(over_bump(leg_rate=0.9), "dp", angles=5)
+    assert found.message == (
+        "proved: the best of all paths over the 5 x 5 grid of leg angles, not of all drives"
+    )
+    assert found.value * (1 - 1e-9) <= found.details["grid_bound"] <= found.value
+
+
+def test_a_value_that_the_objective_contradicts_is_no_proof(monkeypatch):
+    monkeypatch.setattr(PostureProblem, "evaluate", lambda self, x: Evaluation(1.0, x, True))
+    found = solve(tiny(), "dp", angles=3)
+    assert found.status is OptimStatus.INACCURATE
+    assert "grid_bound" not in found.details
+
+
+@pytest.mark.parametrize("name", CRITERIA)
+def test_a_proved_bound_is_lowered_by_more_than_rounding(name: str):
+    problem = tiny(name)
+    for value in (-250.0, 0.0, 1e-3, 4e5):
+        assert below(problem, value) < value
+        assert 4e-13 * abs(value) <= value - below(problem, value) <= 1e-9 * (1 + abs(value))
+
+
 def test_what_dynamic_programming_cannot_do_is_refused():
     with pytest.raises(ValueError, match="holds grip, a worst station"):
         solve(tiny(Weighted((("wheel_energy", 1.0), ("grip", 1.0)))), "dp")
     for angles in (1, 2.5, (3, 3, 3), True, (3, 1)):
-        with pytest.raises(ValueError, match=r"angles = .*accepted: an integer >= 2"):
+        with pytest.raises(ValueError, match=r"angles = .*an integer >= 2"):
             solve(tiny(), "dp", angles=angles)

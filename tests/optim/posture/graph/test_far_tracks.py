@@ -114,8 +114,8 @@ def test_what_postures_ended_with_is_told_by_every_method_of_the_grid():
 
 
 def test_a_given_pair_without_a_pose_proves_nothing():
-    grid = build_grid(tiny(start_angles=(0.6, 0.6)), 3, method="test", progress=False)
+    grid = build_grid(tiny(start_angles=(0.6, 0.6)), 3, 2, "dp", False)
     for group, status in (("pose", OptimStatus.FAILED), ("grip", OptimStatus.INFEASIBLE)):
         met = grid.layers[0].met | {group: np.zeros(1, bool)}
         lost = replace(grid, layers=[grid.layers[0]._replace(met=met), *grid.layers[1:]])
-        assert lost.without_path(0, "why", {"method": "dp", "began": 0.0}).status is status
+        assert lost.without_path(0, "why").status is status

@@ -11,25 +11,21 @@ from tests.optim.posture.helpers import over_bump
 
 @pytest.fixture(scope="module")
 def grid():
-    return build_grid(over_bump(), 5, method="test", progress=False)
+    return build_grid(over_bump(), 5, 2, "test", False)
 
 
 @pytest.mark.parametrize("name", ["wheel_energy", "torque_variation", "grip"])
 def test_each_choice_is_the_best_at_its_waypoint(grid, name: str):
     found = solve(over_bump(name), "grid", angles=5)
-    at, before = grid.stations, 0.0
-    wheels = ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
-    costs = {
-        "grip": -np.min([0.8 * N - np.abs(F) for F, N in wheels], axis=0),
-        "normal_force": -np.min([N for _, N in wheels], axis=0),
-        "friction_demand": np.max([np.abs(F) / N for F, N in wheels], axis=0),
-    }
-    for k in range(10):
-        M = at.torque[k]
-        cost = costs[name][k] if name in costs else np.abs(M)
-        cost = np.abs(M - before) if name == "torque_variation" else cost
-        best = np.min(cost[grid.layers[k].admissible])
-        chosen = np.all(at.leg_angles[k] == found.leg_angles[k], axis=-1)
+    before = 0.0
+    for k, layer in enumerate(grid.layers):
+        at = layer.stations
+        M, wheels = at.torque, ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
+        cost = np.abs(M - before if name == "torque_variation" else M)
+        if name == "grip":
+            cost = -np.min([0.8 * N - np.abs(F) for F, N in wheels], axis=0)
+        best = np.min(cost[layer.admissible])
+        chosen = np.all(at.leg_angles == found.leg_angles[k], axis=-1)
         assert np.sum(chosen) == 1
         np.testing.assert_allclose(cost[chosen], best, rtol=1e-12)
         before = M[chosen]
@@ -57,6 +53,7 @@ def test_sums_have_no_bound_and_what_breaks_the_rate_is_said_to():
 
 def test_stations_in_chunks_are_the_stations_at_once(monkeypatch, grid):
     monkeypatch.setattr("stickslip.optim.posture.graph.grid.CHUNK", 80)  # 3 waypoints of 25 pairs
-    chunked = build_grid(over_bump(), 5, method="test", progress=False)
-    for one, other in zip(chunked.stations, grid.stations, strict=True):
-        np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-9)
+    chunked = build_grid(over_bump(), 5, 2, "test", False)
+    for one, other in zip(chunked.layers, grid.layers, strict=True):
+        for a, b in zip(one.stations, other.stations, strict=True):
+            np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-9)
