@@ -10,16 +10,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_memory
+from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.options import as_floats, refuse_after_fork
 from stickslip.optim.problem import Problem, Structure
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
-    from jax.typing import DTypeLike
     from jaxtyping import Array, Float, PyTree
 
     Function = Callable[[Any, Array, Array], tuple[Array, Array]]
@@ -28,12 +27,6 @@ ACCEPTED = (
     "function(data, x, draw) of JAX operations, which returns (values [k], margins [m]): "
     "numbers or rows of numbers, no margins as jnp.zeros(0)"
 )
-UNTRACEABLE = (
-    jax.errors.ConcretizationTypeError,
-    jax.errors.TracerArrayConversionError,
-    jax.errors.TracerIntegerConversionError,
-)
-"""JAX's exceptions for reading the value of a traced number."""
 MEMBER = 2000
 """Bytes that a member of a batch takes for each of its numbers while it is evaluated, about."""
 
@@ -109,7 +102,7 @@ class FunctionProblem(Problem[Result]):
         with jax.enable_x64(True):
             try:
                 values, margins = _at.eval_shape(self.function, self.data, x, draw)
-            except UNTRACEABLE as error:
+            except jax.errors.JAXTypeError as error:
                 why = str(error).split("\n", 1)[0]
                 raise ValueError(
                     "function asks what a number is while it is traced, as `if x[0] > 0`, float(x) "
@@ -207,34 +200,16 @@ def _sound(values: np.ndarray, margins: np.ndarray) -> tuple[np.ndarray, np.ndar
 def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
     """Values [k] and margins [m] as floats; ValueError for anything else."""
     found = function(data, x, draw)
-    pair = found if isinstance(found, tuple | list) and len(found) == 2 else ()
-    rows = [row for one in pair if (row := _row(one, x.dtype)) is not None]
-    if len(rows) < 2 or rows[0].size == 0:
-        raise ValueError(f"function returned {_shown(found)}; accepted: {ACCEPTED}")
-    return rows[0], rows[1]
-
-
-def _row(found: object, dtype: DTypeLike) -> Array | None:
-    """A row of floats from a number, a row or a list of numbers; None for what is none."""
-    is_list = isinstance(found, tuple | list)
-    parts: Sequence[Any] = found if isinstance(found, tuple | list) else [found]
-    kinds = jax.Array | np.ndarray | np.generic | float | int
-    if not all(isinstance(one, kinds) and np.ndim(one) <= 1 - is_list for one in parts):
-        return None
-    row = jnp.atleast_1d(jnp.asarray(found))
-    if jnp.issubdtype(row.dtype, jnp.integer):
-        row = row.astype(dtype)
-    return row if jnp.issubdtype(row.dtype, jnp.floating) else None
-
-
-def _shown(found: object) -> str:
-    """Description of a function's result."""
-    if isinstance(found, jax.Array | np.ndarray | np.generic):
-        return f"{found.dtype}{list(found.shape)}"
-    if isinstance(found, tuple | list):
-        inside = ", ".join(_shown(one) for one in found[:4]) + (", ..." if len(found) > 4 else "")
-        return f"({inside})" if isinstance(found, tuple) else f"[{inside}]"
-    return "None" if found is None else type(found).__name__
+    try:
+        values, margins = (jnp.atleast_1d(jnp.asarray(one, x.dtype)) for one in found)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"function returned {shown(found)}; accepted: {ACCEPTED}") from error
+    if values.ndim > 1 or margins.ndim > 1 or values.size == 0:
+        raise ValueError(
+            f"function returned values {values.shape}, margins {margins.shape}; accepted: "
+            f"{ACCEPTED}"
+        )
+    return values, margins
 
 
 @partial(jax.jit, static_argnums=0)

@@ -43,8 +43,6 @@ class Structure(Enum):
 
     SMOOTH = "objective and constraints have slopes nearly everywhere: gradient, jacobian"
     CONVEX = "what no direction improves is the best: objective and feasible set are convex"
-    ADDITIVE = "a sum over steps, or a worst station, of a row of stations: paths over a grid"
-    COMPOSITE = "a convex function of smooth terms, each of few neighbouring variables"
 
 
 class Method(NamedTuple):

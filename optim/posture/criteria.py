@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
-from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -65,31 +64,25 @@ class Weighted:
     def __post_init__(self):
         try:
             parts = tuple((criterion_by_name(one), weight) for one, weight in self.parts)
-        except (TypeError, ValueError) as error:
-            if "criterion = " in str(error):
-                raise
+        except TypeError as error:
             raise ValueError(
                 f"parts = {shown(self.parts)}; accepted: pairs of a criterion or its name and "
                 "a weight"
             ) from error
+        if not parts or any(isinstance(one, Weighted) for one, _ in parts):
+            raise ValueError(f"parts = {shown(self.parts)}; accepted: one single criterion or more")
         object.__setattr__(self, "parts", parts)
-        # Under jit they are traced, and in trees of other things anything.
-        weights = [_finite(weight) for _, weight in parts if isinstance(weight, Real)]
-        bad = [weight for weight in weights if not (np.isfinite(weight) and weight >= 0)]
-        if bad or not parts or (len(weights) == len(parts) and not any(weights)):
-            given = shown(bad[0] if bad else weights)
-            raise ValueError(f"weight = {given}; accepted: finite numbers >= 0, one of them > 0")
-        if any(isinstance(one, Weighted) for one, _ in parts):
-            raise ValueError("a Weighted inside a Weighted; accepted: single criteria")
 
     def validate(self) -> Weighted:
-        """Return self, or raise ValueError for a weight that is no number >= 0; not in __init__,
-        which JAX calls with whatever a tree is made to hold."""
+        """Return self, or raise ValueError for a weight that is no number >= 0, or none above 0;
+        not in __init__, which JAX calls with whatever a tree is made to hold."""
         for one, weight in self.parts:
             name, accepted = f"weight of {one.name}", "a finite number >= 0"
             require_number(name, weight, low=0.0, accepted=accepted, dtype=np.float64)
             if np.ndim(weight):
                 raise ValueError(f"{name} has shape {np.shape(weight)}; accepted: {accepted}")
+        if not any(weight for _, weight in self.parts):
+            raise ValueError("weights of 0; accepted: numbers >= 0, one of them > 0")
         return self
 
     @property
@@ -111,14 +104,6 @@ class Weighted:
     def additive(self) -> bool:
         """True if the value is a sum over steps."""
         return all(one.additive for one, _ in self.parts)
-
-
-def _finite(weight: Real) -> float:
-    """A number as a float; one that is too large is infinite."""
-    try:
-        return float(weight)
-    except OverflowError:
-        return np.inf
 
 
 def _wheel_work(a: Station, b: Station) -> Array:

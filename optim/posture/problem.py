@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +10,8 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
-from stickslip.dynamics.numeric import read_only
-from stickslip.dynamics.ugv import Odometer, Track, UGVParams
+from stickslip.dynamics.numeric import Numeric, read_only
+from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.optim.options import as_floats, refuse_after_fork
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
@@ -21,9 +21,9 @@ from stickslip.optim.posture.result import PostureResult, tolerated, violations
 from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.waypoints import (
     STATION,
-    PostureData,
     check_problem,
     longest_wheelbase,
+    nearer_between,
     require_stations,
     waypoints_along,
 )
@@ -46,28 +46,24 @@ LEAST_PAD, MOST = 1024, 2**17
 MOST are looked at, by a lower factor."""
 
 _MODULES = {
-    "grid": ("graph.search", Structure.ADDITIVE),
-    "dp": ("graph.search", Structure.ADDITIVE),
-    "lp": ("graph.lp", Structure.ADDITIVE),
-    "branch": ("bounds.branch", Structure.ADDITIVE),
-    "scp": ("local.scp", Structure.COMPOSITE),
-    "gradient": ("local.gradient", Structure.COMPOSITE),
-    "cma": ("local.gradient", None),
+    "grid": "graph.search",
+    "dp": "graph.search",
+    "lp": "graph.lp",
+    "branch": "bounds.branch",
+    "scp": "local.scp",
+    "gradient": "local.gradient",
+    "cma": "local.gradient",
 }
 METHODS = {
-    name: Method(
-        IN_WORDS[name],
-        f"stickslip.optim.posture.{module}:solve_{name}",
-        frozenset() if needed is None else frozenset({needed}),
-    )
-    for name, (module, needed) in _MODULES.items()
+    name: Method(IN_WORDS[name], f"stickslip.optim.posture.{module}:solve_{name}")
+    for name, module in _MODULES.items()
 }
 """"gradient" splits the criterion at its kinks (epigraph form), and both it and "cma" begin where a
 method of the grid ends; else they are the methods for all problems."""
 
 
 @dataclass(frozen=True)
-class PostureProblem(PostureData, Problem[PostureResult]):
+class PostureProblem(Problem[PostureResult]):
     """Leg angles at each waypoint that are best by a criterion, under constraints.
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
@@ -88,6 +84,20 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
     >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
     """
+
+    params: UGVParams
+    track: Track
+    x: Float[np.ndarray, "K"]
+    criterion: Any = "wheel_energy"
+    friction: Numeric = 0.8
+    leg_rate: float | None = 1.0
+    min_normal: float = 0.0
+    min_grip: float = 0.0
+    min_clearance: float = 0.02
+    max_torque: float | None = None
+    start_angles: Float[np.ndarray, "2"] | None = None
+    end_angles: Float[np.ndarray, "2"] | None = None
+    solver: PoseSolver = field(default=PoseSolver())
 
     def __post_init__(self):
         object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
@@ -124,8 +134,21 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """A row of stations, each of smooth functions of its own pair."""
-        return frozenset({Structure.SMOOTH, Structure.ADDITIVE, Structure.COMPOSITE})
+        """Stations are smooth functions of their own pairs."""
+        return frozenset({Structure.SMOOTH})
+
+    @property
+    def n(self) -> int:
+        """Length of the decision vector, 2K."""
+        return 2 * len(self.x)
+
+    @cached_property
+    def min_wheel_clearance(self) -> float:
+        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
+        apart between waypoints, too, the legs turning evenly. 0 where leg_rate is None."""
+        if self.leg_rate is None:
+            return 0.0
+        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]
@@ -262,7 +285,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
-        return self._batch(self._numbers(x)[None])[0]
+        return self._batch(x[None] if isinstance(x, np.ndarray) else [x])[0]
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
         """See Problem."""
@@ -278,13 +301,10 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         last = np.broadcast_to(angles[-1:], (more, *angles.shape[1:]))
         return np.concatenate([angles, last]), len(angles)
 
-    def _numbers(self, x: Any) -> np.ndarray:
-        if isinstance(x, np.ndarray) and x.size == 0 and x.dtype == float:
-            return x
-        return as_floats("x", x, f"{self.n} finite numbers, two for each waypoint [rad]")
-
     def _batch(self, X: Any) -> np.ndarray:
-        array = self._numbers(X)
+        array = X
+        if not (isinstance(X, np.ndarray) and X.size == 0 and X.dtype == float):
+            array = as_floats("x", X, f"{self.n} finite numbers, two for each waypoint [rad]")
         if array.ndim != 2 or array.shape[1] != self.n:
             shape = array.shape[1:]
             raise ValueError(f"x has shape {shape}; accepted: ({self.n},), two for each waypoint")

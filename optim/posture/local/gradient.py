@@ -167,17 +167,25 @@ class Epigraph:
         self.scale = near.scale(at)
         self.best: np.ndarray | None = None
         self.best_value = np.inf
-        tops, floor = [], []
-        for one, terms in zip(near.criteria, at.terms, strict=True):
-            count = 1 if one.kind == "max" else terms.size
-            tops.append(0 if one.outer == "square" else count)
-            floor.append(np.full(tops[-1], 0.0 if one.kind == "sum" else -np.inf))
-        self._ends = self.n + np.cumsum([0, *tops])
-        low, high = near.problem.bounds
-        most = np.full(sum(tops), np.inf)
-        self.bounds = (np.concatenate([low, *floor]), np.concatenate([high, most]))
-        rate, x_front = near.problem.leg_rate, near.problem.x
-        self._per = None if rate is None else 1 / (rate * np.diff(x_front))[:, None]
+        each = list(zip(near.criteria, near.weights, at.terms, strict=True))
+        counts = [
+            0 if one.outer == "square" else 1 if one.kind == "max" else terms.size
+            for one, _, terms in each
+        ]
+        ends = self.n + np.cumsum([0, *counts])
+        self.tops = [slice(a, b) for a, b in pairwise(ends)]
+        self.cost = np.zeros(ends[-1])
+        low, high = (np.full(ends[-1], side) for side in (-np.inf, np.inf))
+        low[: self.n], high[: self.n] = near.problem.bounds
+        for own, (one, weight, _) in zip(self.tops, each, strict=True):
+            self.cost[own] = weight
+            low[own] = 0.0 if one.kind == "sum" else -np.inf
+        self.bounds = low, high
+        self.rates = np.zeros((0, ends[-1]))
+        if near.problem.leg_rate is not None:
+            per = 1 / (near.problem.leg_rate * np.diff(near.problem.x))
+            moves = np.array([[-1, 0, 1, 0], [0, -1, 0, 1]]) * per[:, None, None]
+            self.rates = self._rows(np.concatenate([-moves, moves], 1))
 
     def angles(self, z: np.ndarray) -> np.ndarray:
         """The decision vector within its bounds [2K]."""
@@ -185,66 +193,55 @@ class Epigraph:
 
     def start(self, x: np.ndarray) -> np.ndarray:
         """x with the least tops that lie above the terms there."""
-        tops = []
-        for one, terms in zip(self.near.criteria, self.near(x).terms, strict=True):
-            if one.kind == "max":
-                tops.append([np.max(terms) / self.scale])
-            elif one.outer != "square":
-                tops.append(np.maximum(terms.ravel(), 0) / self.scale)
-        return np.concatenate([x, *tops])
+        z = np.concatenate([x, np.zeros(len(self.cost) - self.n)])
+        for one, own, terms in zip(self.near.criteria, self.tops, self.near(x).terms, strict=True):
+            if one.outer != "square":
+                least = np.max(terms) if one.kind == "max" else np.maximum(terms.ravel(), 0)
+                z[own] = least / self.scale
+        return z
 
     def objective(self, z: np.ndarray) -> float:
         """The scaled objective."""
-        at, total = self._at(z), 0.0
-        for one, weight, terms, tops in self._each(at.terms, z):
-            square = one.outer == "square"
-            total += weight * float(np.sum(terms**2) / self.scale if square else np.sum(tops))
-        return total
+        at = self._at(z)
+        squares = [w * np.sum(at.terms[i] ** 2) for i, w in self._squares()]
+        return float(self.cost @ z + sum(squares) / self.scale)
 
     def gradient(self, z: np.ndarray) -> np.ndarray:
         """Its slope [n + tops]."""
-        at, slope, tops = self._at(z), np.zeros(self.n), []
-        for i, (one, weight, terms, own) in enumerate(self._each(at.terms, z)):
-            tops.append(np.full(len(own), weight))
-            if one.outer == "square":
-                products = at.term_slopes[i] * terms[..., None]
-                rows, _, d = products.shape
-                column = 2 * np.arange(rows)[:, None, None] + np.arange(d)
-                by_angle = np.zeros(self.n)
-                np.add.at(by_angle, np.broadcast_to(column, products.shape), products)
-                slope += 2 * weight / self.scale * by_angle
-        return np.concatenate([slope, *tops])
+        at, slope = self._at(z), self.cost.copy()
+        for i, weight in self._squares():
+            rows = self._rows(at.term_slopes[i])
+            slope += 2 * weight / self.scale * (at.terms[i].ravel() @ rows)
+        return slope
 
     def constraints(self, z: np.ndarray) -> np.ndarray:
         """Epigraph, margin and rate constraints, satisfied where >= 0."""
         at = self._at(z)
-        found = [
-            tops - terms.ravel() / self.scale
-            for _, _, terms, tops in self._each(at.terms, z)
-            if len(tops)
-        ]
+        found = [z[own] - at.terms[i].ravel() / self.scale for i, own in self._epigraphs()]
         found += [of.ravel() for of in at.margins.values()]
-        if self._per is not None:
-            scaled = z[: self.n].reshape(-1, 2)
-            share = self._per * scaled[1:] - self._per * scaled[:-1]
-            found.append((1 - np.concatenate([share, -share], 1)).ravel())
-        return np.concatenate(found)
+        return np.concatenate([*found, 1 + self.rates @ z])
 
     def jacobian(self, z: np.ndarray) -> np.ndarray:
         """Slopes of the constraints [m, n + tops]."""
         at, blocks = self._at(z), []
-        for i, (one, _, terms, own) in enumerate(self._each(at.terms, z)):
-            if one.outer == "square":
-                continue
-            block = self._rows(-at.term_slopes[i] * (1 / self.scale), len(z))
-            tops = block[:, self._ends[i] : self._ends[i + 1]]
-            tops[:] = np.ones((terms.size, 1)) if one.kind == "max" else np.eye(len(own))
+        for i, own in self._epigraphs():
+            block = self._rows(at.term_slopes[i] * (-1 / self.scale))
+            count = own.stop - own.start
+            block[:, own] = np.eye(count) if count == len(block) else 1.0
             blocks.append(block)
-        blocks += [self._rows(of, len(z)) for of in at.margin_slopes.values()]
-        if self._per is not None:
-            moves = np.array([[-1, 0, 1, 0], [0, -1, 0, 1]]) * self._per[:, None]
-            blocks.append(self._rows(np.concatenate([-moves, moves], 1), len(z)))
-        return np.concatenate(blocks)
+        blocks += [self._rows(of) for of in at.margin_slopes.values()]
+        return np.concatenate([*blocks, self.rates])
+
+    def _squares(self) -> list[tuple[int, float]]:
+        """Number and weight of each criterion of squares."""
+        near = self.near
+        return [
+            (i, near.weights[i]) for i, one in enumerate(near.criteria) if one.outer == "square"
+        ]
+
+    def _epigraphs(self) -> list[tuple[int, slice]]:
+        """Number and tops of each of the others."""
+        return [(i, own) for i, own in enumerate(self.tops) if own.stop > own.start]
 
     def _at(self, z: np.ndarray) -> Linear:
         """The linear model at z's angles, noting the point if it is the best so far."""
@@ -257,18 +254,13 @@ class Epigraph:
                 self.best, self.best_value = x, value
         return at
 
-    def _each(self, terms: list[np.ndarray], z: np.ndarray):
-        """Criterion, weight, terms and tops of each part."""
-        own = [z[a:b] for a, b in pairwise(self._ends)]
-        return zip(self.near.criteria, self.near.weights, terms, own, strict=True)
-
-    def _rows(self, slopes: Float[np.ndarray, "rows m d"], width: int) -> np.ndarray:
-        """Blocks as a matrix [rows m, width]: row k reads z from 2 k on."""
+    def _rows(self, slopes: Float[np.ndarray, "rows m d"]) -> np.ndarray:
+        """Blocks as a matrix [rows m, n + tops]: row k reads z from 2 k on."""
         rows, m, d = slopes.shape
-        found = np.zeros((rows, m, width))
+        found = np.zeros((rows, m, len(self.cost)))
         for k in range(rows):
             found[k, :, 2 * k : 2 * k + d] = slopes[k]
-        return found.reshape(rows * m, width)
+        return found.reshape(rows * m, -1)
 
 
 def solve_cma(

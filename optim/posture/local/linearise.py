@@ -9,13 +9,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import cvxpy as cp
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import float64_program
 from stickslip.optim.posture import evaluate
@@ -55,8 +53,9 @@ class Near:
 
     def __init__(self, problem: PostureProblem):
         self.problem, self.evaluations = problem, 0
-        self.criteria = criteria_of(problem.criterion)
-        self.weights = weights_of(problem.criterion)
+        parts = parts_of(problem.criterion)
+        self.criteria = [one for one, _ in parts]
+        self.weights = [float(weight) for _, weight in parts]
         self._at: np.ndarray | None = None
         self._linear: Linear | None = None
 
@@ -92,14 +91,9 @@ class Near:
         return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
 
 
-def criteria_of(criterion: Criterion | Weighted) -> list[Criterion]:
-    """The single criteria of a criterion."""
-    return [one for one, _ in criterion.parts] if isinstance(criterion, Weighted) else [criterion]
-
-
-def weights_of(criterion: Criterion | Weighted) -> list[float]:
-    """Their weights."""
-    return [float(w) for _, w in criterion.parts] if isinstance(criterion, Weighted) else [1.0]
+def parts_of(criterion: Criterion | Weighted) -> list[tuple[Criterion, Any]]:
+    """The single criteria of a criterion, and their weights."""
+    return list(criterion.parts) if isinstance(criterion, Weighted) else [(criterion, 1.0)]
 
 
 def outer(criterion: Criterion, terms: np.ndarray) -> float:
@@ -125,7 +119,7 @@ def linear_terms(criterion: Criterion | Weighted, rows: Float[jax.Array, "rows K
         _pushed(single.terms, steps(numbers), (begin, end))
         if single.kind == "sum"
         else _pushed(single.terms, (numbers,), (each,))
-        for single in criteria_of(criterion)
+        for single, _ in parts_of(criterion)
     ]
     terms, term_slopes = map(list, zip(*pushed, strict=True))
     finite = jnp.stack([jnp.all(jnp.isfinite(of)) for of in terms])
@@ -169,42 +163,23 @@ def start_point(
 
 
 def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarray | None:
-    """x, or the point nearest to it within the bounds and the leg rates; None if there is none."""
-    angles = problem.angles(x)
-    low, high = (side.reshape(-1, 2) for side in problem.bounds)
-    most = np.inf if problem.leg_rate is None else problem.leg_rate * np.diff(problem.x)[:, None]
-    inside = np.all((angles >= low) & (angles <= high))
-    if inside and np.all(np.abs(np.diff(angles, axis=0)) <= most * (1 + 1e-9)):
-        return angles.reshape(-1)
-    near = cp.Variable(angles.shape)
-    constraints: list[cp.Constraint] = [near >= low, near <= high]
+    """x, or a point near it within the bounds and the leg rates; None if there is none."""
+    angles = problem.angles(x).copy()
+    low, high = (side.reshape(-1, 2).copy() for side in problem.bounds)
+    most = np.full(len(low) - 1, np.inf)
     if problem.leg_rate is not None:
-        constraints.append(cp.abs(cp.diff(near, axis=0)) <= most * np.ones(2))
-    nearest = cp.Problem(cp.Minimize(cp.sum_squares(near - angles)), constraints)
-    if not _joined(problem):
-        return None
-    if solve_quietly(nearest, cp.CLARABEL).status is not OptimStatus.OPTIMAL:
-        return _straight(problem)
-    return np.clip(np.asarray(near.value), low, high).reshape(-1)
-
-
-def _joined(problem: PostureProblem) -> bool:
-    """True if the rate lets both legs turn from the given start to the given end: that is all that
-    could stand in the way of a point within bounds and rates."""
-    if problem.leg_rate is None or problem.start_angles is None or problem.end_angles is None:
-        return True
-    turn = np.max(np.abs(np.subtract(problem.end_angles, problem.start_angles)))
-    return bool(turn <= problem.leg_rate * (problem.x[-1] - problem.x[0]) * (1 + 1e-9))
-
-
-def _straight(problem: PostureProblem) -> np.ndarray:
-    """Angles that change evenly from the given start to the given end, or stay: within the rates
-    where any are."""
-    ends = [given for given in (problem.start_angles, problem.end_angles) if given is not None]
-    middle = (problem.bounds[0][-2:] + problem.bounds[1][-2:]) / 2
-    first, last = (ends or [middle])[0], (ends or [middle])[-1]
-    part = (problem.x - problem.x[0]) / (problem.x[-1] - problem.x[0])
-    return (first + part[:, None] * (last - first)).reshape(-1)
+        most = problem.leg_rate * np.diff(problem.x) * (1 + 1e-9)
+    for k, move in reversed(list(enumerate(most))):  # from where the rest can be reached
+        low[k] = np.maximum(low[k], low[k + 1] - move)
+        high[k] = np.minimum(high[k], high[k + 1] + move)
+    for k in range(len(low)):
+        if k:
+            low[k] = np.maximum(low[k], angles[k - 1] - most[k - 1])
+            high[k] = np.minimum(high[k], angles[k - 1] + most[k - 1])
+        if np.any(low[k] > high[k]):
+            return None
+        angles[k] = np.clip(angles[k], low[k], high[k])
+    return angles.reshape(-1)
 
 
 def begin(

@@ -128,15 +128,15 @@ def test_stations_follow_the_dtype_of_what_they_are_given(dtype):
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ((), "weight"),
-        ((("wheel_energy", -1.0),), "weight = -1.0"),
-        ((("wheel_energy", float("nan")),), "weight = nan"),
+        ((), "one single criterion or more"),
+        ((("wheel_energy", -1.0),), "weight of wheel_energy = -1.0"),
+        ((("wheel_energy", float("nan")),), "weight of wheel_energy = nan"),
         ((("wheel_energy", 0.0), ("grip", 0)), "one of them > 0"),
         ((("speed", 1.0),), "'speed' is unknown; accepted: 'wheel_energy'"),
         (3, "accepted: pairs"),
-        (((MIXED, 1.0),), "inside a Weighted"),
+        (((MIXED, 1.0),), "one single criterion"),
     ],
 )
 def test_bad_weighted_sums_are_refused(parts, message: str):
     with pytest.raises(ValueError, match=message):
-        Weighted(parts)
+        over_bump(Weighted(parts))
