@@ -29,9 +29,8 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.problem import PostureProblem
     from stickslip.optim.posture.result import PostureResult
     from stickslip.optim.posture.station import Station, station
-    from stickslip.optim.problem import FreeProblem, Method, Problem, Structure
+    from stickslip.optim.problem import FreeProblem, Method, Problem, Structure, methods_of, solve
     from stickslip.optim.result import Evaluation, OptimStatus, Result
-    from stickslip.optim.solving import methods_of, solve
 else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
@@ -45,9 +44,15 @@ else:
             "posture.problem": ("PostureProblem",),
             "posture.result": ("PostureResult",),
             "posture.station": ("Station", "station"),
-            "problem": ("FreeProblem", "Method", "Problem", "Structure"),
+            "problem": (
+                "FreeProblem",
+                "Method",
+                "Problem",
+                "Structure",
+                "methods_of",
+                "solve",
+            ),
             "result": ("Evaluation", "OptimStatus", "Result"),
-            "solving": ("methods_of", "solve"),
             "function_problem": ("FunctionProblem",),
             "instances.instance": ("FAMILIES", "Instance", "instance", "suite"),
             "instances.objective": ("BudgetSpent", "Objective", "Record"),

@@ -79,7 +79,7 @@ def solve_gradient(
         status=SLSQP_STATUSES.get(found.status, OptimStatus.INACCURATE),
         evaluations=run.evaluations,
         message=f"SLSQP: {found.message} after {found.nit} iterations{why}"
-        f"{shortcomings(problem, x)}",
+        f"{problem.shortcomings(x)}",
         details={
             "status": int(found.status),
             "message": found.message,
@@ -253,7 +253,7 @@ def evolve(
         status=OptimStatus.LIMIT if "maxfevals" in stop else OptimStatus.FEASIBLE,
         evaluations=count + others,
         message=f"{note}stopped by {', '.join(stop)} after {count} evaluations"
-        f"{shortcomings(problem, x)}",
+        f"{problem.shortcomings(x)}",
         details={"stop": stop, "seed": search.seed},
     )
 
@@ -315,15 +315,7 @@ def begin(
     else:
         return x, value
     result = {"method": method, "began": began, "status": status, "evaluations": 1}
-    return problem.result(x, message=why + shortcomings(problem, x), **result)
-
-
-def shortcomings(problem: Problem[Any], x: Float[np.ndarray, "n"]) -> str:
-    """Text of the constraints that a point violates and by how much; empty where it meets all."""
-    if problem.is_feasible(x):
-        return ""
-    violated = {name: by for name, by in problem.residuals(x).items() if by > 0}
-    return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated.items())
+    return problem.result(x, message=why + problem.shortcomings(x), **result)
 
 
 def scattered(problem: Problem[Any], count: int) -> Float[np.ndarray, "count n"]:

@@ -1,4 +1,4 @@
-"""Optimisation problem with plain arrays in and out.
+"""Optimisation problem with plain arrays in and out, and one door to all methods: `solve`.
 
     minimise objective(x)   subject to   low <= x <= high,   constraints(x) >= 0
 
@@ -7,17 +7,21 @@ Methods ask for what they need by Structure; scipy, pymoo, cma, nevergrad take a
 
 from __future__ import annotations
 
+import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, cast
 
 import jax
 import numpy as np
 
+from stickslip.dynamics.checks import require_choice, require_kind, require_known
 from stickslip.dynamics.numeric import read_only
+from stickslip.optim import GENERAL_METHODS
 from stickslip.optim.options import as_floats
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
@@ -154,6 +158,13 @@ class Problem(ABC, Generic[R]):
         within = np.all((x >= low - tolerance) & (x <= high + tolerance))
         return bool(within and np.all(margins >= -tolerance))
 
+    def shortcomings(self, x: Float[np.ndarray, "n"]) -> str:
+        """Text of the constraints that a point violates and by how much; empty for none."""
+        if self.is_feasible(x):
+            return ""
+        violated = {name: by for name, by in self.residuals(x).items() if by > 0}
+        return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated.items())
+
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
         """A batch of decision vectors; ValueError for a wrong length or what is no number."""
         array = as_floats("x", X, f"{self.n} finite numbers")
@@ -275,3 +286,65 @@ def _in_numpy(leaf: Any) -> Any:
         leaf.dtype, jax.dtypes.prng_key
     )
     return np.asarray(leaf) if is_numbers else leaf
+
+
+GENERAL: dict[str, Method] = {
+    "gradient": Method(
+        GENERAL_METHODS["gradient"],
+        "stickslip.optim.methods:solve_gradient",
+        frozenset({Structure.SMOOTH}),
+    ),
+    "cma": Method(GENERAL_METHODS["cma"], "stickslip.optim.methods:solve_cma"),
+}
+"""The methods for every problem that has what they need."""
+
+
+def methods_of(problem: Problem[Any]) -> dict[str, Method]:
+    """The methods that take a problem, by name: its own, and those of GENERAL that it fits."""
+    fitting = {name: one for name, one in GENERAL.items() if one.needs <= problem.structure}
+    return dict(problem.methods) | {
+        n: one for n, one in fitting.items() if n not in problem.methods
+    }
+
+
+def solve(
+    problem: Problem[R],
+    method: str | None = None,
+    *,
+    polish: bool = True,
+    progress: bool = False,
+    **options: Any,
+) -> R:
+    """Solve a problem by one of `methods_of` it; None: its default ("dp" of a posture problem).
+
+    polish: let a local method follow where a method has that choice (scp after those of a posture
+    problem's grid); False: the method's own point, of which alone is proved what it proves. The
+    other methods take no notice of it. progress: told on standard error.
+    options: the method's own, see its function's docstring; ValueError lists them where one is
+    unknown.
+    """
+    require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
+    known = methods_of(problem)
+    if method is None:
+        method = problem.default_method or next(iter(known))
+    require_choice("method", method, tuple(known))
+    for name, value in (("polish", polish), ("progress", progress)):
+        require_kind(name, value, bool, "True or False")
+    function = _function(known[method])
+    require_known(options, options_of_method(known[method]), f"option of {method!r}")
+    if "polish" in inspect.signature(function).parameters:
+        options["polish"] = polish
+    return cast("R", function(problem, progress=progress, **options))
+
+
+def options_of_method(method: Method) -> tuple[str, ...]:
+    """Names of the options that `solve` takes for one of `methods_of` a problem: keyword-only
+    parameters of its function, without those of `solve` itself."""
+    found = inspect.signature(_function(method)).parameters.values()
+    own = ("progress", "polish")
+    return tuple(p.name for p in found if p.kind is p.KEYWORD_ONLY and p.name not in own)
+
+
+def _function(method: Method) -> Callable[..., Result]:
+    module, name = method.function.split(":")
+    return getattr(import_module(module), name)

@@ -371,7 +371,7 @@ def gaits_of(
     Else as GaitProblem.periodic. ValueError where there is none for any of them.
     """
     from stickslip.optim.gait.problem import GaitProblem
-    from stickslip.optim.solving import solve
+    from stickslip.optim.problem import solve
 
     found, said = [], ""
     for rate in rates:

@@ -80,7 +80,7 @@ def random_search(objective: Objective, seed: int) -> None:
 
 def dynamic_programming(objective: Objective, seed: int) -> None:
     """Evaluate the grid's best trajectory, without polishing."""
-    from stickslip.optim.solving import solve
+    from stickslip.optim.problem import solve
 
     found = solve(objective.problems[0], "dp", polish=False)
     if found.x is None:

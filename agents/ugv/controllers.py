@@ -14,7 +14,7 @@ from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.ugv.env import UGVEnv
-from stickslip.optim.solving import solve
+from stickslip.optim.problem import solve
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike

@@ -18,7 +18,7 @@ from stickslip.optim import (
     methods_of,
     solve,
 )
-from stickslip.optim.solving import GENERAL
+from stickslip.optim.problem import GENERAL
 from tests.optim.posture.helpers import tiny
 
 TARGET = np.array([3.0, 4.0])

@@ -21,7 +21,6 @@ from stickslip.optim.methods import (
     evolution,
     evolve,
     package,
-    shortcomings,
     slsqp,
 )
 from stickslip.optim.options import COUNT, require_scalar
@@ -90,7 +89,7 @@ def solve_gradient(
         status=status,
         evaluations=near.evaluations,
         message=f"{note}SLSQP: {last.message} after {last.iterations} iterations{why}"
-        f"{shortcomings(problem, last.x)}",
+        f"{problem.shortcomings(last.x)}",
         details={
             "status": last.code,
             "message": last.message,

@@ -14,7 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import float64_program
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, steps
@@ -152,7 +151,7 @@ def start_point(
     middle = (low + high) / 2
     if start == "middle":
         return middle, ""
-    from stickslip.optim.solving import solve
+    from stickslip.optim.problem import solve
 
     if start == "dp" and problem.criterion.kind == "mixed":
         return middle, "began in the middle: dp takes no weighted sum with a worst station in it; "
@@ -196,11 +195,11 @@ def begin(
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
     if problem.free.n == 0:
-        message = f"{note}every angle is given{shortcomings(problem, x)}"
+        message = f"{note}every angle is given{problem.shortcomings(x)}"
         common: dict[str, Any] = {"method": method, "began": began, "evaluations": 1}
         return problem.result(x, status=OptimStatus.FEASIBLE, message=message, **common)
     near = Near(problem)
     if near(x).placed:
         return near, x, note
-    message = f"{note}where it begins there is no pose, or no forces{shortcomings(problem, x)}"
+    message = f"{note}where it begins there is no pose, or no forces{problem.shortcomings(x)}"
     return problem.result(x, method=method, status=OptimStatus.FAILED, began=began, message=message)

@@ -20,7 +20,6 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.optim.cvx import solve_quietly
-from stickslip.optim.methods import shortcomings
 from stickslip.optim.options import COUNT, require_scalar
 from stickslip.optim.posture.local.linearise import Linear, Near, begin
 from stickslip.optim.posture.result import PostureResult
@@ -201,7 +200,7 @@ def solve_scp(
         status=status,
         evaluations=near.evaluations,
         message=f"{note}{why} after {len(search.history)} steps, the model promising a relative "
-        f"decrease of {search.predicted:.3g}{shortcomings(problem, search.x)}",
+        f"decrease of {search.predicted:.3g}{problem.shortcomings(search.x)}",
         details={
             "history": tuple(search.history),
             "radius": search.radius,

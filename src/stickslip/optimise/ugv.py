@@ -12,8 +12,8 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
+from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optim.progress import say_stage
-from stickslip.optim.solving import methods_of, options_of_method
 from stickslip.optimise.flags import PostureOptions
 from stickslip.optimise.report import (
     STATIONS,
