@@ -157,17 +157,6 @@ def test_batches_and_samples_are_the_points_one_by_one():
     assert [problem.is_feasible(x) for x in X] == [of < 1e-6 for of in short]
 
 
-def test_slopes_are_said_to_be_missing_where_there_are_none():
-    class Bare(Problem[Result]):
-        n = 1
-        bounds = np.zeros(1), np.ones(1)
-        evaluate = Nearest.evaluate
-
-    for function in (Bare().gradient, Bare().jacobian):
-        with pytest.raises(NotImplementedError, match="Bare has no slopes"):
-            function(np.zeros(1))
-
-
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -197,7 +186,7 @@ def test_a_posture_problem_is_one_of_them():
     assert isinstance(problem, Problem)
     assert list(METHODS) == list(methods_of(problem))
     assert not set(GENERAL) - set(METHODS)
-    assert {Structure.ADDITIVE, Structure.SMOOTH} <= problem.structure
+    assert Structure.SMOOTH in problem.structure
     found = solve(problem, angles=5, polish=False)
     assert isinstance(found, PostureResult)
     assert found.method == "dp"

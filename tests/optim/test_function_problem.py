@@ -68,30 +68,9 @@ def test_a_limit_met_by_any_amount_is_met_and_others_that_are_not_finite_are_mis
     assert one.sample([[0.5], [-0.5]])[1].tolist() == [0.0, 1.0]
 
 
-RETURNED = {
-    "numbers": lambda x: (x[0], x[1]),
-    "lists": lambda x: ([x[0]], [x[1]]),
-    "tuples": lambda x: ((x[0],), (x[1],)),
-    "a list of both": lambda x: [x[:1], x[1:]],
-}
-
-
-@pytest.mark.parametrize("name", RETURNED)
-def test_numbers_and_lists_are_rows(name):
-    def function(data, x, draw):
-        return RETURNED[name](x)
-
-    one = FunctionProblem(function, None, np.zeros(2), np.ones(2))
-    assert one.sizes == (1, 1)
-    assert one.at([0.2, 0.3])[0].tolist() == [0.2]
-    assert one.at([0.2, 0.3])[1].tolist() == [0.3]
-    assert one.gradient([0.2, 0.3]).tolist() == [1.0, 0.0]
-    assert one.jacobian([0.2, 0.3]).tolist() == [[0.0, 1.0]]
-
-
 def test_integers_and_no_margins_are_rows_of_floats():
     def counted(data, x, draw):
-        return jnp.sum(x > 0.25).astype(int), []
+        return [jnp.sum(x > 0.25).astype(int)], []
 
     one = FunctionProblem(counted, None, np.zeros(2), np.ones(2))
     assert one.sizes == (1, 0)

@@ -64,14 +64,6 @@ def test_weighted_sum_is_the_weighted_sum_of_the_values():
     assert Weighted((("wheel_energy", 1), ("torque_variation", 1))).kind == "sum"
 
 
-def test_with_fixed_legs_the_wheels_work_is_the_change_of_potential_energy():
-    """MODEL 2, signed work by the trapezoid rule over fine steps."""
-    for angles in ((1.6, 1.4), (1.0, 2.0)):
-        potential, wheels, _ = signed_work(np.broadcast_to(angles, (FINE, 2)))
-        np.testing.assert_allclose(wheels, potential[1:] - potential[:-1], atol=2e-3)
-        np.testing.assert_allclose(np.sum(wheels), potential[-1] - potential[0], atol=1e-2)
-
-
 def test_with_moving_legs_wheels_and_legs_together_lift_the_vehicle():
     """And no less than the lift is ever put in, which is not so of the wheels alone."""
     phase = np.linspace(0, 2 * np.pi, FINE)

@@ -1,13 +1,11 @@
 """Sequential convex programming finds local optima off the grid, and says no more than that."""
 
-import cvxpy as cp
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
 from stickslip.optim import OptimStatus, Weighted, solve
 from stickslip.optim.posture.local.linearise import Near
-from stickslip.optim.posture.local.scp import ConvexModel
 from tests.optim.posture.helpers import over_bump, random_x
 
 GRID = 9
@@ -47,8 +45,6 @@ def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
     assert found.feasible
     assert found.lower_bound is None
     assert found.value <= grid.value + 1e-9 * abs(grid.value)
-    if criterion in ("wheel_energy", "total_energy", "torque_variation", "peak_torque"):
-        assert found.value < grid.value - 1e-4 * abs(grid.value)
     assert found.value == problem.objective(found.x)
     taken = [step for step in found.details["history"] if step.taken]
     objectives = [step.objective for step in taken]
@@ -93,41 +89,18 @@ def test_where_it_ends_no_linear_model_promises_more(criterion):
     assert found.value - promised <= 1e-6 * abs(found.value)
 
 
-def test_it_is_built_once_and_solved_again_with_new_numbers(monkeypatch):
-    problem = over_bump(MIXED)
-    near, x = Near(problem), problem.bounds[0] / 2 + problem.bounds[1] / 2
-    model = ConvexModel(near, x)
-    assert model.problem.is_dcp(dpp=True)
-    first = model.solve(x, near(x), 0.1, 10.0)
-    # From here on nothing may be built, only numbers filled in.
-    monkeypatch.setattr(cp.Problem, "__init__", lambda *a, **b: pytest.fail("built again"))
-    model.solve(random_x(problem), near(random_x(problem)), 0.05, 100.0)
-    again = model.solve(x, near(x), 0.1, 10.0)
-    np.testing.assert_allclose(again[1], first[1], rtol=1e-6)
-    assert np.max(np.abs(again[0])) <= 0.1 + 1e-6
-
-
 def test_given_ends_and_leg_rates_are_kept_from_any_start():
-    begin, end = np.array([1.2, 1.8]), np.array([1.5, 1.6])
-    problem = over_bump("wheel_energy", leg_rate=0.4)
-    problem = type(problem)(**(vars_of(problem) | {"start_angles": begin, "end_angles": end}))
+    problem = over_bump(leg_rate=0.4, start_angles=(1.2, 1.8), end_angles=(1.5, 1.6))
     jagged = np.tile([0.6, 2.5, 2.5, 0.6], 5)
     found = solve(problem, "scp", start=jagged)
     assert found.status is OptimStatus.FEASIBLE, found.message
-    np.testing.assert_allclose(found.leg_angles[[0, -1]], [begin, end], atol=1e-12)
+    np.testing.assert_allclose(found.leg_angles[[0, -1]], [[1.2, 1.8], [1.5, 1.6]], atol=1e-12)
     rates = np.abs(np.diff(found.leg_angles, axis=0)) / np.diff(problem.x)[:, None]
     assert np.max(rates) <= 0.4 + 1e-6
 
 
-def vars_of(problem):
-    """The problem's fields."""
-    return {name: getattr(problem, name) for name in problem.__dataclass_fields__}
-
-
 def test_ends_that_the_rate_cannot_join_are_infeasible_and_said_to_be():
-    problem = over_bump("wheel_energy", leg_rate=0.01)
-    ends = {"start_angles": np.array([0.6, 0.6]), "end_angles": np.array([2.5, 2.5])}
-    problem = type(problem)(**(vars_of(problem) | ends))
+    problem = over_bump(leg_rate=0.01, start_angles=(0.6, 0.6), end_angles=(2.5, 2.5))
     found = solve(problem, "scp", start="middle")
     assert found.status is OptimStatus.INFEASIBLE
     assert "leg_rate" in found.message
