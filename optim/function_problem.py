@@ -150,14 +150,9 @@ class FunctionProblem(Problem[Result]):
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """See Problem."""
-        return self.value_and_gradient(x)[1]
-
-    def value_and_gradient(self, x: Float[np.ndarray, "n"]) -> tuple[float, np.ndarray]:
-        """Both of one pass."""
         self._require_slopes()
         at, draw = self.batch([x])[0], np.uint32(self.draw)
-        value, slope = self._call(_slope, at, draw, static=(self.goal, self.forward))
-        return (float(value) if np.isfinite(value) else np.inf), _finite(slope)
+        return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """See Problem; by forward differentiation."""
@@ -225,15 +220,9 @@ def _at_all(function: Function, data: PyTree, X: Array, draws: Array) -> tuple[A
 @partial(jax.jit, static_argnums=(0, 1, 2))
 def _slope(
     function: Function, goal: int, forward: bool, data: PyTree, x: Array, draw: Array
-) -> tuple[Array, Array]:
-    def value(x: Array) -> tuple[Array, Array]:
-        found = _computed(function, data, x, draw)[0][goal]
-        return found, found
-
-    if not forward:
-        return jax.value_and_grad(lambda x: value(x)[0])(x)
-    slope, found = jax.jacfwd(value, has_aux=True)(x)
-    return found, slope
+) -> Array:
+    slope = jax.jacfwd if forward else jax.grad
+    return slope(lambda x: _computed(function, data, x, draw)[0][goal])(x)
 
 
 @partial(jax.jit, static_argnums=0)

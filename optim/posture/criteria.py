@@ -44,11 +44,6 @@ class Criterion:
     outer: str | None = None
     pointwise: Callable[[Station, Station], Array] | None = None
 
-    @property
-    def additive(self) -> bool:
-        """True if the value is a sum over steps."""
-        return self.kind == "sum"
-
 
 @register_pytree
 @dataclass(frozen=True)
@@ -98,12 +93,7 @@ class Weighted:
     @property
     def kind(self) -> str:
         """ "sum" when all parts are sums over steps, else "mixed"."""
-        return "sum" if self.additive else "mixed"
-
-    @property
-    def additive(self) -> bool:
-        """True if the value is a sum over steps."""
-        return all(one.additive for one, _ in self.parts)
+        return "sum" if all(one.kind == "sum" for one, _ in self.parts) else "mixed"
 
 
 def _wheel_work(a: Station, b: Station) -> Array:
@@ -179,17 +169,13 @@ def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[
     """Cost of the step from a to b, for criteria whose kind is "sum"."""
     if isinstance(criterion, Weighted):
         return _weighted(criterion, [step_cost(one, a, b) for one, _ in criterion.parts])
-    if criterion.kind != "sum":
-        raise ValueError(f"{criterion.name} has no cost of a step; accepted: sums")
     terms = criterion.terms(a, b)
     each = jnp.square(terms) if criterion.outer == "square" else larger(terms, 0)
     return jnp.sum(each, -1)
 
 
-def station_cost(criterion: Criterion | Weighted, a: Station) -> Float[Array, "..."]:
+def station_cost(criterion: Criterion, a: Station) -> Float[Array, "..."]:
     """The largest of a station's terms; for criteria whose kind is "max"."""
-    if isinstance(criterion, Weighted) or criterion.kind != "max":
-        raise ValueError(f"{criterion.name} has no cost of a station; accepted: worst stations")
     return largest(criterion.terms(a), -1)
 
 

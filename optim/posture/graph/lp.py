@@ -49,7 +49,7 @@ def solve_lp(
     angles, least: of the grid, as in dp. evaluations: stations. details: grid, rate_used,
     grid_bound (None: not proved), edges. polish: see `polished`.
     """
-    if not problem.criterion.additive:
+    if problem.criterion.kind != "sum":
         raise ValueError(
             f"criterion = {problem.criterion.name} holds a worst station; accepted by 'lp': sums "
             "over steps ('dp' takes a worst station)"

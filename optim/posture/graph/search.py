@@ -121,7 +121,11 @@ def solve_dp(
     `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
     each leg can use on it), grid_bound, edges (moves looked at). polish: see `polished`.
     """
-    require_one_kind(problem.criterion)
+    if problem.criterion.kind == "mixed":
+        raise ValueError(
+            f"criterion = {problem.criterion.name} holds a worst station; accepted: single criteria, "
+            "and weighted sums of sums over steps"
+        )
 
     def search() -> PostureResult:
         grid = build_grid(problem, angles, least, "dp", progress)
@@ -143,27 +147,14 @@ def solve_dp(
     return polished(problem, polish, progress, search)
 
 
-def require_one_kind(criterion: Criterion | Weighted) -> None:
-    """Raise ValueError for a weighted sum that holds a worst station."""
-    if isinstance(criterion, Weighted) and not criterion.additive:
-        bad = next(one.name for one, _ in criterion.parts if not one.additive)
-        raise ValueError(
-            f"criterion = {criterion.name} holds {bad}, a worst station, which has no recursion in "
-            "a weighted sum; accepted: single criteria, and weighted sums of sums over steps"
-        )
-
-
 def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
     """The result, INACCURATE and without the grid's bound where the objective is not `value`."""
     low, high = sorted((value, result.value))
     if closes(problem, high, low, AGREEMENT):
         return result
-    return replace(
-        result,
-        status=OptimStatus.INACCURATE,
-        details={name: of for name, of in result.details.items() if name != "grid_bound"},
-        message=f"the objective is {result.value!r} where {value!r} was computed",
-    )
+    details = {name: of for name, of in result.details.items() if name != "grid_bound"}
+    message = f"the objective is {result.value!r} where {value!r} was computed"
+    return replace(result, status=OptimStatus.INACCURATE, details=details, message=message)
 
 
 class Paths(NamedTuple):
