@@ -273,12 +273,9 @@ def _settled(problem: PostureProblem, bound: float, best: float, missed: float) 
     if not np.isfinite(bound):
         return bound
     lowered = below(problem, bound - JOINTS * missed * abs(bound))
-    if problem.criterion.kind == "sum" or problem.criterion.name in (
-        "peak_torque",
-        "friction_demand",
-    ):
-        return max(lowered, 0.0)  # they are nowhere below
-    return lowered
+    if problem.criterion.name in ("grip", "normal_force"):
+        return lowered
+    return max(lowered, 0.0)  # the others are nowhere below
 
 
 def solve_branch(

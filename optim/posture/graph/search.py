@@ -123,8 +123,8 @@ def solve_dp(
     """
     if problem.criterion.kind == "mixed":
         raise ValueError(
-            f"criterion = {problem.criterion.name} holds a worst station; accepted: single criteria, "
-            "and weighted sums of sums over steps"
+            f"criterion = {problem.criterion.name} holds a worst station; accepted: single "
+            "criteria, and weighted sums of sums over steps"
         )
 
     def search() -> PostureResult:
