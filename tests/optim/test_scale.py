@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from stickslip.optim import FunctionProblem, OptimStatus, solve
-from stickslip.optim.methods import scattered, size_of
 
 LOW, HIGH = np.full(2, -2.0), np.full(2, 2.0)
 
@@ -42,24 +41,3 @@ def test_the_optimum_is_found_in_any_unit_from_any_value(method, function, least
         found = solve(FunctionProblem(function, unit, LOW, HIGH), method, start=start)
         assert found.status is OptimStatus.FEASIBLE
         assert found.value / unit == pytest.approx(least, rel=1e-12, abs=2e-6)
-
-
-def test_a_size_is_the_start_s_value_within_what_the_objective_changes_by():
-    others = np.array([1.0, 2.0, 3.0, np.inf, np.nan])
-    assert size_of(0.0, others, 0.01, 100) == pytest.approx(0.02)
-    assert size_of(0.0, others, 1, 1e3) == pytest.approx(2)
-    assert size_of(-5.0, others, 1, 1e3) == pytest.approx(7)
-    assert size_of(-9.0, others, 0.01, 100) == 9
-    assert size_of(1e6, others, 0.01, 1) == pytest.approx(1e6 - 2)
-    assert size_of(1e6, 1e6 + others, 0.01, 100) == pytest.approx(200)
-    assert size_of(4.0, np.full(3, 4.0), 1, 1e3) == 4
-    assert size_of(0.0, np.full(3, np.inf), 1, 1e3) == 1
-    assert size_of(0.0, np.array([0.0, 0.0, 0.0, 6.0]), 1, 1) > 0
-
-
-def test_scattered_points_are_the_same_at_every_call_and_within_the_bounds():
-    problem = FunctionProblem(line, 1.0, np.array([0.5, 0.0]), np.array([0.5, 1.0]))
-    X = scattered(problem, 16)
-    np.testing.assert_array_equal(X, scattered(problem, 16))
-    assert np.all(X[:, 0] == 0.5)
-    assert np.ptp(X[:, 1]) > 0.5

@@ -144,13 +144,9 @@ class PostureGrid:
         met, good = self.layers[k].met, self.layers[k].admissible
         if np.any(good):
             return ""
-        given = ", the given one," if len(good) == 1 else ""
-        where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
-        alone = [name for name, of in met.items() if not np.any(of)]
-        if alone:
-            return f"{where} no pair of angles{given} meets {' nor '.join(alone)}"
         broken = {name: int(np.sum(~of)) for name, of in met.items() if not np.all(of)}
         each = ", ".join(f"{name} rules out {n} of {len(good)}" for name, n in broken.items())
+        where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
         return f"{where} no pair of angles meets all constraints: {each}"
 
     def why_stuck(self, k: int, reached: np.ndarray) -> str:

@@ -46,6 +46,11 @@ class Linear(NamedTuple):
     margin_slopes: dict[str, Float[np.ndarray, "K m 2"]]
     placed: np.ndarray
 
+    @property
+    def shortfall(self) -> float:
+        """Sum of the violated margins."""
+        return sum(float(np.sum(np.maximum(-of, 0))) for of in self.margins.values())
+
 
 class Near:
     """Linear models of a problem in float64, remembering the last point; counts evaluations."""

@@ -106,8 +106,7 @@ class ConvexModel:
         found = self.solve(x, at, radius, PRICE)
         if found is None:
             return np.inf
-        short = sum(float(np.sum(np.maximum(-of, 0))) for of in at.margins.values())
-        value = near.value(at) / self.scale + PRICE * short
+        value = near.value(at) / self.scale + PRICE * at.shortfall
         return max(value - found[1], 0.0) / max(abs(value), 1e-300)
 
     def solve(
@@ -245,8 +244,7 @@ class _Search:
 
     def merit(self, at: Linear) -> float:
         """Scaled objective and penalty; infinite where the vehicle has no pose."""
-        short = sum(float(np.sum(np.maximum(-of, 0))) for of in at.margins.values())
-        return self.near.value(at) / self.program.scale + self.penalty * short
+        return self.near.value(at) / self.program.scale + self.penalty * at.shortfall
 
     def step(self) -> None:
         """Solve the model, take or refuse its step, and adapt the box."""
