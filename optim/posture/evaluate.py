@@ -32,6 +32,15 @@ if TYPE_CHECKING:
 
 SIZES = (40, 128, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
+LIMITS = (
+    "leg_rate",
+    "min_normal",
+    "min_grip",
+    "min_clearance",
+    "min_wheel_clearance",
+    "max_torque",
+)
+"""Fields of a posture that limit it."""
 A_CALL = 170
 """Stations that take as long as a call takes beside its stations."""
 
@@ -198,14 +207,13 @@ class Waypoints(NamedTuple):
     ) -> Waypoints:
         """Waypoints of stations, each with its x [m] and mu [-]."""
         x, friction = np.asarray(x), np.asarray(friction)
-        names = ("x", "friction", "leg_rate", "criterion")
-        names += ("min_normal", "min_grip", "min_clearance", "min_wheel_clearance", "max_torque")
         calls = [
             (begin, size, padded(x[begin:], size), padded(friction[begin:], size))
             for begin, size in _calls(len(x))
         ]
         with jax.enable_x64(True):
-            shared = jax.device_put(replace(posture, **dict.fromkeys(names)))
+            shared = dict.fromkeys(("x", "friction", "criterion", *LIMITS))
+            shared = jax.device_put(replace(posture, **shared))
             made = tuple((*of[:2], *jax.device_put(of[2:])) for of in calls)
         return cls(shared, made, len(x))
 

@@ -176,8 +176,7 @@ class PostureProblem(Problem[PostureResult]):
                 "odometer": odometer,
                 "criterion": self.criterion,
             }
-            names = ("leg_rate", "min_normal", "min_grip", "min_clearance", "min_wheel_clearance")
-            numbers |= {name: getattr(self, name) for name in (*names, "max_torque")}
+            numbers |= {name: getattr(self, name) for name in evaluate.LIMITS}
             return Posture(**jax.tree.map(_number, numbers), solver=self.solver)
 
     @cached_property

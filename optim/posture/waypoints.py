@@ -106,14 +106,12 @@ def check_problem(problem: PostureProblem) -> dict[str, Any]:
         )
     if isinstance(problem.friction, np.ndarray):
         fields["friction"] = read_only(problem.friction)
-    if problem.leg_rate is not None:
-        accepted = "None, or a number > 0 [rad/m]"
-        require_scalar("leg_rate", problem.leg_rate, low=0.0, strict=True, accepted=accepted)
+    for name, unit in (("leg_rate", "rad/m"), ("max_torque", "N m")):
+        if (value := getattr(problem, name)) is not None:
+            accepted = f"None, or a number > 0 [{unit}]"
+            require_scalar(name, value, low=0.0, strict=True, accepted=accepted)
     for name, unit in (("min_normal", "N"), ("min_grip", "N"), ("min_clearance", "m")):
         require_scalar(name, getattr(problem, name), low=0.0, accepted=f"a number >= 0 [{unit}]")
-    if problem.max_torque is not None:
-        accepted = "None, or a torque > 0 [N m]"
-        require_scalar("max_torque", problem.max_torque, low=0.0, strict=True, accepted=accepted)
     for name in ("start_angles", "end_angles"):
         given = getattr(problem, name)
         if given is not None:
