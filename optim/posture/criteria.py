@@ -58,12 +58,13 @@ class Weighted:
 
     def __post_init__(self):
         try:
-            parts = tuple((criterion_by_name(one), weight) for one, weight in self.parts)
-        except TypeError as error:
+            pairs = [(one, weight) for one, weight in self.parts]
+        except (TypeError, ValueError) as error:
             raise ValueError(
                 f"parts = {shown(self.parts)}; accepted: pairs of a criterion or its name and "
                 "a weight"
             ) from error
+        parts = tuple((criterion_by_name(one), weight) for one, weight in pairs)
         if not parts or any(isinstance(one, Weighted) for one, _ in parts):
             raise ValueError(f"parts = {shown(self.parts)}; accepted: one single criterion or more")
         object.__setattr__(self, "parts", parts)

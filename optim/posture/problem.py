@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +10,8 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
-from stickslip.dynamics.numeric import Numeric, read_only
-from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.options import as_floats, refuse_after_fork
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
@@ -21,9 +21,9 @@ from stickslip.optim.posture.result import PostureResult, tolerated, violations
 from stickslip.optim.posture.station import Station
 from stickslip.optim.posture.waypoints import (
     STATION,
+    PostureData,
     check_problem,
     longest_wheelbase,
-    nearer_between,
     require_stations,
     waypoints_along,
 )
@@ -63,7 +63,7 @@ method of the grid ends; else they are the methods for all problems."""
 
 
 @dataclass(frozen=True)
-class PostureProblem(Problem[PostureResult]):
+class PostureProblem(PostureData, Problem[PostureResult]):
     """Leg angles at each waypoint that are best by a criterion, under constraints.
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
@@ -84,20 +84,6 @@ class PostureProblem(Problem[PostureResult]):
     legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
     >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
     """
-
-    params: UGVParams
-    track: Track
-    x: Float[np.ndarray, "K"]
-    criterion: Any = "wheel_energy"
-    friction: Numeric = 0.8
-    leg_rate: float | None = 1.0
-    min_normal: float = 0.0
-    min_grip: float = 0.0
-    min_clearance: float = 0.02
-    max_torque: float | None = None
-    start_angles: Float[np.ndarray, "2"] | None = None
-    end_angles: Float[np.ndarray, "2"] | None = None
-    solver: PoseSolver = field(default=PoseSolver())
 
     def __post_init__(self):
         object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
@@ -136,19 +122,6 @@ class PostureProblem(Problem[PostureResult]):
     def structure(self) -> frozenset[Structure]:
         """Stations are smooth functions of their own pairs."""
         return frozenset({Structure.SMOOTH})
-
-    @property
-    def n(self) -> int:
-        """Length of the decision vector, 2K."""
-        return 2 * len(self.x)
-
-    @cached_property
-    def min_wheel_clearance(self) -> float:
-        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
-        apart between waypoints, too, the legs turning evenly. 0 where leg_rate is None."""
-        if self.leg_rate is None:
-            return 0.0
-        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]

@@ -16,7 +16,7 @@ from stickslip.optim.result import Result
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.waypoints import PostureData
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class PostureResult(Result):
 
 
 def violations(
-    problem: PostureProblem, angles: Float[np.ndarray, "K 2"], at: Station
+    problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station
 ) -> dict[str, float]:
     """Largest violation of each constraint, 0 where it is met: see
     PostureProblem.residuals. at: the stations [K] at these angles."""
@@ -78,7 +78,7 @@ def violations(
     return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
 
 
-def tolerated(problem: PostureProblem, name: str) -> float:
+def tolerated(problem: PostureData, name: str) -> float:
     """Tolerance of a residual of that name, FEASIBLE in the scale of its constraint."""
     sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
     sizes |= dict.fromkeys(("clearance", "wheels"), problem.params.leg_length)
@@ -99,7 +99,7 @@ NOTHING = 1e-12
 """Difference that counts as zero, relative to the vehicle's weight."""
 
 
-def closes(problem: PostureProblem, value: float, bound: float | None, relative: float) -> bool:
+def closes(problem: PostureData, value: float, bound: float | None, relative: float) -> bool:
     """True if a bound leaves at most `relative` of the value open, or next to nothing of what the
     vehicle's weight would give: a value near 0 is no smaller unit."""
     if bound is None:
@@ -107,7 +107,7 @@ def closes(problem: PostureProblem, value: float, bound: float | None, relative:
     return value - bound <= relative * abs(value) + NOTHING * natural(problem, problem.criterion)
 
 
-def natural(problem: PostureProblem, criterion: Criterion | Weighted) -> float:
+def natural(problem: PostureData, criterion: Criterion | Weighted) -> float:
     """Natural scale from the vehicle's weight, in the criterion's unit."""
     if isinstance(criterion, Weighted):
         return sum(float(weight) * natural(problem, one) for one, weight in criterion.parts)
@@ -117,12 +117,12 @@ def natural(problem: PostureProblem, criterion: Criterion | Weighted) -> float:
     return of.get(criterion.unit, 1.0)
 
 
-def below(problem: PostureProblem, value: float, criterion: Criterion | Weighted | None = None):
+def below(problem: PostureData, value: float, criterion: Criterion | Weighted | None = None):
     """A number that the exact value is not below, where `value` was computed."""
     return value - slack(problem, value, problem.criterion if criterion is None else criterion)
 
 
-def slack(problem: PostureProblem, value: float, criterion: Criterion | Weighted) -> float:
+def slack(problem: PostureData, value: float, criterion: Criterion | Weighted) -> float:
     """Rounding error of a drive's computed value, in the criterion's unit."""
     if isinstance(criterion, Weighted):
         parts = ((one, float(weight)) for one, weight in criterion.parts)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -9,15 +11,13 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_memory, require_number, shown
 from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.numeric import Numeric, read_only
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.options import as_floats, require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Float
-
-    from stickslip.optim.posture.problem import PostureProblem
 
 
 WAYPOINT = 24
@@ -38,6 +38,38 @@ COVARIANCE = 160
 """Bytes of a pair of waypoints in the matrices of cma."""
 
 _slope = run_once(Track.slope)
+
+
+@dataclass(frozen=True)
+class PostureData:
+    """The fields of PostureProblem; see there."""
+
+    params: UGVParams
+    track: Track
+    x: Float[np.ndarray, "K"]
+    criterion: Any = "wheel_energy"
+    friction: Numeric = 0.8
+    leg_rate: float | None = 1.0
+    min_normal: float = 0.0
+    min_grip: float = 0.0
+    min_clearance: float = 0.02
+    max_torque: float | None = None
+    start_angles: Float[np.ndarray, "2"] | None = None
+    end_angles: Float[np.ndarray, "2"] | None = None
+    solver: PoseSolver = field(default=PoseSolver())
+
+    @property
+    def n(self) -> int:
+        """Length of the decision vector, 2K."""
+        return 2 * len(self.x)
+
+    @cached_property
+    def min_wheel_clearance(self) -> float:
+        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
+        apart between waypoints, too, the legs turning evenly. 0 where leg_rate is None."""
+        if self.leg_rate is None:
+            return 0.0
+        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
 
 
 def waypoints_along(
@@ -84,7 +116,7 @@ def waypoints_along(
     return np.linspace(begin, last, int(pieces) + 1)
 
 
-def check_problem(problem: PostureProblem) -> dict[str, Any]:
+def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
     require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
@@ -193,7 +225,7 @@ def require_stations(given: str, count: float, bytes_each: float = STATION) -> N
     require_memory(given, "stations", count, bytes_each)
 
 
-def require_grid(problem: PostureProblem, rear: int, front: int, chunk: int) -> None:
+def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
     through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
@@ -203,7 +235,7 @@ def require_grid(problem: PostureProblem, rear: int, front: int, chunk: int) -> 
 
 
 def require_waypoint_matrices(
-    problem: PostureProblem, method: str, linear: float = 0.0, square: float = 0.0
+    problem: PostureData, method: str, linear: float = 0.0, square: float = 0.0
 ) -> None:
     """Refuse more waypoints than a method's matrices have room for: bytes of each, and of each pair
     of waypoints."""

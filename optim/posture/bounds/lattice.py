@@ -21,7 +21,7 @@ from stickslip.optim.problem import FEASIBLE
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
-    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.waypoints import PostureData
 
 NONE, SQUARE, AHEAD, BACK = range(4)
 FINE = 4e-3
@@ -62,7 +62,7 @@ class Axis:
         return Axis(both)
 
 
-def first_axis(problem: PostureProblem, leg: int, cells: int) -> Axis:
+def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     """About so many cells of a leg over its range, a whole part of what the rate allows."""
     low = float(problem.params.leg_angle_min) - FEASIBLE
     high = float(problem.params.leg_angle_max) + FEASIBLE
@@ -86,12 +86,12 @@ def given_axis(angle: float) -> Axis:
     return Axis(np.array([angle - FEASIBLE, angle + FEASIBLE]))
 
 
-def _limit(problem: PostureProblem, dx: float) -> float:
+def _limit(problem: PostureData, dx: float) -> float:
     """Greatest turn of a feasible drive in a step [rad]."""
     return float(problem.leg_rate or np.inf) * dx * (1 + FEASIBLE)
 
 
-def shapes(problem: PostureProblem, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
+def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
     """Shape of the allowed moves of each pair of cells, before and after a step: NONE are, all
     of the SQUARE, or the triangle without the longest move AHEAD, or BACK."""
     if problem.leg_rate is None:
