@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import time
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -80,57 +80,26 @@ def solve_gradient(
         return begun
     near, x, note = begun
     with Bar("gradient", iterations, "iteration", progress) as bar:
-        last = _last_run(near, x, iterations, tolerance, bar)
-    status, why = last.ended()
+        x, status, message, details = _last_run(near, x, iterations, tolerance, bar)
     return problem.result(
-        last.x,
+        x,
         method="gradient",
         began=began,
         status=status,
         evaluations=near.evaluations,
-        message=f"{note}SLSQP: {last.message} after {last.iterations} iterations{why}"
-        f"{problem.shortcomings(last.x)}",
-        details={
-            "status": last.code,
-            "message": last.message,
-            "iterations": last.iterations,
-            "runs": last.runs,
-            "promised": last.promised,
-        },
+        message=f"{note}{message}{problem.shortcomings(x)}",
+        details=details,
     )
 
 
-class _Run(NamedTuple):
-    """A run of scipy and what the convex model makes of its end."""
-
-    x: np.ndarray
-    where: str
-    """A sentence where this is not scipy's last point."""
-    code: int
-    """scipy's status."""
-    message: str
-    promised: float
-    """Relative decrease that the model promises within BOX."""
-    iterations: int
-    """Iterations of this run and those before it."""
-    runs: int
-
-    def ended(self) -> tuple[OptimStatus, str]:
-        """The status, and why in words."""
-        status = SLSQP_STATUSES.get(self.code, OptimStatus.INACCURATE)
-        if status is not OptimStatus.FEASIBLE or self.promised <= STATIONARY:
-            return status, self.where
-        decrease = f"a relative decrease of {self.promised:.2g} within {BOX} rad is promised"
-        return OptimStatus.INACCURATE, f"{self.where}; no solution: {decrease}"
-
-
-def _last_run(near: Near, x: np.ndarray, iterations: int, tolerance: float, bar: Bar) -> _Run:
-    """Run scipy, repeatedly where the convex model does not confirm its solution."""
+def _last_run(
+    near: Near, x: np.ndarray, iterations: int, tolerance: float, bar: Bar
+) -> tuple[np.ndarray, OptimStatus, str, dict[str, Any]]:
+    """Point, status, message and details of scipy's last run, the convex model confirming its
+    solution or RUNS_MOST being over."""
     form, model = Epigraph(near, x), ConvexModel(near, x)
-    low, high = near.problem.bounds
-    middle = (low + high) / 2
-    inside = within_rates(near.problem, middle)
-    inside = middle if inside is None else inside
+    inside = within_rates(near.problem, np.mean(near.problem.bounds, axis=0))
+    inside = x if inside is None else inside
     steps = runs = 0
     while True:
         begun = form.start(x + INWARD * (inside - x))
@@ -138,10 +107,18 @@ def _last_run(near: Near, x: np.ndarray, iterations: int, tolerance: float, bar:
         steps, runs = steps + found.nit, runs + 1
         x, where = _chosen(form, found.x)
         promised = model.promised(near, x, BOX)
-        last = _Run(x, where, int(found.status), found.message, promised, steps, runs)
-        unconfirmed = last.code in SLSQP_STATUSES and last.ended()[0] is OptimStatus.INACCURATE
+        status = SLSQP_STATUSES.get(found.status, OptimStatus.INACCURATE)
+        unconfirmed = status is OptimStatus.FEASIBLE and promised > STATIONARY
         if not unconfirmed or runs == RUNS_MOST:
-            return last
+            break
+    message = f"SLSQP: {found.message} after {steps} iterations{where}"
+    if unconfirmed:
+        status = OptimStatus.INACCURATE
+        message += (
+            f"; no solution: a relative decrease of {promised:.2g} within {BOX} rad is promised"
+        )
+    details = {"status": int(found.status), "message": found.message, "iterations": steps}
+    return x, status, message, details | {"runs": runs, "promised": promised}
 
 
 def _chosen(form: Epigraph, z: np.ndarray) -> tuple[np.ndarray, str]:
