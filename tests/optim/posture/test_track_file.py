@@ -95,7 +95,7 @@ GOOD = [(59, 10, 100), (60, 10, 160)]
         ("", ("track.gpx: no XML", "GPX track")),
         (gpx(GOOD[0], GOOD[0]), ("track.gpx: track point 2: the place of track point 1 again",)),
         (gpx(GOOD[0], (60, 10, "")), ("track.gpx: track point 2: ele = None",)),
-        (gpx(*survey({7: 46.8})), ("track point 8: elevation 46.8 m among 1800", "in 5.56 m")),
+        (gpx(*survey({7: 46.8})), ("track point 8: elevation 46.8 m, -1753.8 m in 5.56 m",)),
         (gpx(GOOD[0], (95, 10, 0)), ("track.gpx: track point 2: lat = '95'",)),
         (gpx(*GOOD, prologue='<!DOCTYPE g [<!ENTITY a "b">]>'), ("declares a document type",)),
         (gpx(*GOOD).replace("100", "&lol;"), ("track.gpx: no XML (undefined entity",)),
