@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
-from stickslip.optim import OptimStatus, PostureProblem, Weighted
+from stickslip.optim import PostureProblem, Weighted
 from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
@@ -185,18 +185,6 @@ def test_bad_decision_vectors_are_refused():
         problem.constraints(np.ones((10, 2)))
     with pytest.raises(ValueError, match=r"accepted: \(20,\)"):
         problem.objectives(np.ones(problem.n))
-
-
-def test_a_promise_of_feasibility_is_checked_where_the_result_is_made():
-    problem = over_bump(leg_rate=0.01)
-    x = random_x(problem)
-    found = problem.result(x, method="guess", status=OptimStatus.FEASIBLE, began=0.0)
-    assert found.status is OptimStatus.VIOLATED
-    assert not found.feasible
-    assert found.residuals["leg_rate"] > 0
-    assert found.gap == np.inf
-    assert found.leg_angles.shape == (10, 2)
-    assert found.value == problem.objective(x)
 
 
 @pytest.mark.long

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import Track, UGVParams
-from stickslip.envs import UGVEnv
 from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture.criteria import CRITERIA
 from stickslip.optim.posture.graph.grid import build_grid
@@ -75,33 +74,6 @@ def test_every_value_is_the_same_wherever_the_ground_lies(criterion):
         of = PostureProblem(UGVParams(), Track.from_points(x + by, y + up), at, criterion)
         values.append(of.objective(drive))
     np.testing.assert_allclose(*values, rtol=1e-12)
-
-
-@pytest.mark.long
-def test_an_episode_in_single_precision_is_the_same_wherever_the_ground_lies():
-    """Observations, rewards, and the return, which is minus the objective of the same drive."""
-    x = 0.125 * np.arange(81)
-    y = np.round(0.05 * np.sin(2 * x) * 2**18) / 2**18
-    env, seen = UGVEnv(), []
-    actions = np.random.default_rng(0).uniform(-1, 1, (32, 2)).astype(np.float32)
-    for by, up in ((0.0, 0.0), (1024.0, UP)):
-        track = Track.from_points(x + by, y + up)
-        params = env.make_params(track=track, start=2.0 + by, end=6.0 + by, spacing=0.125)
-        _, state = env.reset(jax.random.key(0), params)
-        first = state
-
-        def step(state, action, params=params):
-            obs, state, reward, *_, info = env.step_env(state, action, params)
-            return state, (obs, reward, info["status"], info["clearance"], state.leg_angles)
-
-        state, (obs, reward, status, clearance, angles) = jax.lax.scan(step, state, actions)
-        assert not np.any(status)
-        seen.append((obs, reward, clearance))
-        whole = np.concatenate([first.leg_angles[None], angles]).astype(float)
-        objective = env.problem(first, params).objective(whole.reshape(-1))
-        np.testing.assert_allclose(-np.sum(reward), objective, rtol=1e-5)
-    for here, there in zip(*seen, strict=True):
-        np.testing.assert_allclose(there, here, rtol=2e-6, atol=2e-6 * np.max(np.abs(here)))
 
 
 def test_what_postures_ended_with_is_told_by_every_method_of_the_grid():
