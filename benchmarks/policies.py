@@ -1,7 +1,6 @@
 """The trained policies of the package.
 
     python -m benchmarks.policies [--only NAME ...] [--runs DIR]
-    python -m benchmarks.policies --check [--only NAME ...]
     python -m benchmarks.policies --measure [--only NAME ...]
     python -m benchmarks.policies --docs docs/policies.md
 
@@ -9,8 +8,8 @@ Trains for each task named (default: those without a policy in the package) by `
 with the settings and seeds recorded in the package's policy or else with USUAL, keeps the policy of
 the best evaluation, measures it on the task's own episodes and puts it into the package with its
 record; where it earns more than the best known, known.json is updated. Runs stay in --runs, where
-the command resumes them. --check: train the package's policies again by their recorded command and
-compare. --measure: measure them again. --docs: put the table of policies into a page.
+the command resumes them. --measure: measure the package's policies again. --docs: put the table of
+policies into a page.
 """
 
 from __future__ import annotations
@@ -19,7 +18,6 @@ import json
 import shlex
 import subprocess
 import sys
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -161,18 +159,6 @@ def same_policy(one: MLPPolicy, other: MLPPolicy) -> bool:
     return alike and all(np.array_equal(a, b) for a, b in pairs)
 
 
-def check(name: str) -> str:
-    """Train a policy of the package again and compare."""
-    record = record_of(name)
-    config = read_configuration(json.dumps(record.trained["config"]))
-    with tempfile.TemporaryDirectory() as folder:
-        retrained = load_policy(trained(config, Path(folder)).path / "policy.npz")
-    if same_policy(load_policy(name), retrained):
-        return f"{name}: the same to the last bit"
-    where = f"{record.trained['machine']}, {record.trained['versions']}"
-    return f"{name}: another policy (trained on {where})"
-
-
 def table() -> str:
     """Score, return and failures of each policy."""
     return markdown(
@@ -194,7 +180,6 @@ def main(arguments: list[str]) -> None:
     parser = options("policies", __doc__)
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--runs", type=Path, default=RUNS)
-    parser.add_argument("--check", action="store_true")
     parser.add_argument("--measure", action="store_true")
     parser.add_argument("--docs", type=Path)
     given = parser.parse_args(arguments)
@@ -202,14 +187,9 @@ def main(arguments: list[str]) -> None:
         put_between(given.docs, table(), MARKS)
         return
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
-    if given.check:  # what is carried over cannot be trained again
-        there = [name for name in there if not record_of(policy_name(name)).carried_over]
-    existing = given.check or given.measure
-    for task in map(task_by_name, given.only or [n for n in TASKS if (n in there) == existing]):
+    asked = [name for name in TASKS if (name in there) == given.measure]
+    for task in map(task_by_name, given.only or asked):
         name = policy_name(task.name)
-        if given.check:
-            print(check(name), flush=True)
-            continue
         if given.measure:
             record = record_of(name)
             path = write(task, load_policy(record.path), record.trained, record.path.parent)

@@ -40,7 +40,7 @@ EXACT = EventExact(rtol=1e-9, atol=1e-12)
 FINE = Table(64, 9)
 """Inertia functions exact to 1e-13 on the default robot."""
 HOLDS = 4000
-"""Default number of holds of a step."""
+"""Holds of a torque in the mean time of a step."""
 BLOCK = 4000
 """Holds of one compiled scan; a walk takes as many blocks as it needs."""
 
@@ -100,15 +100,14 @@ def replay(
     mu: float | None = None,
     feedback: float = 0.0,
     walk_steps: int | None = None,
-    hold: float | None = None,
     zmp: bool = False,
 ) -> Replay:
     """Walk a gait from its own beginning. See Replay.
 
     params: the robot that walks, the gait's own or another. walk_steps: how far, by default the
-    gait's own steps, of a periodic one 3. hold: by default a 4000th of a step's mean time. zmp:
-    whether a zero-moment point outside the foot topples the robot; a gait that was not told of the
-    foot's edges may pass them. ValueError for a gait that stands still on its way.
+    gait's own steps, of a periodic one 3. zmp: whether a zero-moment point outside the foot topples
+    the robot; a gait without the limit zmp may pass the edges. ValueError for a gait that stands
+    still on its way.
     """
     if mu is not None:
         require_scalar("mu", mu, low=0.0, accepted="None, or a finite number >= 0")
@@ -120,10 +119,8 @@ def replay(
     duration = gait.duration
     if not np.isfinite(duration):
         raise ValueError("the gait stands still on its way; accepted: one of finite duration")
-    hold = duration / n / HOLDS if hold is None else hold
-    require_scalar("hold", hold, low=0.0, strict=True, accepted="a finite time > 0 [s]")
-    whole = duration * count / n
-    require_memory(f"hold = {hold:g}", "holds", 1.5 * whole / hold, 400)
+    hold, whole = duration / n / HOLDS, duration * count / n
+    require_memory(f"walk_steps = {count}", "holds", 1.5 * count * HOLDS, 400)
     with jax.enable_x64(True):
         trace = _walked(params, gait, mu, float(feedback), count, float(hold), zmp, whole)
     return _summed(gait, trace, mu, float(feedback), float(hold), count, whole)

@@ -6,7 +6,6 @@ import pytest
 from benchmarks import training
 from benchmarks.report import put_between
 from benchmarks.tasks.__main__ import MARKS, long_table
-from stickslip.envs import task_by_name
 from tests.documents import ROOT
 
 NAME = "BipedSteady-v0"
@@ -39,10 +38,3 @@ def test_the_time_to_the_goal_is_the_median_over_seeds_and_absent_where_most_mis
     assert training.row(few, NAME)["after, steps"] == ""
     last = [row[-1] for row in few["returns"]]
     assert training.learned({**few, "steps": [3_000_000]})["returns"] == pytest.approx(last, 1e-5)
-
-
-@pytest.mark.parametrize("name", ["BipedThrift-v0", "UGVRandomBumps-v1"])
-def test_training_episodes_are_not_the_task_s_own(name: str):
-    task = task_by_name(name)
-    params, config = task.make("same_step")[1], training.configuration(task)
-    assert training.training_params(task, params, config) != params

@@ -41,48 +41,32 @@ STEEP = 1e-12
 """A row's coefficient of the torque below which it limits the rate alone."""
 
 
-@dataclass(frozen=True)
-class Multipliers:
-    """pi in each cell [n, K], of b at exchanges, and of the time."""
+def _joined(duals: Duals, periodic: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Multipliers of b at both ends of each step [n]: 0 where nothing joins them."""
+    n = len(duals.motion)
+    begins, ends = np.zeros(n), np.zeros(n)
+    count = min(n - 1, len(duals.exchange))
+    begins[1 : count + 1] = ends[:count] = duals.exchange[:count]
+    if periodic and len(duals.exchange):
+        begins[0] = ends[-1] = duals.exchange[-1]
+    return begins, ends
 
-    motion: Float[np.ndarray, "n K"]
-    exchange: Float[np.ndarray, "e"]
-    time: float
 
-    @classmethod
-    def of(cls, duals: Duals) -> Multipliers:
-        """Those of a solver; whatever is not finite there counts as 0."""
-        motion, exchange = (np.nan_to_num(part, posinf=0.0, neginf=0.0) for part in duals[:2])
-        return cls(motion, exchange, max(float(np.nan_to_num(duals.time)), 0.0))
-
-    def joined(self, periodic: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Multipliers of b at both ends of each step [n]: 0 where nothing joins them."""
-        n = len(self.motion)
-        begins, ends = np.zeros(n), np.zeros(n)
-        count = min(n - 1, len(self.exchange))
-        begins[1 : count + 1] = ends[:count] = self.exchange[:count]
-        if periodic and len(self.exchange):
-            begins[0] = ends[-1] = self.exchange[-1]
-        return begins, ends
-
-    def at_nodes(self, grid: Grid, periodic: bool, numbers: Numbers) -> np.ndarray:
-        """pi at the nodes [n, K+1]: straight between the middles of cells, on to the ends of each
-        step, where it is the exchange's own, and 0 at an end of the walk that is free."""
-        pi, h = self.motion, grid.h
-        nodes = np.zeros((grid.steps, grid.cells + 1))
-        between = h[:, :-1] + h[:, 1:]
-        nodes[:, 1:-1] = (h[:, 1:] * pi[:, :-1] + h[:, :-1] * pi[:, 1:]) / between
-        nodes[:, 0], nodes[:, -1] = 2 * pi[:, 0] - nodes[:, 1], 2 * pi[:, -1] - nodes[:, -2]
-        begins, ends = self.joined(periodic)
-        nodes[1:, 0], nodes[:-1, -1] = begins[1:], ends[:-1]
-        if periodic:
-            nodes[0, 0], nodes[-1, -1] = begins[0], ends[-1]
-        else:
-            if numbers.first[0] < numbers.first[1]:
-                nodes[0, 0] = 0.0
-            if numbers.last[0] < numbers.last[1]:
-                nodes[-1, -1] = 0.0
-        return nodes
+def _at_nodes(duals: Duals, problem: GridProblem) -> np.ndarray:
+    """pi at the nodes [n, K+1]: straight between the middles of cells, on to the ends of each
+    step, where it is the exchange's own, and 0 at an end of the walk that is free."""
+    pi, h = duals.motion, problem.grid.h
+    nodes = np.zeros(problem.grid.theta.shape)
+    between = h[:, :-1] + h[:, 1:]
+    nodes[:, 1:-1] = (h[:, 1:] * pi[:, :-1] + h[:, :-1] * pi[:, 1:]) / between
+    nodes[:, 0], nodes[:, -1] = 2 * pi[:, 0] - nodes[:, 1], 2 * pi[:, -1] - nodes[:, -2]
+    begins, ends = _joined(duals, problem.periodic)
+    nodes[1:, 0], nodes[:-1, -1] = begins[1:], ends[:-1]
+    if problem.periodic or problem.first[0] < problem.first[1]:
+        nodes[0, 0] = begins[0]
+    if problem.periodic or problem.last[0] < problem.last[1]:
+        nodes[-1, -1] = ends[-1]
+    return nodes
 
 
 class Lagrangian(NamedTuple):
@@ -103,24 +87,19 @@ class Lagrangian(NamedTuple):
 
 
 def grid_bound(
-    problem: GridProblem,
-    sample: Sample,
-    numbers: Numbers,
-    multipliers: Multipliers,
-    at: tuple[np.ndarray, np.ndarray],
+    problem: GridProblem, numbers: Numbers, duals: Duals, at: tuple[np.ndarray, np.ndarray]
 ) -> float:
-    """The bound on gaits of the grid. sample: at the nodes. at: a and b of the gait found, where
-    the cells' times and torques squared over time are replaced by their tangents, which lie below
-    them."""
-    grid, pi = problem.grid, multipliers.motion
+    """The bound on gaits of the grid. at: a and b of the gait found, where the cells' times and
+    torques squared over time are replaced by their tangents, which lie below them."""
+    sample, grid, pi = problem.sample(inside=False), problem.grid, duals.motion
     zero = np.zeros((grid.steps, 1))
-    begins, ends = (part[:, None] for part in multipliers.joined(problem.periodic))
+    begins, ends = (part[:, None] for part in _joined(duals, problem.periodic))
     on_b = np.hstack([zero, pi]) - np.hstack([pi, zero])
     on_b[:, :1] += begins
     on_b[:, -1:] -= ends
     spread = grid.h * pi
     on_a = -(np.hstack([zero, spread]) + np.hstack([spread, zero]))
-    root, on_T, constant = _tangents(grid, numbers, multipliers.time, *at)
+    root, on_T, constant = _tangents(grid, numbers, duals.time, *at)
     form = Lagrangian(
         strain=numbers.weights.get(STRAIN, 0.0) * sample.weight,
         work=numbers.weights.get(WORK, 0.0) * sample.weight,
@@ -129,7 +108,7 @@ def grid_bound(
         on_b=on_b.ravel(),
     )
     total = float(np.sum(least_of(sample, form, on_a.ravel()))) + constant
-    return total - multipliers.time * (numbers.longest or 0.0)
+    return total - duals.time * (numbers.longest or 0.0)
 
 
 def _tangents(
@@ -149,8 +128,7 @@ def _tangents(
     on_T = np.zeros_like(b)
     heat = numbers.weights.get(TORQUE, 0.0)
     if heat > 0:
-        parts = (part.reshape(b.shape) for part in (numbers.on_a, numbers.on_b, numbers.rest))
-        of_a, of_b, rest = parts
+        of_a, of_b, rest = (part.reshape(b.shape) for part in numbers.torque)
         T = of_a * a + of_b * b + rest
         r, r_next = T[:, :-1] / x, T[:, 1:] / x
         root = root + heat * grid.h * (r**2 + r_next**2)
@@ -159,17 +137,15 @@ def _tangents(
     return both.ravel(), on_T.ravel(), constant
 
 
-def every_bound(
-    problem: GridProblem, sample: Sample, numbers: Numbers, multipliers: Multipliers
-) -> float:
-    """The bound on every gait. sample: inside the cells."""
-    grid, periodic = problem.grid, problem.periodic
-    pi = multipliers.at_nodes(grid, periodic, numbers)
+def every_bound(problem: GridProblem, numbers: Numbers, duals: Duals) -> float:
+    """The bound on every gait."""
+    sample, grid = problem.sample(inside=True), problem.grid
+    pi = _at_nodes(duals, problem)
     slope = np.diff(pi, axis=1) / grid.h
     x = grid.inside[0]
     here = pi[:, :-1, None] + slope[..., None] * x
     form = Lagrangian(
-        inverse=numbers.weights.get(TIME, 0.0) + multipliers.time,
+        inverse=numbers.weights.get(TIME, 0.0) + duals.time,
         heat=numbers.weights.get(TORQUE, 0.0),
         strain=numbers.weights.get(STRAIN, 0.0),
         work=numbers.weights.get(WORK, 0.0),
@@ -178,9 +154,9 @@ def every_bound(
     values = least_of(sample, form, -2 * here.ravel())
     total = float(np.sum(sample.weight * values))
     for sign, multiplier, ends in ((-1, pi[0, 0], numbers.first), (1, pi[-1, -1], numbers.last)):
-        if not periodic:
+        if not problem.periodic:
             total += min(sign * multiplier * end for end in ends)
-    return total - multipliers.time * (numbers.longest or 0.0)
+    return total - duals.time * (numbers.longest or 0.0)
 
 
 def least_of(

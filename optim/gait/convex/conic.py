@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim.gait.convex.certificate import Multipliers, Polygons, every_bound, grid_bound
-from stickslip.optim.gait.convex.limits import FRICTION, NORMAL, TORQUE, ZMP
-from stickslip.optim.gait.convex.program import Solved, program_of
+from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
+from stickslip.optim.gait.convex.grid_problem import NORMAL, ZMP
+from stickslip.optim.gait.convex.program import Solved
 from stickslip.optim.gait.convex.tighten import held_between
 from stickslip.optim.gait.gait import Certificate, GaitResult
-from stickslip.optim.gait.objective import goal_of
+from stickslip.optim.gait.objective import FRICTION, TORQUE, goal_of
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ class Answer:
 def answered(problem: GridProblem, solves: int = 1, *, every: bool = True) -> Answer | Solved:
     """Solve and certify; the bare outcome without a point. every: bound every gait, too."""
     numbers = problem.numbers()
-    solved = program_of(problem.structure).solve(numbers)
+    solved = problem.solve(numbers)
     if solved.a is None or solved.b is None or solved.duals is None:
         return solved
     units, scale = problem.units, problem.scale
@@ -71,12 +71,8 @@ def answered(problem: GridProblem, solves: int = 1, *, every: bool = True) -> An
         return answered(replace(problem, rate_unit=rate), solves + 1, every=every)
     gait = problem.gait_of(solved)
     value = problem.goal.of(gait.spent_on_grid)
-    multipliers, at = Multipliers.of(solved.duals), (solved.a, gait.b / units.b)
-    bound = grid_bound(problem, problem.sample(inside=False), numbers, multipliers, at) * scale
-    proved = None
-    if every:
-        inside = problem.sample(inside=True)
-        proved = max(every_bound(problem, inside, numbers, multipliers) * scale, 0.0)
+    bound = grid_bound(problem, numbers, solved.duals, (solved.a, gait.b / units.b)) * scale
+    proved = max(every_bound(problem, numbers, solved.duals) * scale, 0.0) if every else None
     certificate = certificate_of(problem, gait, solved, value, max(bound, 0.0))
     return Answer(gait, certificate, proved, solved, problem, solves)
 
@@ -134,8 +130,7 @@ def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Solved
 
 def relaxed(problem: GridProblem, limit: str) -> Solved:
     """Least necessary violation r of a limit, in its unit of size, and the solution."""
-    numbers = replace(problem.numbers(relaxed=limit), weights={})
-    return program_of(problem.structure._replace(terms=())).solve(numbers)
+    return problem.solve(problem.numbers(relaxed=limit))
 
 
 def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
@@ -144,10 +139,9 @@ def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
     if solved.duals is None or solved.a is None or solved.b is None:
         return False
     numbers = replace(problem.numbers(), weights={})
-    sample, multipliers = problem.sample(inside=every), Multipliers.of(solved.duals)
     if every:
-        return every_bound(problem, sample, numbers, multipliers) > 0
-    return grid_bound(problem, sample, numbers, multipliers, (solved.a, solved.b)) > 0
+        return every_bound(problem, numbers, solved.duals) > 0
+    return grid_bound(problem, numbers, solved.duals, (solved.a, solved.b)) > 0
 
 
 def nothing_left(problem: GridProblem) -> bool:

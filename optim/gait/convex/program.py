@@ -50,17 +50,15 @@ class Structure(NamedTuple):
 @dataclass(frozen=True)
 class Numbers:
     """A program's numbers, scaled: h [n, K]; rows A, B, C and their relaxation R [m, nodes]; torque
-    = on_a a + on_b b + rest [nodes]; trapezoid weights [nodes]; a weight for each term; the longest
-    time; least and greatest first and last b."""
+    = torque[0] a + torque[1] b + torque[2] [nodes]; trapezoid weights [nodes]; a weight for each
+    term; the longest time; least and greatest first and last b."""
 
     h: Float[np.ndarray, "n K"]
     A: Float[np.ndarray, "m nodes"]
     B: Float[np.ndarray, "m nodes"]
     C: Float[np.ndarray, "m nodes"]
     R: Float[np.ndarray, "m nodes"]
-    on_a: Float[np.ndarray, "nodes"]
-    on_b: Float[np.ndarray, "nodes"]
-    rest: Float[np.ndarray, "nodes"]
+    torque: tuple[np.ndarray, np.ndarray, np.ndarray]
     trapezoid: Float[np.ndarray, "nodes"]
     weights: dict[str, float]
     longest: float | None
@@ -69,8 +67,9 @@ class Numbers:
 
 
 class Duals(NamedTuple):
-    """Multipliers as the solver gives them: of each cell's dynamics [n, K], of b at each exchange
-    [n - 1, or n where periodic], of the time, of the rows [m, nodes]."""
+    """Multipliers of the solver, 0 where it gives none that is finite: of each cell's dynamics
+    [n, K], of b at each exchange [n - 1, or n where periodic], of the time >= 0, of the rows
+    [m, nodes]."""
 
     motion: Float[np.ndarray, "n K"]
     exchange: Float[np.ndarray, "e"]
@@ -101,7 +100,7 @@ class Program:
         shape = (kind.rows, nodes)
         self._A, self._B, self._C, self._R = (cp.Parameter(shape) for _ in range(4))
         self._h = cp.Parameter(n * K, nonneg=True)
-        self._on_a, self._on_b, self._rest = (cp.Parameter(nodes) for _ in range(3))
+        self._torque = tuple(cp.Parameter(nodes) for _ in range(3))
         self._weights = {term: cp.Parameter(nodes, nonneg=True) for term in (WORK, STRAIN)}
         self._cell_weights = {term: cp.Parameter(n * K, nonneg=True) for term in (TIME, TORQUE)}
         self._longest = cp.Parameter(nonneg=True)
@@ -144,7 +143,8 @@ class Program:
         """The objective, with the cones that it takes."""
         terms = self.kind.terms
         parts: list[cp.Expression] = []
-        torque = cp.multiply(self._on_a, self._a) + cp.multiply(self._on_b, self._b) + self._rest
+        on_a, on_b, rest = self._torque
+        torque = cp.multiply(on_a, self._a) + cp.multiply(on_b, self._b) + rest
         self._timing = None
         if self.kind.timed or TIME in terms or TORQUE in terms:
             moving, count = _moving(self.kind), self.kind.steps * self.kind.cells
@@ -201,8 +201,10 @@ class Program:
         return a, b
 
     def _set(self, given: Numbers) -> None:
-        for name in ("A", "B", "C", "R", "on_a", "on_b", "rest"):
+        for name in "ABCR":
             getattr(self, f"_{name}").value = getattr(given, name)
+        for parameter, value in zip(self._torque, given.torque, strict=True):
+            parameter.value = value
         self._h.value = h = given.h.ravel()
         for term, parameter in self._weights.items():
             parameter.value = given.weights.get(term, 0.0) * given.trapezoid
@@ -213,14 +215,20 @@ class Program:
 
     def _solved(self, status: OptimStatus, message: str) -> Solved:
         a, b = self.read()
-        motion = np.reshape(self._motion.dual_value, (a.shape[0], a.shape[1] - 1))
-        exchange = np.zeros(0)
-        if self._exchange is not None:
-            exchange = np.ravel(np.asarray(self._exchange.dual_value))
-        time = 0.0 if self._timing is None else float(np.asarray(self._timing.dual_value))
-        rows = np.stack([np.asarray(row.dual_value) for row in self._rows])
+
+        def dual(constraint: cp.Constraint | None) -> np.ndarray:
+            value = np.zeros(0) if constraint is None else np.asarray(constraint.dual_value)
+            return np.nan_to_num(value, posinf=0.0, neginf=0.0)
+
+        time = 0.0 if self._timing is None else max(float(dual(self._timing)), 0.0)
+        duals = Duals(
+            motion=dual(self._motion).reshape(a.shape[0], -1),
+            exchange=np.ravel(dual(self._exchange)),
+            time=time,
+            rows=np.stack([dual(row) for row in self._rows]),
+        )
         relaxation = 0.0 if self.kind.terms else float(np.asarray(self._r.value))
-        return Solved(status, message, a, b, relaxation, Duals(motion, exchange, time, rows))
+        return Solved(status, message, a, b, relaxation, duals)
 
 
 @lru_cache(maxsize=24)

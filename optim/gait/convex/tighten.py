@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.optim.gait.between import Polynomials, lowest, peak
-from stickslip.optim.gait.convex.limits import STANDING
-from stickslip.optim.gait.convex.program import program_of
+from stickslip.optim.gait.convex.grid_problem import STANDING
 from stickslip.optim.gait.objective import TIME
 
 if TYPE_CHECKING:
@@ -42,10 +41,7 @@ def held_between(
     The walk's time between the nodes is kept to the longest one, too, by asking for less. It is
     known once the crank stands still nowhere.
     """
-    numbers, structure = problem.numbers(relaxed=free), problem.structure
-    if free:
-        numbers = replace(numbers, weights={})
-        structure = structure._replace(terms=())
+    numbers = problem.numbers(relaxed=free)
     solves, before = 0, np.full_like(numbers.C, np.inf)
     for tolerance in (*[HELD] * ROUNDS, LAST):
         violation, slow = overshoot(problem, gait, free), too_slow(problem, gait)
@@ -63,7 +59,7 @@ def held_between(
         if numbers.longest is not None and 0 < late < np.inf:
             took = min(gait.spent_on_grid[TIME] * problem.units.rate, numbers.longest)
             numbers = replace(numbers, longest=took / (1 + late))
-        solved = program_of(structure).solve(numbers)
+        solved = problem.solve(numbers)
         solves += 1
         if solved.a is None or solved.b is None:
             break

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PPoly
 
 from stickslip.optim import GaitProblem, replay, solve
-from stickslip.optim.gait.convex.limits import STANDING, rows_of
+from stickslip.optim.gait.convex.grid_problem import STANDING, rows_of
 from stickslip.optim.gait.gait import Gait
 from tests.optim.gait.helpers import robot, transfer
 
