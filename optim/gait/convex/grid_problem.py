@@ -21,12 +21,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from types import ModuleType
 
-    from jaxtyping import Array, Float
+    from jaxtyping import Float
 
     from stickslip.dynamics.numeric import Lists, Number
     from stickslip.optim.gait.convex.program import Solved
     from stickslip.optim.gait.objective import Goal
     from stickslip.optim.gait.profile import Grid, Profile, Profiles
+
+    Traced = Any  # an array of NumPy, or one of JAX that is traced
 
 NORMAL, ZMP, RATE, STANDING = "normal force", "foot edges", "greatest rate", "squared rate >= 0"
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
@@ -304,15 +306,9 @@ class GridProblem:
         """The same with some limits changed."""
         return replace(self, limits=replace(self.limits, **changes))
 
-    def margins(
-        self,
-        a: Float[Number, "n K+1"],
-        b: Float[Number, "n K+1"],
-        time: Float[Number, ""],
-        xp: ModuleType = np,
-    ) -> Float[Number, "m"]:
-        """Scaled margins: the rows at the nodes, the time, and both sides of the end. xp: numpy, or
-        jax.numpy for arrays that are traced."""
+    def margins(self, a: Traced, b: Traced, time: Traced, xp: ModuleType = np) -> Traced:
+        """Scaled margins [m] of a and b [n, K+1]: the rows at the nodes, the time, and both sides
+        of the end. xp: numpy, or jax.numpy for arrays that are traced."""
         low, high = (b[0, 0], b[0, 0]) if self.periodic else self.last
         late = [] if self.longest is None else [1 - time / self.longest]
         ends = [(b[-1, -1] - low) / self.units.b, (high - b[-1, -1]) / self.units.b]
@@ -332,18 +328,18 @@ class GridProblem:
         """Programs of the gradient and of the jacobian."""
         p = self.profiles.nodes
 
-        def walk(x: Array) -> tuple[Array, Array, dict[str, Any]]:
+        def walk(x: Traced) -> tuple[Traced, Traced, dict[str, Traced]]:
             a = x[1:].reshape(self.grid.theta.shape)
             b = squares_of(self.grid, a, x[0], jnp)
             return a, b, terms_on_grid(self.grid, b, p.torque(a, b), jnp)
 
-        def value(x: Array) -> Array:
+        def value(x: Traced) -> Traced:
             a, b, spent = walk(x)
             if self.goal.is_friction:
                 return jnp.max(friction_uses(p.friction(a, b), p.normal(a, b), jnp))
-            return jnp.asarray(self.goal.of(spent))
+            return self.goal.of(spent)
 
-        def margins(x: Array) -> Array:
+        def margins(x: Traced) -> Traced:
             a, b, spent = walk(x)
             return self.margins(a, b, spent[TIME], jnp)
 
@@ -356,10 +352,8 @@ def _end(given: tuple[float, float]) -> str:
     return "free" if low < high else "given" if low > 0 else "rest"
 
 
-def squares_of(
-    grid: Grid, a: Float[Number, "n K+1"], first: Float[Number, ""], xp: ModuleType = np
-) -> Float[Number, "n K+1"]:
-    """b at the nodes from the accelerations, the same on both sides of an exchange."""
+def squares_of(grid: Grid, a: Traced, first: Traced, xp: ModuleType = np) -> Traced:
+    """b at the nodes from the accelerations [n, K+1], the same on both sides of an exchange."""
     gained = grid.h * (a[:, :-1] + a[:, 1:])
     within = xp.concatenate([np.zeros((grid.steps, 1)), xp.cumsum(gained, axis=1)], axis=1)
     before = xp.concatenate([np.zeros(1), xp.cumsum(within[:, -1])[:-1]])
