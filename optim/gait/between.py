@@ -151,8 +151,8 @@ def _passed(length: np.ndarray, rates: np.ndarray, c: np.ndarray) -> np.ndarray:
 
 
 def _legs(grid: Grid, a: np.ndarray, b: np.ndarray) -> list[tuple]:
-    """Each cell as two parts in which b grows: where each starts, which way it goes, how long it
-    is, its rates at both ends, a at its start (>= 0), and c."""
+    """Each cell as two parts in which b grows: start, direction and length of each, its rates at
+    both ends, a at its start (>= 0), and c."""
     h, c = grid.h, np.diff(a, axis=1) / grid.h
     bowl = c > 0
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -171,10 +171,10 @@ def _legs(grid: Grid, a: np.ndarray, b: np.ndarray) -> list[tuple]:
         (1, h, rates[2], -a[:, 1:], h - vertex),
     ):
         start = np.where(bowl, vertex, end)
-        way = np.where(bowl, sign, -sign)[..., None]
+        direction = np.where(bowl, sign, -sign)[..., None]
         begins, ends = np.where(bowl, rates[1], rate), np.where(bowl, rate, rates[1])
         pull = np.maximum(np.where(bowl, sign * rise, slope), 0.0)
-        found.append((start, way, length, begins, ends, pull, c))
+        found.append((start, direction, length, begins, ends, pull, c))
     return found
 
 

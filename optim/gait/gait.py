@@ -170,11 +170,11 @@ class Gait:
         return float(np.max(friction_uses(self.friction_force, self.normal_force)))
 
     def cost_of_transport(self, copper_loss: float = 0.0) -> float:
-        """(Positive work + copper_loss times torque^2 over time) / (weight x way) [-]."""
+        """(Positive work + copper_loss times torque^2 over time) / (weight x distance) [-]."""
         robot = self.nodes.robot
-        way = self.grid.steps * robot.step_length
+        distance = self.grid.steps * robot.step_length
         energy = self.spent[WORK] + copper_loss * self.spent[TORQUE]
-        return energy / (robot.weight * way)
+        return energy / (robot.weight * distance)
 
 
 def terms_on_grid(

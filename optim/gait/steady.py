@@ -1,6 +1,6 @@
 """The most that steady walking without slip earns: a bound on the biped's reward from its duals.
 
-A step of a walk that repeats itself takes the time t and the energy E, over the way L. The reward
+A step of a walk that repeats itself takes the time t and the energy E over the length L. The reward
 is tracking (1 - |v - v*| / v*), at least -1, less price E / t. No v earns more tracking than
 s v / v* + 1 - s, whatever the share s from 0 to 1, and v averages to L / t. With t* = L / v* the
 reward of a second is therefore at most

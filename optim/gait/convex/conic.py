@@ -325,9 +325,9 @@ def _needed(problem: GridProblem, limit: str) -> tuple[str, bool, int]:
             return "", proved, 2
         text = f"mu = {np.min(limits.mu):.6g}: {least.certificate.value:.6g} is needed"
         return text, proved, 1 + least.solves
-    missed = solved.relaxation * problem.rows.size[problem.limits.names.index(limit)]
+    excess = solved.relaxation * problem.rows.size[problem.limits.names.index(limit)]
     if limit == NORMAL:
-        least = limits.min_normal - missed
+        least = limits.min_normal - excess
         return f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had", proved, 1
-    most = limits.torque + missed
+    most = limits.torque + excess
     return f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed", proved, 1

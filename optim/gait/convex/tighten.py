@@ -94,8 +94,8 @@ def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
     for rests, end, sign in _ends(grid):
         if rests:
             least[end, end] = sign * 2 * grid.h[end, end] * gait.a[end, end]
-            way = np.abs(grid.theta[end] - grid.theta[end, end])
-            nearer = np.minimum(way[:-1], way[1:])
+            distance = np.abs(grid.theta[end] - grid.theta[end, end])
+            nearer = np.minimum(distance[:-1], distance[1:])
             nearer[end] = grid.h[end, end]
             share[end] = np.minimum(share[end], nearer / STARTED)
     size = problem.rows_between.size[-1]

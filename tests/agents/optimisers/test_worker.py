@@ -1,4 +1,4 @@
-"""What a run tells of on its way: values that fall, in evaluations and time."""
+"""Events of a run: values that fall, in evaluations and time."""
 
 import numpy as np
 import pytest
@@ -18,17 +18,17 @@ def test_events_are_steps_of_the_gap_and_the_end_has_the_best():
         for share in np.linspace(0, 1, 30):
             objective(share * known.x + (1 - share) * middle)
 
-    told = []
+    events = []
     (method,) = methods_of({"walks": walks})
-    ending = run_task(Task(NAME, method, 0, 100, None), told.append)
+    ending = run_task(Task(NAME, method, 0, 100, None), events.append)
     assert (ending.outcome, ending.counts["values"]) == ("ended", 30)
-    assert [one.evaluations for one in told] == sorted({one.evaluations for one in told})
-    assert np.all(np.diff([one.value for one in told]) < 0)
+    assert [one.evaluations for one in events] == sorted({one.evaluations for one in events})
+    assert np.all(np.diff([one.value for one in events]) < 0)
     assert ending.last.value == pytest.approx(BEST, rel=1e-6)
     assert ending.last.evaluations == 30
     np.testing.assert_array_equal(ending.last.point, known.x)
-    assert suite()[NAME].value(told[-1].point)[0][0] == pytest.approx(told[-1].value)
-    assert all(one.seconds <= ending.last.seconds for one in told)
+    assert suite()[NAME].value(events[-1].point)[0][0] == pytest.approx(events[-1].value)
+    assert all(one.seconds <= ending.last.seconds for one in events)
 
 
 def test_time_is_the_processor_s_and_ends_a_run():
@@ -46,13 +46,13 @@ def test_time_is_the_processor_s_and_ends_a_run():
 def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monkeypatch):
     noisy = suite()["gains-rate3-d4-v1"]
     monkeypatch.setattr(type(noisy), "value", lambda self, x: (np.array([float(x[0])]), True))
-    told = []
-    record = EventRecord(instance=noisy, send=told.append)
+    events = []
+    record = EventRecord(instance=noisy, send=events.append)
     best = noisy.best_known
     for number, (mean, drawn) in enumerate([(3.0, 2.0), (4.0, 1.0), (2.0, 0.5), (1.0, 5.0)], 1):
         record.values = number
         record.note(np.full(4, mean * best), np.array([drawn]), 0.0, True)
-    assert [one.value / best for one in told] == pytest.approx([3.0, 2.0])
+    assert [one.value / best for one in events] == pytest.approx([3.0, 2.0])
     assert record.end().value == pytest.approx(2 * best)
     assert record.end().point[0] == 2 * best  # of the mean, not of the luckiest draw
     assert gap(noisy, 2 * best) == pytest.approx(1.0)
