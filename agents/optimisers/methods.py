@@ -11,7 +11,7 @@ import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -286,10 +286,11 @@ def _method(name: str, one: Optimiser | str) -> Method:
         )
     if not callable(one):
         raise ValueError(f"method {name}: {shown(one)}; accepted: a function of an objective")
+    function: Any = one
     try:
-        inspect.signature(one).bind(None, 0)
+        inspect.signature(function).bind(None, 0)
     except TypeError:
-        return Method(name, "a function of the user's", lambda objective, seed: one(objective))
+        return Method(name, "a function of the user's", lambda given, seed: function(given))
     except ValueError:  # a signature that is not known
         pass
-    return Method(name, "a function of the user's", one)
+    return Method(name, "a function of the user's", function)

@@ -50,10 +50,8 @@ class Goal:
         return sum(weight * spent[term] for term, weight in self.weights.items())
 
 
-def goal_of(objective: str | Mapping[str, float] | Goal, copper_loss: float) -> Goal:
+def goal_of(objective: str | Mapping[str, float], copper_loss: float) -> Goal:
     """The goal, or ValueError for an unknown name, a weight below 0 or none above it."""
-    if isinstance(objective, Goal):
-        return objective
     if isinstance(objective, str):
         require_choice("objective", objective, tuple(OBJECTIVES))
         weights = {} if objective == FRICTION else _weights({objective: 1.0}, copper_loss)

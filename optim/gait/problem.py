@@ -62,7 +62,7 @@ class GaitProblem(Problem[GaitResult]):
     """
 
     params: BipedParams
-    objective_asked: str | Mapping[str, float] | Goal = "time"
+    objective_asked: str | Mapping[str, float] = "time"
     steps_taken: int = 1
     is_periodic: bool = True
     mu: Number | Lists | Scene | None = None
