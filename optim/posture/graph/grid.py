@@ -149,20 +149,18 @@ class PostureGrid:
         where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
         return f"{where} no pair of angles meets all constraints: {each}"
 
-    def why_stuck(self, k: int, reached: np.ndarray) -> str:
-        """Text of why no node of waypoint k is reached from the `reached` ones of k - 1."""
+    def why_stuck(self, k: int) -> str:
+        """Text of why no path reaches waypoint k, where one reaches k - 1."""
         none = self.why_none(k)
         if none or k == 0:
             return none
         if self.problem.leg_rate is None:
             return f"the criterion is not finite at waypoint {k} on any of them"
-        left = int(np.sum(self.layers[k].admissible))
-        reason = (
-            f"leg_rate = {self.problem.leg_rate} rad/m lets none of the "
-            f"{int(np.sum(reached))} pairs that are reached at waypoint {k - 1} move to any of the "
-            f"{left} admissible ones at waypoint {k} (x = {self.problem.x[k]:.6g} m) on this grid"
-        )
-        return f"{reason}. {self.stuck}" if self.stuck else reason
+        return (
+            f"leg_rate = {self.problem.leg_rate} rad/m lets none of the pairs that are reached at "
+            f"waypoint {k - 1} move to an admissible one at waypoint {k} "
+            f"(x = {self.problem.x[k]:.6g} m) on this grid. {self.stuck}"
+        ).rstrip()
 
     def result(
         self, nodes: np.ndarray, status: OptimStatus, message: str, **details: Any

@@ -195,8 +195,7 @@ def best_paths(grid: PostureGrid) -> Paths:
         count += edges
     for k, of in enumerate(costs):
         if not np.any(np.isfinite(of)):
-            reached = np.isfinite(costs[k - 1]) if k else np.zeros(0)
-            return Paths(costs, None, count, k, grid.why_stuck(k, reached))
+            return Paths(costs, None, count, k, grid.why_stuck(k))
     nodes = np.zeros(K, dtype=int)
     nodes[-1] = np.argmin(costs[-1])
     for k in range(K - 1, 0, -1):
