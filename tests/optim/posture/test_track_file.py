@@ -15,13 +15,10 @@ from stickslip.optim.posture.track_file import EARTH_RADIUS, read_track
 
 TABLES = {
     "comma": "0,0.0\n1,0.5\n3,0.25\n",
-    "semicolon": "0;0.0\n1;0.5\n3;0.25\n",
-    "blanks": "  0   0.0\n 1  0.5\n 3 0.25",
     "units": "x [m]  y [m]\n0 0.0\n1 0.5\n3 0.25\n",
     "named columns": "Elevation;grade;Distance\n0.0;a;0\n0.5;b;1\n0.25;c;3\n",
     "decimal commas": "x_mm;z (m)\n0;0,0\n1000;0,5\n3e3;0,25\n",
     "quoted header": '"s","height"\r\n0,0.0\r\n1,0.5\r\n3,0.25\r\n',
-    "comments": "# surveyed\n\nx y\n0 0.0\n# a stone\n1 5e-1\n\n3 .25\n",
     "byte order mark": "\ufeffx,y\n0,0.0\n1,0.5\n3,0.25\n",
 }
 

@@ -23,7 +23,6 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
                 ("grid", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
-                ("gradient", {"angles": 10**6}, "angles = 1000000 x 1000000"),
                 ("cma", {"population": 10**9}, "population = 1000000000 at 10 waypoints"),
             )
         ),
@@ -39,7 +38,6 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
     ("method", "options", "said"),
     [
         ("scp", {"start": "middle"}, "method = 'scp' with 10 waypoints"),
-        ("gradient", {"start": "middle"}, "method = 'gradient' with 10 waypoints"),
         ("cma", {"start": "middle"}, "population = 12 at 10 waypoints makes 240 stations"),
         ("dp", {}, "polish = True with 10 waypoints"),
         (
