@@ -55,25 +55,21 @@ class StationCells:
     """Derivatives over each cell [..., R-1, F-1]; 0 where unknown."""
 
     @property
-    def corners(self) -> Bool[np.ndarray, "R F"]:
-        """Those of a cell that is alive."""
-        padded = np.pad(self.alive, 1)
-        return of_corners(padded, np.logical_or)
+    def size(self) -> int:
+        """Number of cells in `box`."""
+        return int(np.prod([of.stop - of.start for of in self.box]))
 
     @property
-    def size(self) -> int:
-        """Number of cells in the least rectangle that holds those that are alive."""
-        return int(np.prod([of.stop - of.start for of in self._box()]))
-
-    def _box(self) -> tuple[slice, slice]:
+    def box(self) -> tuple[slice, slice]:
+        """The least rectangle that holds the cells that are alive, one of them at least."""
         rows, columns = np.nonzero(self.alive)
         if not len(rows):
             return slice(0, 1), slice(0, 1)
         return slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
 
     def cropped(self) -> StationCells:
-        """That rectangle alone; of what is inside and at the corners nothing is kept."""
-        box = self._box()
+        """The cells of `box`; of what is inside and at the corners nothing is kept."""
+        box = self.box
         rear, front = self.rear.part(box[0]), self.front.part(box[1])
         return replace(self, rear=rear, front=front, alive=self.alive[box])
 
@@ -211,7 +207,7 @@ class Surveyor:
 
     def _valued(self, k: int, cells: StationCells) -> StationCells:
         """Cells with values at the corners, without those in which every posture is excluded."""
-        wanted = cells.corners
+        wanted = of_corners(np.pad(cells.alive, 1), np.logical_or)
         rows, columns = np.nonzero(wanted)
         r, f = interval(cells.rear.nodes[rows]), interval(cells.front.nodes[columns])
         Q = wheelbase_squared(self.vehicle, r, f)

@@ -123,8 +123,7 @@ class Side:
     @classmethod
     def of(cls, cells: StationCells, terms: list[Term]) -> Side:
         """Side of a waypoint's cells; one of them at least is alive."""
-        rows, columns = np.nonzero(cells.alive)
-        box = (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1))
+        box = cells.box
         rear, front = (
             axis.part(of) for axis, of in zip((cells.rear, cells.front), box, strict=True)
         )

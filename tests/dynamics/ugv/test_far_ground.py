@@ -81,27 +81,6 @@ def test_nothing_depends_on_where_the_ground_lies(kind, dtype):
         np.testing.assert_allclose(other, one, rtol=eps, atol=eps * np.max(np.abs(one)))
 
 
-def test_single_precision_is_as_good_at_the_end_of_a_kilometre_as_at_its_start():
-    """Hundreds of equal hills: the forces on the last are those on the first.
-
-    The turn of a wheel in a step of 6 cm is, too, but for the rounding of 6 m: by how much the way
-    over the hills is longer than a kilometre.
-    """
-    x = 0.125 * np.arange(8193)
-    y = np.round(0.05 * np.sin(2 * np.pi * x / 2) * 2**18) / 2**18 + UP
-    track = Track.from_points(x, y)
-    at = jnp.asarray(4.0 + 0.0625 * np.arange(32), jnp.float32)
-    angles = jnp.full((32, 2), np.pi / 2)
-    odometer = Odometer.along(track)
-    first, last = (differences(PARAMS, track, odometer, at + by, angles) for by in (0.0, 1016.0))
-    np.testing.assert_array_equal(first[1], last[1])
-    *numbers, lag = zip(first[0], last[0], strict=True)
-    for one, other in numbers:
-        np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-5 * np.max(np.abs(one)))
-    level = 0.0625 / PARAMS.wheel_radius
-    np.testing.assert_allclose(lag[1] - level, lag[0] - level, rtol=4e-5)
-
-
 @pytest.mark.parametrize("wide", [pytest.param(False, marks=pytest.mark.long), True])
 def test_poses_and_forces_are_those_of_a_slow_calculation(wide):
     """At 619 m and 1500 m, on 10,001 points 0.1 m apart: in either precision, to its rounding."""

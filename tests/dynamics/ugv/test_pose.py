@@ -139,20 +139,6 @@ def test_the_place_differentiates_through_the_solver(float64, solver):
 
 
 @pytest.mark.long
-def test_tolerance_and_iterations_buy_accuracy(float64):
-    """Each Newton step squares the error: a looser tolerance leaves about its square."""
-    params, track = UGVParams(), Track.bump().astype(float64)
-    x, angles = drawn(params, float64, 256)
-    exact = placed(params, track, x, angles).rear.x
-    errors = [
-        float(np.max(np.abs(placed(params, track, x, angles, solver).rear.x - exact)))
-        for solver in (PoseSolver(tolerance=1e-2), PoseSolver(tolerance=1e-5))
-    ]
-    assert 1e-8 < errors[0] < 1e-3
-    assert errors[1] < 1e-9
-
-
-@pytest.mark.long
 def test_without_jit_a_place_is_what_it_is_with_it(float64):
     """Loops count in Python's integers then; `jax.disable_jit` is how a user looks into a step."""
     params, track = UGVParams(), HARD["ditch"]().astype(float64)

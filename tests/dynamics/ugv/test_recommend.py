@@ -216,15 +216,3 @@ def test_a_table_holds_the_whole_vehicle_at_both_ends(float64):
     assert Setting(pieces=4).prepared(table).shape.knots.shape == table.shape.knots.shape
     x = np.array([track.start - reach(params), track.end + reach(params)])
     np.testing.assert_allclose(table.height(x), track.height(x), atol=1e-9)
-
-
-@pytest.mark.long
-def test_a_table_in_single_precision_is_as_good_as_its_numbers():
-    x = np.linspace(0.0, 8.0, 101, dtype=np.float32)
-    narrow = Setting(dtype="float32", pieces=16).prepared(Track.bump())
-    with jax.enable_x64(True):
-        curvature = Setting(pieces=16).prepared(Track.bump()).profile(x.astype(float))[2]
-    # Built in single precision, rounding over h^2 would show.
-    np.testing.assert_allclose(narrow.profile(x)[2], curvature, atol=2e-5)
-    with pytest.raises(ValueError, match="without jax_enable_x64"):
-        Setting().prepared(Track.bump())
