@@ -5,6 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from tests.dynamics.ugv.helpers import SCAN, balanced, drawn
@@ -38,9 +39,8 @@ def test_wheels_from_the_size_of_the_bumps_to_that_of_the_wheelbase(float64, rad
 
 def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
     """With legs as long as half the body, flat inwards, the wheels meet at one point."""
-    loose = jax.tree.map(jnp.asarray, UGVParams())  # arrays: not checked when built
     fields = {"body_length": 0.7, "leg_length": 0.35, "leg_angle_min": 0.0}
-    params = UGVParams(**(vars(loose) | {k: jnp.asarray(v) for k, v in fields.items()}))
+    params = rebuilt(UGVParams(), **fields)  # the constructor refuses it
     folded = jnp.asarray([[0.0, 0.0], [1e-9, 1e-9], [1e-3, 1e-3], [np.pi, np.pi]])
     x = jnp.full(4, 4.0)
     state = balanced(params, Track.bump().astype(float64), x, folded)
