@@ -22,8 +22,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
 from benchmarks.report import markdown, options, provenance, put_between
 from benchmarks.tasks.__main__ import put
 from benchmarks.tasks.measure import EPISODES, beside_package, entry, played_on
@@ -147,16 +145,6 @@ def earned_on(task: TaskDefinition, policy: MLPPolicy) -> dict[str, Any]:
     played = played_on(task, policy, count)
     row = entry(policy_name(task.name), played.reward, played.fell)
     return {"episodes": count} | {name: one for name, one in row.items() if name != "policy"}
-
-
-def same_policy(one: MLPPolicy, other: MLPPolicy) -> bool:
-    """True if two policies are the same to the last bit."""
-    names = ("activation", "squash", "observation_clip", "layer_sizes")
-    alike = all(getattr(one, name) == getattr(other, name) for name in names)
-    pairs = [*zip(one.weights, other.weights, strict=False)]
-    pairs += [*zip(one.biases, other.biases, strict=False)]
-    pairs += [(one.shift, other.shift), (one.scale, other.scale)]
-    return alike and all(np.array_equal(a, b) for a, b in pairs)
 
 
 def table() -> str:

@@ -1,12 +1,12 @@
 """PPO on every task of the ladder: return against steps and time.
 
-    python -m benchmarks.training [--only NAME ...] [--again] [--out FILE]
+    python -m benchmarks.training [--only NAME ...] [--out FILE]
     python -m benchmarks.training --redraw
 
 Trains five seeds a task with the JAX trainer, as a population; the policies play the task's own
 episodes at 16 points of the way. What the JSON has already, of the same definition and settings,
-is left as it is (--again measures it anew). --redraw writes the table of docs/training.md, the
-entries "learned" of the ladder's known.json and the table of docs/tasks.md.
+is left as it is. --redraw writes the table of docs/training.md, the entries "learned" of the
+ladder's known.json and the table of docs/tasks.md.
 """
 
 from __future__ import annotations
@@ -203,7 +203,6 @@ def main(arguments: list[str]) -> None:
     """Measure and write, or write what was measured into pages."""
     parser = options("training", __doc__)
     parser.add_argument("--only", nargs="+", metavar="NAME")
-    parser.add_argument("--again", action="store_true")
     parser.add_argument("--redraw", action="store_true")
     given = parser.parse_args(arguments)
     if given.redraw:
@@ -211,7 +210,7 @@ def main(arguments: list[str]) -> None:
         return
     for task in map(task_by_name, given.only or TASKS):
         content = read_json(given.out)
-        if not given.again and is_there(content, task):
+        if is_there(content, task):
             print(f"{task.name}: is there", flush=True)
             continue
         print(task.name, flush=True)
