@@ -260,8 +260,9 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
         for i, name in enumerate(_by_method(runs))
     }
-    shown = [(cost, _comparable(single, cost)) for cost in COSTS]
-    return [_draw(here, cost, styles, folder) for cost, here in shown if here]
+    return [
+        _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(single, cost))
+    ]
 
 
 def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], folder: Path) -> Path:

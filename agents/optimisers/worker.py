@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from stickslip.agents.optimisers.methods import Method
     from stickslip.optim.instances.instance import Instance
     from stickslip.optim.instances.objective import Objective
+    from stickslip.optim.instances.processes import Evaluated
 
 MAKING = 900.0
 """Time limit for building and compiling an instance [s]."""
@@ -277,20 +278,20 @@ class EventRecord(Record):
         """Processor time since this was made [s]."""
         return time.process_time() - self._started
 
-    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
+    def _keep(self, point: Evaluated, number: int) -> None:
         """Keep a point, and send an event if it is better."""
         best, front = len(self.improvements), self.front
-        super().note(x, values, violation, feasible)
+        super()._keep(point, number)
         if len(self.improvements) > best or self.front is not front:
             began, seconds = time.process_time(), self.seconds
-            self._judge(x, float(values[0]), seconds)
+            self._judge(point.x, float(point.values[0]), number, seconds)
             self._started += time.process_time() - began
 
     def end(self) -> Event:
         """The last event."""
         return self.last._replace(evaluations=self.evaluations, seconds=self.seconds)
 
-    def _judge(self, x: np.ndarray, value: float, seconds: float) -> None:
+    def _judge(self, x: np.ndarray, value: float, number: int, seconds: float) -> None:
         several = len(self.instance.goals) > 1
         if several:
             value = front_merit(self.instance, np.array([one for _, one in self.front]))
@@ -299,7 +300,7 @@ class EventRecord(Record):
         if value >= self.last.value:
             return
         point = None if several else np.array(x)
-        self.last = Event(self.evaluations, seconds, value, point)
+        self.last = Event(number, seconds, value, point)
         left = float(gap(self.instance, value))
         level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
         if level < self._level:
