@@ -105,22 +105,22 @@ class Demonstration(ABC, Generic[Config]):
         table.write_json(trained.directory / "table.json", about)
 
 
-def defined_in(module: str) -> Any:
-    """A machine's method whose function, of the same name, stands in another module.
+def defined_in(module: str, name: str = "") -> Any:
+    """A machine's method whose function, of the same name unless given, stands in another module.
 
     The module is imported at the first call. The function does not take the machine.
     """
-    return _DefinedIn(module)
+    return _DefinedIn(module, name)
 
 
 class _DefinedIn:
     """See `defined_in`."""
 
-    def __init__(self, module: str):
-        self.module = module
+    def __init__(self, module: str, name: str):
+        self.module, self.name = module, name
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
+        self.name = self.name or name
 
     def __get__(self, machine: object, kind: type) -> object:
         """The function."""

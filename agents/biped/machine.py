@@ -10,9 +10,7 @@ from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
     from stickslip.agents.biped.evaluate import Episodes
-    from stickslip.agents.biped.task import BipedSwept
     from stickslip.agents.evaluation.table import Measures
-    from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.protocol import Options
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
@@ -124,6 +122,8 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     parts = defined_in(TASK)
     build = defined_in(TASK)
     training_task = defined_in(TASK)
+    swept = defined_in(TASK, "BipedSwept")
+    state_map = defined_in("stickslip.agents.biped.state_map")
     baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
     amplifications = defined_in(EVALUATE)
@@ -137,12 +137,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
 
         return replace(env, see_friction=False, see_patch=False)
 
-    def state_map(self, env: BipedEnv, params: BipedEnvParams) -> StateMap:
-        """See Machine."""
-        from stickslip.agents.biped.state_map import BipedStates
-
-        return BipedStates.of(env, params)
-
     def measures(
         self, env: BipedEnv, *, task: bool = False, bound: bool = False
     ) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
@@ -151,12 +145,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from stickslip.agents.biped.evaluate import MEASURES
 
         return MEASURES
-
-    def swept(self) -> BipedSwept:
-        """See Machine."""
-        from stickslip.agents.biped.task import BipedSwept
-
-        return BipedSwept()
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped import BipedState
-    from stickslip.dynamics.biped.contact import Motion
+    from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.optim.gait.gait import Gait
@@ -70,19 +70,28 @@ def require_footing(friction: ArrayLike, footing: ArrayLike) -> None:
         raise ValueError(f"footing = {footing} is not accepted; accepted: in (0, 1]")
 
 
-def admissible(
-    robot: BipedModel,
-    biped: BipedState,
-    idle: Motion,
-    driven: Motion,
-    friction: ArrayLike,
-    footing: ArrayLike,
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    """Least and greatest torque [N m] for which |f| <= friction x N and the zero-moment point is
-    within `footing` of the way to heel and toe, the foot at rest.
+class FootAtRest(NamedTuple):
+    """Motion of the robot with its foot at rest, linear in the torque.
 
-    idle, driven: its motion under no torque and under 1 N m; all is linear in between.
+    idle, driven: under no torque and under 1 N m. low, high: least and greatest torque [N m] for
+    which |f| <= friction x N and the zero-moment point is within `footing` of the way to heel and
+    toe.
     """
+
+    inertia: Coefficients
+    idle: Motion
+    driven: Motion
+    low: Float[Array, ""]
+    high: Float[Array, ""]
+
+
+def foot_at_rest(
+    robot: BipedModel, biped: BipedState, friction: ArrayLike, footing: ArrayLike
+) -> FootAtRest:
+    """Coefficients and limits of the torque at a state."""
+    inertia, rate = robot.inertia.at(biped.phase), biped.crank_rate
+    idle = sticking(robot, inertia, rate, jnp.zeros_like(rate))
+    driven = sticking(robot, inertia, rate, jnp.ones_like(rate))
 
     def excess(motion: Motion):
         """Not positive where a motion is allowed: friction both ways, toe, heel."""
@@ -99,7 +108,7 @@ def admissible(
     bound = -base / jnp.where(slope == 0, 1.0, slope)
     highest = jnp.min(jnp.where(slope > 0, bound, jnp.inf))
     lowest = jnp.minimum(jnp.max(jnp.where(slope < 0, bound, -jnp.inf)), highest)
-    return lowest, highest
+    return FootAtRest(inertia, idle, driven, lowest, highest)
 
 
 def after_a_period(
@@ -195,15 +204,12 @@ class ComputedTorque:
         period = jnp.asarray(env_params.control_period, dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         memory, cruise = _timed(memory, robot, env_state, period)
-        inertia = robot.inertia.at(biped.phase)
-        idle = sticking(robot, inertia, biped.crank_rate, jnp.zeros((), dtype))
-        driven = sticking(robot, inertia, biped.crank_rate, jnp.ones((), dtype))
-        now = inertia.P * biped.crank_rate
-        per_torque = driven.friction_force - idle.friction_force
-        limits = admissible(robot, biped, idle, driven, self.friction, self.footing)
-        low, high = (idle.friction_force + per_torque * torque for torque in limits)
+        rest = foot_at_rest(robot, biped, self.friction, self.footing)
+        now, force = rest.inertia.P * biped.crank_rate, rest.idle.friction_force
+        per_torque = rest.driven.friction_force - force
+        low, high = (force + per_torque * torque for torque in (rest.low, rest.high))
         target = jnp.clip(cruise, now + period * low, now + period * high)
-        guess = ((target - now) / period - idle.friction_force) / per_torque
+        guess = ((target - now) / period - force) / per_torque
 
         def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
             after = after_a_period(robot, biped, torque, period, self.friction)
@@ -333,10 +339,7 @@ class OptimalGait(Memoryless):
         period = jnp.asarray(env_params.control_period, dtype)
         commanded = jnp.asarray(env_state.drawn.mean_rate, dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
-        inertia = robot.inertia.at(biped.phase)
-        idle = sticking(robot, inertia, biped.crank_rate, jnp.zeros((), dtype))
-        driven = sticking(robot, inertia, biped.crank_rate, jnp.ones((), dtype))
-        low, high = admissible(robot, biped, idle, driven, self.friction, self.footing)
+        inertia, idle, _, low, high = foot_at_rest(robot, biped, self.friction, self.footing)
         a, _ = self.gaits.target(commanded, biped.phase)
         guess = inertia.M * (a - idle.crank_acceleration)
 

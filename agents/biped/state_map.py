@@ -48,28 +48,6 @@ class BipedStates:
 
     floor: str
 
-    @classmethod
-    def of(cls, env: BipedEnv, params: BipedEnvParams) -> BipedStates:
-        """For a task. ValueError for one whose rewards depend on more."""
-        require_kind("env", env, BipedEnv, "a BipedEnv")
-        env.check_params(params)
-        kind = type(params.scene.floor)
-        if kind not in FLOORS:
-            raise ValueError(
-                f"floor = {kind.__name__}; accepted: Grip or Uniform, the same everywhere"
-            )
-        for name in ("friction", "mass", "payload", "mean_rate"):
-            if getattr(params.randomisation, name) is not None:
-                raise ValueError(
-                    f"{name} is drawn; accepted: a task of which only the start is drawn (phase, "
-                    "crank_rate)"
-                )
-        if params.mark is not None:
-            raise ValueError("a task with a mark; accepted: one without")
-        for name, rule in NUMBERS.items():
-            require_one(name, getattr(params, name), **rule)
-        return cls(FLOORS[kind])
-
     @property
     def axes(self) -> tuple[tuple[str, ...], ...]:
         """See StateMap."""
@@ -133,3 +111,23 @@ class BipedStates:
     def most(self, params: BipedEnvParams) -> float:
         """See StateMap: tracking is at most its weight, and nothing else adds."""
         return float(np.asarray(params.tracking_weight * params.control_period))
+
+
+def state_map(env: BipedEnv, params: BipedEnvParams) -> BipedStates:
+    """See Machine. ValueError for a task whose rewards depend on more."""
+    require_kind("env", env, BipedEnv, "a BipedEnv")
+    env.check_params(params)
+    kind = type(params.scene.floor)
+    if kind not in FLOORS:
+        raise ValueError(f"floor = {kind.__name__}; accepted: Grip or Uniform, the same everywhere")
+    for name in ("friction", "mass", "payload", "mean_rate"):
+        if getattr(params.randomisation, name) is not None:
+            raise ValueError(
+                f"{name} is drawn; accepted: a task of which only the start is drawn (phase, "
+                "crank_rate)"
+            )
+    if params.mark is not None:
+        raise ValueError("a task with a mark; accepted: one without")
+    for name, rule in NUMBERS.items():
+        require_one(name, getattr(params, name), **rule)
+    return BipedStates(FLOORS[kind])

@@ -11,7 +11,6 @@ from stickslip.optim.posture.names import CRITERIA_IN_WORDS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.ugv.task import UGVSwept
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams  # noqa: F401, in the class's bases
 
@@ -90,6 +89,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     parts = defined_in(TASK)
     build = defined_in(TASK)
     training_task = defined_in(TASK)
+    swept = defined_in(TASK, "UGVSwept")
     baseline = defined_in("stickslip.agents.ugv.controllers")
     measures = defined_in(EVALUATE)
     evaluate_policy = defined_in(EVALUATE)
@@ -107,9 +107,3 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"
-
-    def swept(self) -> UGVSwept:
-        """See Machine."""
-        from stickslip.agents.ugv.task import UGVSwept
-
-        return UGVSwept()

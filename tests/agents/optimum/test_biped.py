@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import ComputedTorque
-from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, BipedStates
+from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, state_map
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.players import fitted
 from stickslip.agents.evaluation.rollout import play
@@ -34,7 +34,7 @@ ENV = BipedEnv(autoreset="disabled")
 
 def coarse(params, cells: int = 12) -> Grid:
     """The usual grid with few nodes."""
-    usual = BipedStates.of(ENV, params).grid(params)
+    usual = state_map(ENV, params).grid(params)
     sheets = []
     for sheet in usual.sheets:
         axes = [
@@ -56,7 +56,7 @@ def holding():
 @pytest.mark.parametrize("floor", ["slippery", "grip"])
 def test_places_and_states_are_each_others_inverses(floor):
     params = ENV.make_params(scene=floor)
-    states = BipedStates.of(ENV, params)
+    states = state_map(ENV, params)
     grid = states.grid(params)
     for sheet in range(len(grid.sheets)):
         given = (2.0, 3.5, 0.05)[: len(grid.sheets[sheet].axes)]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents import ConstantTorque, CrankSpeedPI, evaluate, rollout, show
+from stickslip.agents import ConstantTorque, CrankSpeedPI, rollout, show
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.pictures.view import TALL
 from stickslip.agents.registry import machine_by_name
@@ -94,15 +94,6 @@ def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):
         view.save(path)
     with pytest.raises(ValueError, match="0 to show"):
         show(env, {}, params)
-
-
-def test_tables_show_themselves():
-    env = BipedEnv()
-    params = env.default_params.replace(time_limit=0.2)
-    table = evaluate(env, {"<i>pull": ConstantTorque()}, {"here": params}, episodes=1)
-    text = table._repr_html_()
-    assert "&lt;i&gt;pull" in text
-    assert "<i>" not in text
 
 
 def test_a_result_says_what_is_proved_of_it():
