@@ -133,7 +133,7 @@ def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Beside(BipedEnv):
-    """A BipedEnv whose episodes begin a small way from where they would (`nudged`)."""
+    """A BipedEnv whose episodes begin a small distance from where they would (`nudged`)."""
 
     def reset_env(
         self, key: Key[Array, ""], params: BipedEnvParams
@@ -164,11 +164,11 @@ def amplifications(
     """Growth factor of a small difference of the start in each seed's episode [-].
 
     The largest distance of two episodes whose starts are NUDGE apart, while both are inside the
-    model, over NUDGE; the controller acts in both, a planned path is played in both.
+    model, over NUDGE; the controller acts in both, a planned path is followed in both.
     """
     given = {one.name: getattr(env, one.name) for one in fields(BipedEnv)}
     (one, inside), (other, inside_beside) = (
         play(kind(**given), player, params, seeds, _walk_of) for kind in (BipedEnv, Beside)
     )
-    apart = separation(one, other, np.asarray(params.robot.params.crank))
-    return np.max(np.where(inside & inside_beside, apart, 0.0), axis=-1)
+    growth = separation(one, other, np.asarray(params.robot.params.crank))
+    return np.max(np.where(inside & inside_beside, growth, 0.0), axis=-1)

@@ -225,8 +225,8 @@ def _events(frames: BipedFrame, slips: np.ndarray, ended: str) -> tuple[Event, .
         if frames.steps[i] != frames.steps[i - 1]:
             events.append(Event(i, "support", f"step {frames.steps[i]}: the legs change support"))
         if slips[i] and not slips[i - 1]:
-            way = "forwards" if frames.slide[i] > frames.slide[i - 1] else "backwards"
-            events.append(Event(i, "slip", f"slips {way}"))
+            where = "forwards" if frames.slide[i] > frames.slide[i - 1] else "backwards"
+            events.append(Event(i, "slip", f"slips {where}"))
         if slips[i - 1] and not slips[i]:
             events.append(Event(i, "stick", "sticks"))
     if ended:

@@ -127,17 +127,17 @@ def after_a_period(
 
 
 def secant(
-    miss: Callable[[Float[Array, ""]], Float[Array, ""]],
+    error: Callable[[Float[Array, ""]], Float[Array, ""]],
     guess: Float[Array, ""],
     slope: Float[Array, ""],
 ) -> Float[Array, ""]:
-    """The torque [N m] at which `miss` is 0, from a guess and the slope there."""
+    """The torque [N m] at which `error` is 0, from a guess and the slope there."""
 
     def correct(_: int, search: tuple[Array, ...]) -> tuple[Array, ...]:
-        torque, missed, run, slope = search
-        now = miss(torque)
+        torque, before, run, slope = search
+        now = error(torque)
         moved = jnp.abs(run) > SMALLEST_RUN
-        slope = jnp.where(moved, (now - missed) / jnp.where(moved, run, 1.0), slope)
+        slope = jnp.where(moved, (now - before) / jnp.where(moved, run, 1.0), slope)
         run = -now / slope
         return torque + run, now, run, slope
 
@@ -160,9 +160,9 @@ class ComputedTorque:
     """Hold P(theta) x crank rate constant: in steady walking the floor need not push at all.
 
     With the foot at rest the friction is the change of the horizontal momentum, f = d(P w)/dt
-    (MODEL 1.4). P is m times the slope of the centre of mass's way over the crank angle, so P w = c
-    means that the centre of mass travels at constant speed. Over a step it travels one step length
-    s, in the time pi / (commanded rate): hence c = m s x commanded rate / pi.
+    (MODEL 1.4). P is m times the slope of the centre of mass's position over the crank angle, so
+    P w = c means that the centre of mass travels at constant speed. Over a step it travels one step
+    length s, in the time pi / (commanded rate): hence c = m s x commanded rate / pi.
 
     The torque is held for a control period, so it is chosen by prediction: the torque that brings
     P w to its target at the end of the coming period, found by secant steps on the stepped dynamics
@@ -211,11 +211,11 @@ class ComputedTorque:
         target = jnp.clip(cruise, now + period * low, now + period * high)
         guess = ((target - now) / period - force) / per_torque
 
-        def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
+        def error(torque: Float[Array, ""]) -> Float[Array, ""]:
             after = after_a_period(robot, biped, torque, period, self.friction)
             return robot.inertia.at(after.phase).P * after.crank_rate - target
 
-        torque = secant(miss, guess, period * per_torque)
+        torque = secant(error, guess, period * per_torque)
         return memory, action_of(torque, env_params, env_state)
 
 
@@ -224,13 +224,13 @@ def _timed(
 ) -> tuple[Schedule, Float[Array, ""]]:
     """The schedule brought up to date, and the momentum P w to cruise at [kg m/s].
 
-    The centre of mass's way is measured in periods at the commanded speed. A schedule that is off
-    by more than a period is dropped for the free one, which is the way to go itself.
+    The centre of mass's distance is measured in periods at the commanded speed. A schedule that is
+    off by more than a period is dropped for the free one, which is the distance to go.
     """
     biped = env_state.biped
-    way = robot.total_mass * robot.step_length
-    speed = way * env_state.drawn.mean_rate / np.pi
-    per_step = way / (speed * period)
+    stride = robot.total_mass * robot.step_length
+    speed = stride * env_state.drawn.mean_rate / np.pi
+    per_step = stride / (speed * period)
     end = robot.inertia.moment_at(jnp.full_like(biped.phase, SUPPORT_END)).X
     to_go = (end - robot.inertia.moment_at(biped.phase).X) / (speed * period)
     exchanged = (biped.steps - memory.steps).astype(to_go.dtype)
@@ -273,8 +273,8 @@ class GaitTable(NamedTuple):
         rates, a, b = (jnp.asarray(part, phase.dtype) for part in self)
         row = jnp.clip(jnp.searchsorted(rates, mean_rate) - 1, 0, max(rates.shape[0] - 2, 0))
         above = jnp.minimum(row + 1, rates.shape[0] - 1)
-        apart = rates[above] - rates[row]
-        share = jnp.where(apart > 0, (mean_rate - rates[row]) / jnp.where(apart > 0, apart, 1), 0)
+        gap = rates[above] - rates[row]
+        share = jnp.where(gap > 0, (mean_rate - rates[row]) / jnp.where(gap > 0, gap, 1), 0)
         share = jnp.clip(share, 0.0, 1.0)
         cells = a.shape[1] - 1
         place = jnp.mod(phase - SUPPORT_START, np.pi) / np.pi * cells
@@ -343,12 +343,12 @@ class OptimalGait(Memoryless):
         a, _ = self.gaits.target(commanded, biped.phase)
         guess = inertia.M * (a - idle.crank_acceleration)
 
-        def miss(torque: Float[Array, ""]) -> Float[Array, ""]:
+        def error(torque: Float[Array, ""]) -> Float[Array, ""]:
             after = after_a_period(robot, biped, torque, period, self.friction)
             _, wanted = self.gaits.target(commanded, after.phase)
             return after.crank_rate - jnp.sqrt(jnp.maximum(wanted, 0.0))
 
-        torque = secant(miss, jnp.clip(guess, low, high), period / inertia.M)
+        torque = secant(error, jnp.clip(guess, low, high), period / inertia.M)
         torque = jnp.clip(torque, low, high)
         return memory, action_of(torque, env_params, env_state)
 
