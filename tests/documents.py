@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
+import ast
+import builtins
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.typing.as_user import documents, missing
-
 ROOT = Path(__file__).parents[1]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 SHOWN = re.compile(r"\n\n```text\n(.*?)```", re.DOTALL)
+KNOWN = {*dir(builtins), "__name__", "__file__"}
 LANGUAGES = {"python", "py", "sh", "", "text", "bibtex", "yaml"}
 """python: run. py: compiled, and run by tests of their own. sh, or none: commands."""
+
+
+def documents() -> list[Path]:
+    """Where Python may be shown."""
+    return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def missing(code: str) -> set[str]:
+    """The names that a program uses and nowhere makes."""
+    nodes = list(ast.walk(ast.parse(code)))
+    names = [node for node in nodes if isinstance(node, ast.Name)]
+    made = {name.id for name in names if isinstance(name.ctx, ast.Store)}
+    made |= {node.arg for node in nodes if isinstance(node, ast.arg)}
+    for node in nodes:
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            made |= {(one.asname or one.name).split(".")[0] for one in node.names}
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            made.add(node.name)
+    return {name.id for name in names} - made - KNOWN
 
 
 @dataclass(frozen=True)

@@ -132,9 +132,7 @@ def view_flags(parser: Parser, _: Sequence[str]) -> None:
     """Add policies, task, duration and files."""
     _add_policies(parser, many=True)
     parser.add_argument(
-        "--html",
-        metavar="FILE",
-        help="a page to play in a browser, with curves; of one or several",
+        "--html", metavar="FILE", help="a page to play in a browser, with curves; of one or several"
     )
     parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
     parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
@@ -239,10 +237,7 @@ def reproduce_flags(parser: Parser, _: Sequence[str]) -> None:
     from stickslip.paper.figure import EVERYTHING, FIGURES
 
     figures = parser.add_argument(
-        "figures",
-        nargs="+",
-        metavar="FIGURE",
-        help=f"one or more of those below, or {EVERYTHING}",
+        "figures", nargs="+", metavar="FIGURE", help=f"one or more of those below, or {EVERYTHING}"
     )
     completes(figures, (*FIGURES, EVERYTHING))
     parser.add_argument(

@@ -6,7 +6,6 @@ import os
 import re
 import secrets
 import shutil
-import sys
 import tempfile
 from contextlib import contextmanager, suppress
 from errno import ENOTDIR
@@ -104,24 +103,17 @@ def require_new(paths: Sequence[Path], overwrite: bool) -> None:
 def require_writable(paths: Sequence[Path]) -> None:
     """Raise OSError naming the file where it cannot be written, before anything is computed."""
     for folder, path in {path.parent: path for path in paths}.items():
-        new = not folder.exists()
         _require_room(folder, path)
-        if new:
-            print(f"New folder: {folder}", file=sys.stderr)
 
 
 def require_makeable(folder: Path) -> None:
-    """Raise OSError naming the folder where it cannot be made or written to; nothing is left."""
-    new = [one for one in (folder, *folder.parents) if not one.exists()]
-    try:
-        _require_room(folder, folder)
-    finally:
-        for one in new:
-            with suppress(OSError):
-                one.rmdir()
+    """Raise OSError naming the folder where it cannot be made or written to."""
+    _require_room(folder, folder)
 
 
 def _require_room(folder: Path, path: Path) -> None:
+    """Write to a folder and leave nothing there; OSError naming `path` where that fails."""
+    new = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
@@ -129,6 +121,10 @@ def _require_room(folder: Path, path: Path) -> None:
     except OSError as error:  # it names the file that was tried, of which nobody knows
         why = os.strerror(ENOTDIR) if isinstance(error, FileExistsError) else error.strerror
         raise OSError(error.errno, f"cannot be written ({why})", str(path)) from error
+    finally:
+        for one in new:
+            with suppress(OSError):
+                one.rmdir()
 
 
 def require_folder(out: str | Path) -> None:
