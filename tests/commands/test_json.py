@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import shipped_names
-from stickslip.cli import COMMANDS, NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main
 from stickslip.envs import TASKS
 from stickslip.records.table import Column, Content, Table
 
@@ -40,7 +40,6 @@ def test_what_is_not_finite_is_null_and_every_column_has_a_unit():
     [
         (["tasks"], "tasks", list(TASKS)),
         (["policies"], "policies", list(shipped_names())),
-        (["policies", shipped_names()[0]], "policies", [shipped_names()[0]]),
         (["bench"], "benchmarks", None),
     ],
 )
@@ -61,15 +60,3 @@ def test_commands_with_a_table_have_the_flag_and_only_they(capsys):
         assert COMMANDS[name].json is not (name in without)
     assert main(["export", "biped-ice", "--out", "x.npz", "--json"]) == WRONG_INPUT
     assert "unrecognized arguments: --json" in capsys.readouterr().err
-
-
-def test_the_status_is_in_the_object(capsys, monkeypatch: pytest.MonkeyPatch):
-    from stickslip.optimise import ugv
-
-    monkeypatch.setattr(ugv, "optimise_command", lambda given: Content(status=NOTHING_FOUND))
-    assert main(["optimise", "ugv", "--json"]) == NOTHING_FOUND
-    assert strict(capsys.readouterr().out) == {
-        "command": "optimise",
-        "exit_status": NOTHING_FOUND,
-        "units": {},
-    }

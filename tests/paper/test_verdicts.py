@@ -9,7 +9,6 @@ from stickslip.dynamics.status import Status
 from stickslip.optim import Station
 from stickslip.paper import bump, slip, start, steady
 from stickslip.paper.bump import Held
-from stickslip.paper.figure import share_of
 from stickslip.paper.slides import Slide, Walk
 
 AGREES, PARTLY, DIFFERS = "agrees", "partly", "differs"
@@ -101,10 +100,6 @@ TWO = at((0.0, 0.1), (0.45, 0.5))
 )
 def test_a_verdict_follows_from_the_numbers(claim, arguments, verdict):
     assert claim(*arguments).verdict == verdict
-
-
-def test_all_some_and_none_give_three_verdicts():
-    assert [share_of(s) for s in ([1, 1], [1, 0], [0, 0], [])] == [AGREES, PARTLY, DIFFERS, DIFFERS]
 
 
 def test_fig15_a_force_left_out_leaves_a_residual_and_residuals_differ():
