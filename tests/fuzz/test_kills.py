@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no SIGKILL here"),
 ]
-KILLS = int(os.environ.get("STICKSLIP_KILLS", "10"))
+KILLS = int(os.environ.get("STICKSLIP_KILLS", "5"))
 AGAIN = 0.25
 """Share of the resumptions that are killed."""
 TRAIN = """
