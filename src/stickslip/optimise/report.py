@@ -63,7 +63,7 @@ def rows(
     places = f"{np.max(np.diff(x)):.3g} m apart, from {x[0]:.4g} to {x[-1]:.4g} m"
     bound = result.lower_bound
     found = [
-        ("criterion", f"{problem.criterion.name}: {problem.criterion.about}"),
+        ("criterion", f"{problem.criterion.name}: {getattr(problem.criterion, 'about', '')}"),
         ("waypoints", f"{len(x)}, {places}"),
         ("status", result.status_in_words),
         ("message", "" if result.message == result.status.value else result.message),
