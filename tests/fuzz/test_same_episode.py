@@ -132,7 +132,7 @@ LONG += [pytest.param("ugv", 5, marks=pytest.mark.long)]
 def test_one_seed_is_one_sequence_of_episodes_in_every_adapter(machine, count):
     found = {name: way() for name, way in ways(count, machine).items()}
     first, close = found["Gymnasium"], 1e-5 if machine == "biped" else 2e-3
-    assert len(first) > STEPS + 2  # some episodes ended
+    assert len(first) >= STEPS + 2  # some episodes ended
     for name, rows in found.items():
         assert rows.shape == first.shape, name
         most = np.abs(rows - first).max()
