@@ -154,6 +154,9 @@ def places_of(
         tasks = {"": (machine.standard_task(), "the standard task")}
     places: list[Place] = []
     for scene in options["scenes"] or [None]:
+        given = given_flags({**options, "scenes": [scene] if scene else None})
+        words = " ".join(f"{flag} {value}" for flag, value in given.items())
+        changes = f" with {words}" if words else ""
         for name, (task, origin) in tasks.items():
             changed = machine.with_options(task, options, scene, viewed)
             changed = changed._replace(env=without_resets(changed.env))
@@ -164,7 +167,7 @@ def places_of(
                 places.append(place)
             if name:
                 place.who[name] = changed.env
-            place.origins.append(origin + _changes(options, scene))
+            place.origins.append(origin + changes)
     return [_settled(place, named, places) for place in places]
 
 
@@ -224,20 +227,11 @@ def every_option() -> dict[str, tuple[Option, AnyMachine]]:
     return found
 
 
-def given_flags(options: Options) -> list[str]:
-    """The flags that change a task, as they are given."""
-    scene = ["--scene"] if options["scenes"] else []
-    every = every_option().items()
-    return scene + [one.flag for name, (one, _) in every if options[name] is not None]
-
-
-def _changes(options: Options, scene: str | None) -> str:
-    """The options that changed the task, in words."""
-    words = [] if scene is None else [f"--scene {scene}"]
-    for name, (option, _) in every_option().items():
-        if options[name] is not None:
-            words.append(f"{option.flag} {options[name]}")
-    return f" with {' '.join(words)}" if words else ""
+def given_flags(options: Options) -> dict[str, str]:
+    """The flags that change a task, with what is given."""
+    scenes = {"--scene": ",".join(options["scenes"])} if options["scenes"] else {}
+    every = ((option.flag, options[name]) for name, (option, _) in every_option().items())
+    return scenes | {flag: str(value) for flag, value in every if value is not None}
 
 
 def _require_options(options: Options, machine: AnyMachine) -> None:
