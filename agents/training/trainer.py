@@ -201,8 +201,9 @@ Settings = TypeVar("Settings", bound="Sizes | Rates")
 
 def settings_from(kind: type[Settings], config: Configuration, **own: float) -> Settings:
     """Those of a configuration, by the names of its fields; own: others."""
-    given = {one.name: getattr(config, one.name) for one in fields(kind)}
-    return kind(**given | own)
+    given: dict[str, Any] = {one.name: getattr(config, one.name) for one in fields(kind)}
+    given |= own
+    return kind(**given)
 
 
 Layers = tuple[tuple["Array", "Array"], ...]
