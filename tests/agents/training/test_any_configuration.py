@@ -40,9 +40,9 @@ def accepted_by(rule: Any, default: Any) -> st.SearchStrategy[Any]:
 
 @st.composite
 def some_fields(draw: st.DrawFn, kind: Any) -> dict[str, Any]:
-    every = st.sampled_from(fields(kind))
-    chosen = draw(st.lists(every, max_size=4, unique_by=lambda one: one.name))
-    return {one.name: draw(accepted_by(rule_of(one), one.default)) for one in chosen}
+    known = {one.name: one for one in fields(kind)}
+    chosen = draw(st.lists(st.sampled_from(list(known)), max_size=4, unique=True))
+    return {name: draw(accepted_by(rule_of(known[name]), known[name].default)) for name in chosen}
 
 
 def attempt(build: Callable[[], Any]) -> tuple[Any, str]:
