@@ -114,10 +114,6 @@ def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
         raise ValueError(f"{name} is a masked array; accepted: {accepted}")
     try:
         array = np.asarray(value)
-        if array.dtype == object and _whole(value):
-            array = np.asarray(float(value))
-    except OverflowError:
-        raise ValueError(f"{name} = {shown(value)} is too large; accepted: {accepted}") from None
     except Exception as error:  # whatever an object's own conversion raises
         raise ValueError(
             f"{name} = {shown(value)} is not a number; accepted: {accepted}"
@@ -127,10 +123,6 @@ def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
     if array.size == 0:
         raise ValueError(f"{name} has shape {array.shape}, no number; accepted: {accepted}")
     return array if array.dtype.itemsize >= 4 and array.dtype.kind == "f" else array.astype(float)
-
-
-def _whole(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _rounded(value: Any, array: np.ndarray, dtype: Any) -> np.ndarray:

@@ -28,10 +28,7 @@ _short.maxlist = _short.maxtuple = _short.maxdict = _short.maxarray = 6
 
 def shown(value: object) -> str:
     """The value for a message: its repr on one line, shortened where it is long."""
-    try:
-        text = " ".join(_short.repr(value).split())
-    except Exception as error:  # noqa: BLE001, a repr of a user's own class may raise anything
-        text = f"a {type(value).__name__} without a repr ({type(error).__name__})"
+    text = " ".join(_short.repr(value).split())
     return text if len(text) <= 120 else f"{text[:100]} ... ({len(text)} characters)"
 
 

@@ -77,6 +77,7 @@ POSITIVE = (*ABOVE_ZERO, "gravity")
 NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
 NO_NUMBERS = ("cls", "hip_centre", "dtype")
 """The arguments of `from_bars` that are not one number each."""
+HIP_CENTRE = ("hip_centre[0]", "hip_centre[1]")
 
 
 @register_pytree
@@ -186,14 +187,19 @@ class BipedParams:
         numbers = dict(locals())  # all arguments by name
         for name in NO_NUMBERS:
             del numbers[name]
-        kind = _checked(numbers, hip_centre, dtype)
-        xp = np if is_concrete(numbers, hip_centre) else jnp
+        require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
+        if len(hip_centre) != 2 or any(isinstance(part, list | tuple) for part in hip_centre):
+            raise ValueError(
+                f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers"
+            )
+        numbers |= dict(zip(HIP_CENTRE, hip_centre, strict=True))
+        kind = _checked(numbers, dtype)
+        xp = np if is_concrete(numbers) else jnp
         arrays = {name: xp.asarray(value, kind) for name, value in numbers.items()}
         unit = arrays["crank_length"]
         lengths = {name: xp.asarray(unit * arrays[name]) for name in LENGTHS if name != "crank"}
         lengths["crank"] = unit
-        ahead, above = (xp.asarray(unit * xp.asarray(part, kind)) for part in hip_centre)
-        links = _links(xp, lengths, arrays, ahead, above)
+        links = _links(xp, lengths, arrays)
         rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
         return cls(**lengths, **links, **rest).astype(kind)._checked_whole()
 
@@ -271,26 +277,18 @@ def _usual() -> dict[str, np.ndarray]:
         return {name: np.asarray(value) for name, value in vars(BipedParams.from_bars()).items()}
 
 
-def _checked(numbers: dict[str, Numeric], hip_centre: Sequence[Number], dtype: Any):
+def _checked(numbers: dict[str, Numeric], dtype: Any):
     """The floating type of a robot with these numbers, or ValueError for one of them."""
-    require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
-    if len(hip_centre) != 2:
-        raise ValueError(f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers")
-    above = {"low": 0.0, "accepted": "a finite number >= 0"}
-    rules: dict[str, Any] = {name: (value, above) for name, value in numbers.items()}
-    strictly = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
-    rules["crank_length"] = numbers["crank_length"], strictly
-    for i, value in enumerate(hip_centre):
-        if isinstance(value, list | tuple):
-            raise ValueError(f"hip_centre = {shown(hip_centre)}; accepted: two finite numbers")
-        rules[f"hip_centre[{i}]"] = value, {"accepted": "a finite number"}
-    for name, (value, rule) in rules.items():
-        require_number(name, value, **rule)
+    above, free = {"low": 0.0, "accepted": "a finite number >= 0"}, {"accepted": "a finite number"}
+    rules: dict[str, Any] = {name: free if name in HIP_CENTRE else above for name in numbers}
+    rules["crank_length"] = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
+    for name, value in numbers.items():
+        require_number(name, value, **rules[name])
     kinds = (jnp.result_type(v) for v in numbers.values() if not isinstance(v, list | tuple))
     dtype = float_kind(dtype, jnp.result_type(float, *kinds))
-    for name, (value, rule) in rules.items():
-        require_number(name, value, **rule, dtype=dtype)
-    require_broadcast(**numbers, hip_centre_x=hip_centre[0], hip_centre_y=hip_centre[1])
+    for name, value in numbers.items():
+        require_number(name, value, **rules[name], dtype=dtype)
+    require_broadcast(**numbers)
     return dtype
 
 
@@ -314,22 +312,21 @@ def _links(
     xp: ModuleType,
     lengths: Mapping[str, Float[Either, "*batch"]],
     numbers: Mapping[str, Float[Either, "*batch"]],
-    ahead: Float[Either, "*batch"],
-    above: Float[Either, "*batch"],
 ) -> dict[str, Either]:
     """mass, centre and inertia of feet, uniform bars and hip, as BipedParams has them.
 
     xp: jax.numpy, or numpy where the numbers are at hand: with it nothing is compiled. lengths [m],
-    by the names of BARS; numbers: the arguments of `from_bars`; ahead, above: the hip's centre [m].
+    by the names of BARS; numbers: the arguments of `from_bars`.
     """
     sides = [2 * lengths[name] if name == "crank" else lengths[name] for name in BARS]
     length = xp.stack(xp.broadcast_arrays(*sides), axis=-1)
     mass = numbers["bar_density"][..., None] * length
     middle = xp.where(np.arange(len(BARS)) == BARS.index("crank"), 0.0, length) / 2
-    ankle = xp.zeros_like(lengths["crank"])
+    unit, ankle = lengths["crank"], xp.zeros_like(lengths["crank"])
+    ahead, above = (xp.asarray(unit * numbers[name]) for name in HIP_CENTRE)
     along = _join(xp, ankle, middle, ahead)
     across = _join(xp, ankle, xp.zeros_like(middle), above)
-    span = xp.asarray(numbers["crank_length"] * numbers["hip_span"])
+    span = xp.asarray(unit * numbers["hip_span"])
     hip_inertia = xp.asarray(numbers["hip_mass"] * span**2 / 12)
     return {
         "mass": _join(xp, numbers["foot_mass"], mass, numbers["hip_mass"]),

@@ -172,11 +172,6 @@ class Recommendation:
     batch: int
     measured_on: str
 
-    @property
-    def error(self) -> float:
-        """promised_error, by the name that it also has for the UGV."""
-        return self.promised_error
-
     def covers(self, amplification: float, duration: float) -> bool:
         """True if the promise is about a walk that amplifies what it starts with by so much in so
         many seconds: no more and no longer than the measured ones.
@@ -208,8 +203,8 @@ def recommend(
     Patches: ice), or such a name, or a scene's. batch: environments stepped together; the nearest
     measured number stands for it. params: the robot, or a batch, of which the quickest counts; the
     default one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and
-    random robots were walked, too. Raises ValueError with
-    the best reachable error if nothing meets the tolerance.
+    random robots were walked, too. Raises ValueError with the best reachable error if nothing meets
+    the tolerance.
     """
     accepted = "a finite error > 0 for each simulated second"
     require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import jax
 import numpy as np
@@ -29,6 +29,8 @@ from stickslip.dynamics.pytrees import settle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+Choice = TypeVar("Choice")
 
 
 @dataclass(frozen=True)
@@ -87,7 +89,7 @@ class Paper:
 Fidelity = str | Joint | Reduced | Table | Chebyshev | Paper
 """A name out of FIDELITIES, or one of their classes with other settings."""
 
-FIDELITIES: dict[str, Fidelity] = {
+FIDELITIES: dict[str, Joint | Reduced | Table | Chebyshev | Paper] = {
     "joint": Joint(),
     "reduced": Reduced(),
     "table": Table(),
@@ -102,16 +104,16 @@ def require_fidelity(fidelity: Fidelity) -> Joint | Reduced | Table | Chebyshev 
     return _chosen("fidelity", fidelity, FIDELITIES, "Table(...)")
 
 
-def _chosen(what: str, given: Any, known: Mapping[str, Any], instance: str) -> Any:
+def _chosen(what: str, given: str | Choice, known: Mapping[str, Choice], instance: str) -> Choice:
     """The settings of that name, or the instance itself; ValueError for anything else."""
-    if type(given) in map(type, known.values()):
-        return given
-    if not isinstance(given, str) or given not in known:
+    if isinstance(given, str) and given in known:
+        return known[given]
+    if isinstance(given, str) or type(given) not in map(type, known.values()):
         raise ValueError(
             f"{what} = {shown(given)} is unknown; accepted: {', '.join(map(repr, known))} or an "
             f"instance such as {instance}{nearest(given, known)}"
         )
-    return known[given]
+    return given
 
 
 MOST_STEPS = 10**6

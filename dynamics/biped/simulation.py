@@ -13,7 +13,6 @@ import numpy as np
 from stickslip.dynamics.biped.contact import (
     CrankMotion,
     Drive,
-    Instant,
     System,
     Torque,
     at_instant,
@@ -32,7 +31,7 @@ from stickslip.dynamics.biped.settings import (
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory
 from stickslip.dynamics.biped.stepping.split import advance
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
-from stickslip.dynamics.biped.stepping.walk import Walk, start
+from stickslip.dynamics.biped.stepping.walk import start
 from stickslip.dynamics.checks import (
     is_concrete,
     require_kind,
@@ -118,9 +117,7 @@ def simulate(
     asked at the beginning of every step and held during it. The rest as in `step`. Raises
     ValueError also for a linkage that cannot hand over its support, when the scene is continuous.
     """
-    return _walk(
-        Torque, torque, params, scene, state, duration, dt, fidelity=fidelity, integrator=integrator
-    )
+    return _walk(Torque, torque, params, scene, state, duration, dt, fidelity, integrator)
 
 
 def simulate_inverse(
@@ -141,24 +138,13 @@ def simulate_inverse(
     trajectory's `torques` are what the motor must give at the end of each step [N m]; its work is
     integrated along the step. The rest as in `simulate`.
     """
-    kind, values = CrankMotion, crank_acceleration
-    return _walk(
-        kind, values, params, scene, state, duration, dt, fidelity=fidelity, integrator=integrator
-    )
+    values = crank_acceleration
+    return _walk(CrankMotion, values, params, scene, state, duration, dt, fidelity, integrator)
 
 
 @moves_numbers
 def _walk(
-    kind: type[Drive],
-    values,
-    params,
-    scene,
-    state: BipedState,
-    duration,
-    dt,
-    *,
-    fidelity,
-    integrator,
+    kind: type[Drive], values, params, scene, state, duration, dt, fidelity, integrator
 ) -> Trajectory:
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
@@ -211,21 +197,17 @@ def stepped(
         walk = advance_unsplit(spec, system, walk)
     else:
         walk = advance(spec, system, walk)
-    instant = _contact(system, walk, scene.outputs)
-    motion = instant.motion
+    friction = friction_on(scene.floor, walk.patch, dtype)
+    place = walk.phase, walk.crank_rate, walk.foot_velocity
+    instant = at_instant(system, friction, *place, scene.outputs)
+    motion, log = instant.motion, walk.log
     over = walk.status > Status.SLIP_ONSET
     status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
     begun = jnp.asarray(state.time, dtype)
     end = clock(begun, duration)
     passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
-    after = BipedState(
-        phase=walk.phase,
-        steps=walk.steps,
-        crank_rate=walk.crank_rate,
-        foot_position=walk.foot_position,
-        foot_velocity=walk.foot_velocity,
-        time=jnp.where(walk.left == 0, end, begun + passed),
-    )
+    time = jnp.where(walk.left == 0, end, begun + passed)
+    after = BipedState(walk.phase, walk.steps, *walk[1:4], time)
     contact = Contact(
         friction_force=motion.friction_force,
         normal_force=motion.normal_force,
@@ -238,7 +220,7 @@ def stepped(
         work=walk.work,
         positive_work=walk.positive_work,
         joint_forces=instant.joint_forces,
-        events=_events(walk, end),
+        events=None if log is None else Events(end - log.left, log.kinds, log.angles),
     )
     unmarked = (status <= Status.SLIP_ONSET) & ~all_finite(after, contact)
     return after, replace(contact, status=jnp.where(unmarked, Status.NON_FINITE, status))
@@ -285,12 +267,6 @@ def _simulate(
     return Trajectory(states, torques, contacts)
 
 
-def _contact(system: System, walk: Walk, outputs: str) -> Instant:
-    """Forces and status of the state as it is."""
-    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
-    return at_instant(system, friction, walk.phase, walk.crank_rate, walk.foot_velocity, outputs)
-
-
 def _idle(contact: Contact) -> Contact:
     """The contact as it stands, of a step in which nothing is done."""
     events = contact.events
@@ -298,12 +274,6 @@ def _idle(contact: Contact) -> Contact:
         events = replace(events, kinds=jnp.full_like(events.kinds, EventKind.NONE))
     still = {name: jnp.zeros_like(getattr(contact, name)) for name in DONE_IN_A_STEP}
     return replace(contact, events=events, **still)
-
-
-def _events(walk: Walk, end) -> Events | None:
-    if walk.log is None:
-        return None
-    return Events(end - walk.log.left, walk.log.kinds, walk.log.angles)
 
 
 def require_kinds(params: object, scene: object, state: object) -> Scene:

@@ -208,32 +208,15 @@ def _timed(options: Options, dtype: str, walk: tuple[Any, ...]) -> tuple[Path, f
         return found, float(np.median([run()[1] for _ in range(3)]))
 
 
-def _walk(
-    options: Options,
-    model: BipedModel,
-    scene: Scene,
-    state: BipedState,
-    values,
-) -> Path:
+def _walk(options: Options, model: BipedModel, scene: Scene, state: BipedState, values) -> Path:
     policy, duration, count, integrator = options
-    walk = simulate(
-        model,
-        scene,
-        state,
-        policy if policy is not None else jnp.broadcast_to(values, (count,)),
-        duration,
-        duration / count,
-        integrator=integrator,
-    )
+    torque = jnp.broadcast_to(values, (count,)) if policy is None else policy
+    size = duration / count
+    walk = simulate(model, scene, state, torque, duration, size, integrator=integrator)
     events = walk.contacts.events
     angle, slide = walk.states.crank_angle[1:], jnp.asarray(walk.states.foot_position)[1:]
-    status = jax.lax.cummax(walk.contacts.status)
-    if events is None:
-        return Path(angle, slide, status, None, None)
-    began = jnp.concatenate([jnp.zeros(1, status.dtype), status[:-1]])
-    running = (began <= Status.SLIP_ONSET)[:, None]
-    kinds = jnp.where(running, events.kinds, EventKind.NONE)
-    return Path(angle, slide, status, events.times, kinds)
+    switches = (None, None) if events is None else (events.times, events.kinds)
+    return Path(angle, slide, jax.lax.cummax(walk.contacts.status), *switches)
 
 
 _run = jax.jit(_walk, static_argnums=0)
@@ -241,11 +224,7 @@ _run = jax.jit(_walk, static_argnums=0)
 
 @partial(jax.jit, static_argnums=0)
 def _grown(
-    options: Options,
-    model: BipedModel,
-    scene: Scene,
-    state: BipedState,
-    values,
+    options: Options, model: BipedModel, scene: Scene, state: BipedState, values
 ) -> tuple[Path, Float[Array, " n"]]:
     """The walk, and its sensitivity at every sample."""
 

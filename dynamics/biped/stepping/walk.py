@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -57,7 +57,7 @@ class Walk(NamedTuple):
     """Time still to go; the call ends at 0 or at a terminal status."""
     aim: Float[Array, ""]
     """Length of the next trial."""
-    size: Any
+    size: Float[Array, ""] | None
     """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
     target: Int[Array, ""]
     """Kind of event that the next trial is aimed at."""

@@ -145,31 +145,3 @@ def forward(model_or_params, *state):
 @jax.jit
 def inverse(params, *motion):
     return inverse_dynamics(params, *motion)
-
-
-def still_forces(params: BipedParams, angles, rates, torques) -> tuple[np.ndarray, np.ndarray]:
-    """Friction and normal force that hold the foot, written out again from MODEL 1.4."""
-    M, dM, P, dP, Y, dY = inertia_along(params, angles)
-    gravity, mass = float(np.asarray(params.gravity)), float(params.total_mass)
-    rates, torques = np.asarray(rates), np.asarray(torques)
-    alpha = (torques - dM * rates**2 / 2 - gravity * Y) / M
-    return P * alpha + dP * rates**2, mass * gravity + Y * alpha + dY * rates**2
-
-
-def sliding_forces(params: BipedParams, angles, rates, torques, signed_mu):
-    """Friction and normal force while sliding; signed_mu = sign(v) mu_k; linear solves in numpy."""
-    M, dM, P, dP, Y, dY = inertia_along(params, angles)
-    gravity, mass = float(np.asarray(params.gravity)), float(params.total_mass)
-    square, signed = np.asarray(rates) ** 2, np.asarray(signed_mu)
-    zero, one = np.zeros_like(M), np.ones_like(M)
-    rows = [[M, P, zero, zero], [P, mass * one, -one, zero], [Y, zero, zero, -one]]
-    rows.append([zero, zero, one, signed])
-    right = [
-        np.asarray(torques) - dM * square / 2 - gravity * Y,
-        -dP * square,
-        -(mass * gravity + dY * square),
-        zero,
-    ]
-    matrix = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-    solved = np.linalg.solve(matrix, np.stack(right, axis=-1)[..., None])[..., 0]
-    return solved[..., 2], solved[..., 3]

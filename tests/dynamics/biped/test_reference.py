@@ -13,7 +13,6 @@ from tests.dynamics.biped.helpers import (
     default_params,
     forward,
     inertia_along,
-    inverse,
     walk,
 )
 
@@ -60,20 +59,6 @@ def test_sliding_forces_are_the_reference(float64, reference, index):
     close(result.normal_force, want["normal"])
     close(ankle_moment(result), want["ankle_moment"])
     assert int(result.mode) == np.sign(velocity)
-
-
-@pytest.mark.parametrize("index", STATES)
-def test_inverse_dynamics_asks_for_the_reference_torque_and_ground_force(float64, reference, index):
-    row = reference["states"][index]
-    for want in (row["stick"], row["slip"]):
-        a1 = want.get("foot_acceleration", 0.0)
-        result = inverse(
-            default_params(), row["theta"], row["omega"], want["alpha"], row["slide_velocity"], a1
-        )
-        close(result.torque, row["torque"])
-        close(result.friction_force, want["friction"])
-        close(result.normal_force, want["normal"])
-        close(ankle_moment(result), want["ankle_moment"])
 
 
 @pytest.fixture(scope="module")
