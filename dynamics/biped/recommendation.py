@@ -11,7 +11,7 @@ import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -93,7 +93,8 @@ class Measurement:
         return float(self.bounds[QUANTILES.index(0.95), 0])
 
 
-class Sample(NamedTuple):
+@dataclass(frozen=True)
+class Sample:
     """Measured walks: how many, the share of those that amplify what they start with more than a
     thousandfold, and what 95 % of them amplify it by at most."""
 

@@ -198,8 +198,8 @@ def stepped(
     else:
         walk = advance(spec, system, walk)
     friction = friction_on(scene.floor, walk.patch, dtype)
-    place = walk.phase, walk.crank_rate, walk.foot_velocity
-    instant = at_instant(system, friction, *place, scene.outputs)
+    rate, slide, velocity = walk.crank_rate, walk.foot_position, walk.foot_velocity
+    instant = at_instant(system, friction, walk.phase, rate, velocity, scene.outputs)
     motion, log = instant.motion, walk.log
     over = walk.status > Status.SLIP_ONSET
     status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
@@ -207,7 +207,7 @@ def stepped(
     end = clock(begun, duration)
     passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
     time = jnp.where(walk.left == 0, end, begun + passed)
-    after = BipedState(walk.phase, walk.steps, *walk[1:4], time)
+    after = BipedState(walk.phase, walk.steps, rate, slide, velocity, time)
     contact = Contact(
         friction_force=motion.friction_force,
         normal_force=motion.normal_force,

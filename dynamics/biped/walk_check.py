@@ -145,7 +145,8 @@ def check_walk(
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
     with precision("float64"):  # the robot may be in it whatever the switch says now
         scene, duration = require_walk(params, scene, state, duration)
-    policy, values = (torque, None) if callable(torque) else (None, torque)
+    policy = torque if callable(torque) else None
+    values: Any = None if callable(torque) else torque
     if period is None:
         period = setting.dt if np.ndim(values) == 0 else duration / np.shape(values)[0]
     period = require_one("period", period, low=0.0, strict=True, accepted=DURATION)
