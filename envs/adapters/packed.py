@@ -187,22 +187,27 @@ class PackedEnvs:
         params: of these episodes alone, as `FunctionalEnv.episode_params` makes them; None for
         those of the batch. ValueError where their steps would return something else.
         """
-        everyone = np.ones(self.num_envs, bool)
-        mask = everyone if mask is None else mask
+        mask = np.ones(self.num_envs, bool) if mask is None else mask
         params = None if params is None else jax.tree.map(jnp.asarray, params)
         group = None if params is None else self._group_for(params)
         chains = self._chains()
-        if group is None or not (self.begun or mask.all()):
-            chosen = mask if self.begun else everyone
-            obs = self._usual.begin(chains, chosen, None)
-            self._move(chosen, self._usual)
-        if group is not None:
-            obs = group.begin(chains, mask, params)
-            if self._steps_alike(params):
-                self._usual.adopt(group, mask)
-                self._move(mask, self._usual)
-            else:
-                self._move(mask, group, params)
+        if group is None:
+            return self._begin_usual(chains, mask)
+        if not (self.begun or mask.all()):
+            self._begin_usual(chains, mask)
+        obs = group.begin(chains, mask, params)
+        if self._steps_alike(params):
+            self._usual.adopt(group, mask)
+            self._move(mask, self._usual)
+        else:
+            self._move(mask, group, params)
+        return obs
+
+    def _begin_usual(self, chains: np.ndarray, mask: np.ndarray) -> np.ndarray:
+        """Begin episodes with the batch's parameters; at first everywhere."""
+        mask = mask if self.begun else np.ones(self.num_envs, bool)
+        obs = self._usual.begin(chains, mask, None)
+        self._move(mask, self._usual)
         return obs
 
     def step(self, actions: np.ndarray) -> Results:
