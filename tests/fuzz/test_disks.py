@@ -11,10 +11,11 @@ from pathlib import Path
 import jax.numpy as jnp
 import pytest
 
-from stickslip.agents import MLPPolicy, load_policy, save_policy
+from stickslip.agents import MLPPolicy, load_policy, read_sweep, save_policy
 from stickslip.agents.training.directory import list_checkpoints
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.runs import assert_same_run
+from tests.agents.sweeps.masses import swept
 
 pytestmark = pytest.mark.long
 SMALL = "rollout_steps=32 batch_size=64 epochs=1 hidden=8 evaluation_episodes=1"
@@ -101,6 +102,25 @@ def test_a_training_on_a_full_disk_goes_on_when_there_is_room(disk, whole, capfd
     assert main(["train", "--out", str(path), *how]) == OK
     assert_same_run(whole, path)
     assert not list(path.rglob("*.part"))
+
+
+@pytest.mark.usefixtures("mass")
+@pytest.mark.parametrize("size", [4, 16, 40])
+def test_a_sweep_on_a_full_disk_goes_on_when_there_is_room(disk, tmp_path, size: int):
+    swept(tmp_path / "whole")
+    disk.change(f"size={size}k")
+    path = disk.path / "a"
+    with pytest.raises(OSError, match=SPACE):
+        swept(path)
+    assert not list(path.rglob("*.part"))
+    disk.change("size=20m")
+    begun = (path / "sweep.json").exists()
+    disk.change("ro")
+    with pytest.raises(OSError, match=READ_ONLY):
+        swept(path, resume=begun)
+    disk.change("rw")
+    swept(path, resume=begun)
+    assert read_sweep(path).equals(read_sweep(tmp_path / "whole"))
 
 
 @pytest.mark.parametrize("how", ["full", "read-only"])

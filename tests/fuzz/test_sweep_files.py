@@ -4,17 +4,18 @@ Counts are printed: `pytest -m long -s tests/fuzz/test_sweep_files.py`.
 """
 
 import json
+import signal
+import subprocess
+import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stickslip.agents import read_sweep
-from stickslip.agents.registry import register, unregister
-from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import swept
 from tests.fuzz.spoilt import PIECES, mutated
 
@@ -23,11 +24,18 @@ pytestmark = [pytest.mark.long, pytest.mark.usefixtures("mass")]
 COUNT = 2000
 
 
-@pytest.fixture
-def mass() -> Iterator[None]:
-    register(MassMachine())
-    yield
-    unregister("mass")
+WRITER = """
+import sys
+from pathlib import Path
+from stickslip.agents.registry import register
+from tests.agents.mass import MassMachine
+from tests.agents.sweeps.masses import swept
+register(MassMachine())
+try:
+    swept(Path(sys.argv[1]), episodes=2000, cell=2000, **eval(sys.argv[2]))
+except ValueError as error:
+    sys.exit(str(error))
+"""
 
 
 def refusal(act: Callable[[], object]) -> str:
@@ -74,3 +82,23 @@ def test_a_sweep_written_to_hurt_is_refused(tmp_path: Path):
         for act in (read_sweep, lambda path: swept(path, resume=True)):
             said = refusal(lambda act=act: act(tmp_path / "a"))
             assert said or changes.keys() <= {"cell", "units", "definition"}, changes
+
+
+def test_a_second_writer_is_refused_and_the_first_unharmed(tmp_path: Path):
+    def begun(path: Path, how: str = "{}") -> subprocess.Popen[str]:
+        words = [sys.executable, "-c", WRITER, str(path), how]
+        return subprocess.Popen(words, stderr=subprocess.PIPE, text=True)
+
+    alone = begun(tmp_path / "alone")
+    assert alone.communicate()[1] is not None
+    assert alone.returncode == 0
+    first = begun(tmp_path / "both")
+    while first.poll() is None and not list((tmp_path / "both").glob("data/*.parquet")):
+        time.sleep(0.02)
+    first.send_signal(signal.SIGSTOP)  # it holds the sweep for as long as the other tries
+    other = begun(tmp_path / "both", "{'resume': True}")
+    assert "another process is sweeping there" in other.communicate()[1]
+    first.send_signal(signal.SIGCONT)
+    assert first.communicate()[1] is not None
+    assert first.returncode == 0
+    assert read_sweep(tmp_path / "both").equals(read_sweep(tmp_path / "alone"))

@@ -92,6 +92,14 @@ def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
     assert table["status"].to_pylist()[0] is None
 
 
+def test_a_walk_that_took_no_step_says_so_and_nothing_per_metre(capsys):
+    arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
+    assert main([*arguments, *HOW, "--seconds=0.3", "--torque=-0.3"]) == OK
+    said = capsys.readouterr().out
+    assert re.search(r"meaning +took no step, ended 0\.0023\d* m ahead\n", said)
+    assert "per metre" not in said
+
+
 def test_a_fall_ends_the_rows_and_says_so(capsys):
     arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
     arguments += [*HOW, "--seconds=0.3", "--torque=4", "--crank-rate=3"]

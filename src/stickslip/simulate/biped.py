@@ -22,6 +22,7 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.optim.columns import columns_of
+from stickslip.optim.progress import say_stage
 from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.simulate.flags import WalkOptions
@@ -44,6 +45,8 @@ if TYPE_CHECKING:
 
 SECONDS = 6.0
 """Walked unless something else is said."""
+MANY = 20_000
+"""Periods of a walk that takes seconds to compute."""
 
 
 def simulate_command(flags: Mapping[str, Any]) -> Content:
@@ -60,8 +63,10 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     seconds = given.seconds
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS
-    periods(seconds, given.period)
+    count, _ = periods(seconds, given.period)
     out, picture = output_paths(given.out, given)
+    if count > MANY:
+        say_stage(f"walking {count} periods")
     walk = walked(robot, scene, state, torque, seconds, given.period, setting)
     if not walk.count:
         raise ValueError(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""
 COLUMNS = (ColumnSpec("time", "s", ("t",)), ColumnSpec("torque", "N m", ("T", "tau", "M")))
-LONGEST, DEEPEST = 1000, 100
+LONGEST, DEEPEST = 1000, 40
 """Characters of arithmetic, and levels of it."""
 LARGEST = sys.float_info.max
 STATE: dict[str, Callable[[BipedState], Number]] = {
@@ -172,8 +172,8 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
             return library.asarray(float(number), library.asarray(names["pi"]).dtype)
         case ast.Name(id=name) if name in names:
             return names[name]
-        case ast.BinOp(op=op, left=a, right=b) if type(op) in OPERATORS:
-            return getattr(library, OPERATORS[type(op)])(*values(a, b))
+        case ast.BinOp():
+            return _chain(node, values, library)
         case ast.UnaryOp(op=op, operand=a) if type(op) in OPERATORS:
             return getattr(library, OPERATORS[type(op)])(*values(a))
         case ast.BoolOp(op=op, values=parts):
@@ -187,6 +187,21 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
         ):
             return getattr(library, NUMPY.get(name, name))(*values(*args))
     raise ValueError(_refusal(node))
+
+
+def _chain(node: ast.BinOp, values: Callable[..., list[Any]], library: Any) -> Any:
+    """Value of a + b - c, in a loop: a long sum is no deeper than a short one."""
+    terms: list[ast.BinOp] = []
+    left: ast.expr = node
+    while isinstance(left, ast.BinOp):
+        terms.append(left)
+        left = left.left
+    (found,) = values(left)
+    for term in reversed(terms):
+        if type(term.op) not in OPERATORS:
+            raise ValueError(_refusal(term))
+        found = getattr(library, OPERATORS[type(term.op)])(found, *values(term.right))
+    return found
 
 
 def _refusal(node: ast.AST) -> str:

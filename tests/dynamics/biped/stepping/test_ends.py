@@ -142,6 +142,25 @@ def chosen(kind: str) -> np.ndarray:
     return np.flatnonzero((status == ENDS[kind]) & (state.time > 0))[:WALKS]
 
 
+@pytest.mark.parametrize("kind", ENDS)
+@pytest.mark.parametrize(
+    ("name", "spec", "parts", "tolerance"),
+    [("event_exact", EXACT, (1, 2), 1e-7), ("rk4_split", RK4Split(), (16, 32), 1e-5)],
+)
+def test_halving_the_step_does_not_move_an_end(float64, kind, name, spec, parts, tolerance):
+    """tolerance: of the time, in control periods of the default robot."""
+    use, periods = chosen(kind), np.asarray(drawn(kind).period)
+    (one, status), (other, status_other) = (ended(kind, spec, count) for count in parts)
+    moved = np.abs(one.time - other.time)[use] / periods[use]
+    same = (status == status_other)[use]
+    print(
+        f"\nends {kind} {name}: {len(use)} walks, {np.sum(~same)} end otherwise; moved in periods: "
+        f"half {np.median(moved):.1e}, 95 % {np.quantile(moved, 0.95):.1e}, all {moved.max():.1e}"
+    )
+    assert len(use) >= 0.5 * WALKS
+    assert np.mean(same & (moved < tolerance)) > 0.9
+
+
 class Reference:
     """One walk by scipy: legs of one mode each, with events at their ends."""
 

@@ -1,0 +1,16 @@
+"""A third machine for sweeps."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from stickslip.agents.registry import register, unregister
+from tests.agents.mass import MassMachine
+
+
+@pytest.fixture
+def mass() -> Iterator[None]:
+    """Register the mass."""
+    register(MassMachine())
+    yield
+    unregister("mass")
