@@ -58,13 +58,13 @@ class BipedStates:
     def grid(self, params: BipedEnvParams, fineness: float = 1.0) -> Grid:
         """See StateMap: crank rates of RATES, foot speeds up to 0.6 m/s."""
         require_number("fineness", fineness, low=0.0, strict=True, accepted="finite, > 0")
-        rates = [share * float(params.mean_rate) for share in RATES]
+        low, high = (share * float(params.mean_rate) for share in RATES)
 
         def sheet(name: str) -> Sheet:
             cells = CELLS["rest" if name == "rest" else "slide"]
             phase, rate = (max(2, round(fineness * count)) for count in cells)
             turn = Axis.even("phase", SUPPORT_START, SUPPORT_END, phase, periodic=True, unit="rad")
-            plane = (turn, Axis.even("crank_rate", *rates, rate, unit="rad/s"))
+            plane = (turn, Axis.even("crank_rate", low, high, rate, unit="rad/s"))
             speed = Axis("foot_speed", np.asarray(SPEEDS), unit="m/s")
             return Sheet(name, plane if name == "rest" else (*plane, speed))
 

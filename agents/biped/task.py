@@ -257,8 +257,9 @@ class BipedSwept(Swept):
             loaded = {"payload": payload} if "scene.payload" in names else {}
             floor = replace(params.scene.floor, **floor)
             changed["scene"] = replace(params.scene, floor=floor, **loaded)
-        if "task.mean_rate" in names and drawn.crank_rate is not None:
-            low, high = params.randomisation.crank_rate
+        rates = params.randomisation.crank_rate
+        if "task.mean_rate" in names and drawn.crank_rate is not None and rates is not None:
+            low, high = rates
             if np.all(np.float32(high) == np.float32(params.mean_rate)):
                 drawn = replace(drawn, crank_rate=(low, changed["mean_rate"]))
         gone = [one for name in names for one in DRAWN.get(name, ())]

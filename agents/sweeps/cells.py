@@ -105,7 +105,8 @@ def dask_pool(
             count = require_integer("workers", workers, high=4096)
             how = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": 50}
             cluster = LocalCluster(count, threads_per_worker=1, processes=processes, **how)
-            scheduler = stack.enter_context(cluster).scheduler_address
+            stack.enter_context(cluster)
+            scheduler = cluster.scheduler_address
         try:
             client = Client(scheduler, timeout=CONNECT, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:

@@ -112,7 +112,9 @@ class Swept:
 def _entries(path: tuple, leaf: PyTree) -> Iterator[tuple[str, tuple[int, ...]]]:
     """Dotted name and indices of every number in a leaf; none of integer and large arrays."""
     name = jax.tree_util.keystr(path, simple=True, separator=".")
-    if isinstance(leaf, int | float | np.number) and not isinstance(leaf, bool):
+    if isinstance(leaf, bool):
+        return
+    if isinstance(leaf, int | float | np.number):
         yield name, ()
     elif hasattr(leaf, "dtype") and leaf.dtype.kind == "f" and leaf.size <= MOST_ENTRIES:
         for place in np.ndindex(leaf.shape):

@@ -82,7 +82,8 @@ def _gpx(path: Path, text: str) -> tuple[np.ndarray, np.ndarray]:
     for i, given in enumerate(points.found):
         place = f"{name}: track point {i + 1}"
         for j, (key, limit) in enumerate(LIMITS.items()):
-            number = float(given[j]) if is_number(given[j] or "") else math.nan
+            text = given[j] or ""
+            number = float(text) if is_number(text) else math.nan
             if not (math.isfinite(number) and abs(number) <= limit):
                 what = f"{place}: {key} = {shown(given[j])}"
                 raise ValueError(f"{what}; accepted: {ACCEPTED_GPX}")

@@ -122,7 +122,8 @@ class PostureGrid:
         if len(a.admissible) != R * F or len(b.admissible) != R * F:
             turn = np.abs(b.stations.leg_angles - a.stations.leg_angles[:, None])
             near = np.max(turn, -1) <= self.limits[step] * (1 + ROUNDING)
-            yield np.nonzero(near & a.admissible[:, None] & b.admissible)
+            tail, head = np.nonzero(near & a.admissible[:, None] & b.admissible)
+            yield tail, head
             return
         nodes = np.arange(R * F).reshape(R, F)
         for r, f in self._moves(*self.windows[step].tolist()):
@@ -259,10 +260,10 @@ def _angles(
     both = angles if isinstance(angles, tuple | list) else (angles, angles)
     if len(both) != 2:
         raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
-    counts = [require_integer("angles", of, low=2, accepted=accepted) for of in both]
-    require_grid(problem, *counts, CHUNK)
+    R, F = (require_integer("angles", of, low=2, accepted=accepted) for of in both)
+    require_grid(problem, R, F, CHUNK)
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
-    rear, front = (np.linspace(low, high, of if low < high else 1) for of in counts)
+    rear, front = (np.linspace(low, high, of if low < high else 1) for of in (R, F))
     return rear, front
 
 

@@ -82,7 +82,7 @@ class Edges:
     def path(self, flow: np.ndarray) -> np.ndarray | None:
         """The nodes [K] on the edges that carry most; None where these edges do not join."""
         steps = np.split(flow, self.begins[1:])
-        edges = self.begins + [int(np.argmax(of)) for of in steps]
+        edges = self.begins + np.array([int(np.argmax(of)) for of in steps])
         if np.any(self.head[edges[:-1]] != self.tail[edges[1:]]):
             return None
         return np.append(self.tail[edges], self.head[edges[-1]]) % self.N

@@ -242,7 +242,7 @@ def edge_costs(
 ) -> Float[Array, "E"]:
     """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
     stations of the station where it ends."""
-    if criterion.kind == "max":
+    if isinstance(criterion, Criterion) and criterion.kind == "max":
         return station_cost(criterion, b)[head]
     return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
 
