@@ -274,7 +274,7 @@ def _solution(motion: LinkMotion, loads: Float[Array, "24 3 k"]) -> tuple[Array,
     crank, centre = loads[CRANK], motion.centres[CRANK]
     pushes = legs[7, 8]  # on the rods; the reverse on the crank
     axis = crank[:2] + jnp.sum(pushes, axis=0)
-    turns = jnp.sum(_moment(motion.pins.crank_pin - centre, pushes), axis=0)
+    turns = jnp.sum(_moment(motion.pins.crank_pin - centre[None], pushes), axis=0)
     arm = motion.hip_pins[0] - centre
     torque = crank[2] + turns - (arm[0] * axis[1] - arm[1] * axis[0])
     ordered = jnp.concatenate([legs[on, by] for on, by, _ in (*LEG_PINS, LEG_SLOT)], axis=1)

@@ -195,6 +195,14 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
         return found[:count, 0], found[:count, 1:]
 
+    def objective(self, x: Vector) -> float:
+        """See Problem."""
+        return self.value_and_margins(x)[0]
+
+    def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
+        """See Problem."""
+        return self.value_and_margins(x)[1]
+
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
         rows = self.waypoints.stations(self.angles(x), sloped=True)
