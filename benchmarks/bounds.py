@@ -2,7 +2,7 @@
 
     python -m benchmarks.bounds [--tracks NAME ...] [--criteria NAME ...] [--update] [--out FILE]
 
---update writes benchmarks/results/bounds.json, row by row, and the table into docs/ugv_bounds.md;
+--update writes benchmarks/results/bounds.json, row by row, and the table into docs/drives.md;
 --out writes the rows to that file instead. Rows that are not asked for keep what was measured
 before: `--tracks --update` measures none and puts what is there into the page.
 """
@@ -30,7 +30,7 @@ from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, PostureProblem, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
 
-DEFAULT, PAGE = RESULTS / "bounds.json", Path("docs/ugv_bounds.md")
+DEFAULT, PAGE = RESULTS / "bounds.json", Path("docs/drives.md")
 MARKS = ("<!-- bounds -->", "<!-- end of bounds -->")
 
 

@@ -2,7 +2,7 @@
 
     python -m benchmarks.policies [--only NAME ...] [--runs DIR]
     python -m benchmarks.policies --measure [--only NAME ...]
-    python -m benchmarks.policies --docs docs/policies.md
+    python -m benchmarks.policies --docs docs/training.md
 
 Trains for each task named (default: those without a policy in the package) by `stickslip train`,
 with the settings and seeds recorded in the package's policy or else with USUAL, keeps the policy of

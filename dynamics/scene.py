@@ -72,7 +72,7 @@ class Smoothed:
     where use = |f| / (mu_kinetic N) < 1. Explicit integrators need a step below
     c slip_speed (1 - P^2 / (M m)) / (mu_kinetic g), c = 2 (Euler) or 2.78 (Runge-Kutta), or the
     creep oscillates; the factor, because the crank gives way, is 0.12 to 0.61 by phase for the
-    default robot. The error against dry friction is proportional to slip_speed: docs/gradients.md.
+    default robot. The error against dry friction is proportional to slip_speed: docs/use.md.
     """
 
     mu_kinetic: Numeric

@@ -177,7 +177,7 @@ def read_runs(path: Path) -> list[Run]:
             return [_run_of_rows(list(group)) for _, group in by_run]
     except ValueError as error:
         raise ValueError(
-            f"{path}: {error}; accepted: a table as docs/optimisers.md has it, in .parquet or .csv"
+            f"{path}: {error}; accepted: a table as docs/suite.md has it, in .parquet or .csv"
         ) from error
 
 

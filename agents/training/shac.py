@@ -3,7 +3,7 @@
 One update: the environments are stepped over a short window, and the actor follows the derivative,
 through the simulator, of the rewards in it and of a critic's value at its end. The critic learns
 the TD(lambda) values of the window's observations; a slowly following copy of it is what the actor
-sees. Where PPO learns from what chance found, this learns from slopes: `docs/gradients.md` says
+sees. Where PPO learns from what chance found, this learns from slopes: `docs/use.md` says
 where they mislead.
 
 An action is tanh(mean(obs)) + noise * normal numbers, clipped to [-1, 1]; the normal numbers are

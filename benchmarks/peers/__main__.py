@@ -3,7 +3,7 @@
     python -m benchmarks.peers [--quick] [--update] [--out FILE]
 
 stickslip and MuJoCo (extra `bench`), each at several settings, in one run. --update also writes the
-table of docs/peers.md.
+table of docs/performance.md.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from benchmarks.peers.programs import BOUNDS, CASES, mujoco_rows, stickslip_rows
 from benchmarks.report import markdown, measured_by_command, put_between, where
 
 RESULTS = Path("benchmarks/results/peers.json")
-DOCUMENT = Path("docs/peers.md")
+DOCUMENT = Path("docs/performance.md")
+MARKS = ("<!-- peers: begin -->", "<!-- peers: end -->")
 CREEP_MARKS = ("<!-- creep: begin -->", "<!-- creep: end -->")
 
 
@@ -52,12 +53,12 @@ def at_bounds(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def body(content: dict[str, Any]) -> str:
-    """The table of docs/peers.md."""
+    """The table of docs/performance.md."""
     return f"Measured on {where(content, 'rows')}.\n\n{markdown(at_bounds(content['rows']))}"
 
 
 def creep(content: dict[str, Any]) -> str:
-    """The table of creeping contacts of docs/peers.md."""
+    """The table of creeping contacts of docs/performance.md."""
     lines = [row | {"creep": f"{row['creep']:.3g} um/s"} for row in content["creep"]]
     return f"Measured on {where(content, 'creep')}.\n\n{markdown(lines)}"
 
@@ -68,7 +69,7 @@ def _short(value: float) -> str:
 
 def update(content: dict[str, Any]) -> None:
     """Write the page's table."""
-    put_between(DOCUMENT, body(content))
+    put_between(DOCUMENT, body(content), MARKS)
     put_between(DOCUMENT, creep(content), CREEP_MARKS)
 
 

@@ -47,7 +47,7 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
     return {
         "value": rounded(-float(np.mean(least))),
         "reason": "no leg angles at the episodes' waypoints cost less, on a grid or off it "
-        "(interval arithmetic over cells of angles, docs/ugv_bounds.md), with 0.05 % for rounding",
+        "(interval arithmetic over cells of angles, docs/drives.md), with 0.05 % for rounding",
     }
 
 

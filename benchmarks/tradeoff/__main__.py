@@ -5,7 +5,7 @@
 
 population: each setting's errors on hundreds of seeded walks. costs: processor time of a simulated
 second. Only the parts named are measured; the JSON keeps the other, with its commit. --update also
-writes the module that `recommend` reads, the tables of docs/tradeoff.md and the picture; --redraw
+writes the module that `recommend` reads, the tables of docs/accuracy.md and the picture; --redraw
 does that without measuring.
 """
 
@@ -21,7 +21,7 @@ from benchmarks.tradeoff.promises import population, samples
 from stickslip.records.files import write_whole
 
 RESULTS = Path("benchmarks/results/tradeoff.json")
-DOCUMENT = Path("docs/tradeoff.md")
+DOCUMENT = Path("docs/accuracy.md")
 PICTURE = Path("docs/tradeoff.png")
 DATA = Path("dynamics/biped/measured.json")
 PARTS: dict[str, Any] = {"samples": samples, "population": population, "costs": costs}

@@ -175,7 +175,7 @@ def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
 
 
 def body(content: dict[str, Any]) -> str:
-    """The tables of docs/tradeoff.md."""
+    """The tables of docs/accuracy.md."""
     parts = [
         f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
         "### Presets",

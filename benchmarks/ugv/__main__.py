@@ -5,7 +5,7 @@
 
 promise: errors and statuses of settings over random vehicles, ground and postures. costs: processor
 time of a pose. Only the parts named are measured; the JSON keeps the other, with its commit.
---update also writes the module that `recommend` reads and the table of docs/ugv_tradeoff.md;
+--update also writes the module that `recommend` reads and the table of docs/drives.md;
 --redraw does that without measuring.
 """
 
@@ -21,7 +21,7 @@ from benchmarks.ugv.promise import promises
 from stickslip.records.files import write_whole
 
 RESULTS = Path("benchmarks/results/ugv.json")
-DOCUMENT = Path("docs/ugv_tradeoff.md")
+DOCUMENT = Path("docs/drives.md")
 DATA = Path("dynamics/ugv/measured.json")
 PARTS: dict[str, Any] = {"promise": promises, "costs": costs}
 

@@ -1,7 +1,7 @@
 """Recommended settings and presets for an accuracy, from a measured population.
 
 Nothing is measured here. `python -m benchmarks.tradeoff --update` writes measured.json;
-docs/tradeoff.md says how. Errors are for each simulated second, costs are seconds for each
+docs/accuracy.md says how. Errors are for each simulated second, costs are seconds for each
 simulated second of each environment on the machine named in `Recommendation.measured_on`.
 """
 
@@ -302,4 +302,4 @@ def _recommendation(point: Measurement, place: int, own: tuple[float, float]) ->
 
 PRESETS: dict[str, Setting] = {name: _SETTINGS[index] for name, index in MEASURED["presets"]}
 """Settings by name: "fast", "balanced", "exact": points of the measured front of PRESET_SCENE and
-PRESET_BATCH (docs/tradeoff.md)."""
+PRESET_BATCH (docs/accuracy.md)."""

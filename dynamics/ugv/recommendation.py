@@ -1,6 +1,6 @@
 """Settings for an accuracy: recommended from measured samples, and checked on one's own track.
 
-`python -m benchmarks.ugv --update` measures and writes measured.json; docs/ugv_tradeoff.md says
+`python -m benchmarks.ugv --update` measures and writes measured.json; docs/drives.md says
 how. Costs are seconds for each pose and its equilibrium on the machine named in
 `Recommendation.measured_on`.
 """

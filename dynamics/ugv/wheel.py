@@ -71,7 +71,7 @@ def penetration(
     The distance from the wheel's centre to the ground is looked up below `samples` points of the
     rim, and between two of them that enclose a minimum, the nearest such pair beside the contact,
     it is narrowed down. Ground narrower than about 2 radius / samples may hide; on random splines
-    what hid was up to 0.0018 of the radius deep with 16 samples (docs/not_modelled.md).
+    what hid was up to 0.0018 of the radius deep with 16 samples (docs/machines.md).
     """
     track, wheel, radius = jax.lax.stop_gradient((track, wheel, radius))  # it only judges
     radius = jnp.asarray(radius, wheel.x.dtype)

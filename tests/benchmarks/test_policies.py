@@ -108,7 +108,7 @@ def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
 
 
 def test_the_page_has_a_row_for_every_policy():
-    page = (ROOT / "docs/policies.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs/training.md").read_text(encoding="utf-8")
     assert policies.table() in page
     assert all(f"`{name}`" in page for name in shipped_names())
 

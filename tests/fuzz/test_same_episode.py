@@ -1,6 +1,6 @@
 """One seed, one sequence of episodes: in every adapter, two processes, batches of 1, 5 and 1000.
 
-Run with -s for what docs/reliability.md quotes.
+Run with -s for what docs/performance.md quotes.
 """
 
 from __future__ import annotations

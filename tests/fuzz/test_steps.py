@@ -1,6 +1,6 @@
 """A hundred thousand random steps each: nothing passes unmarked, nobody disturbs anybody else.
 
-Run with -s for the counts that docs/reliability.md quotes.
+Run with -s for the counts that docs/performance.md quotes.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from tests.agents.optimisers.table import NAME, run
 
 pytest.importorskip("pyarrow")
 pytest.importorskip("matplotlib")
-PAGE = Path(__file__).parents[3] / "docs" / "optimisers.md"
+PAGE = Path(__file__).parents[3] / "docs" / "suite.md"
 
 
 def test_methods_are_listed_and_named_on_the_page(capsys):

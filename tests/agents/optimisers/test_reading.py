@@ -36,7 +36,7 @@ def test_columns_have_a_meaning_and_the_page_names_them_all(tmp_path):
     from pyarrow import parquet
 
     schema = parquet.read_schema(write_results([run([(1, 1.0)], 2)], tmp_path / "a.parquet"))
-    page = (Path(__file__).parents[3] / "docs/optimisers.md").read_text("utf-8")
+    page = (Path(__file__).parents[3] / "docs/suite.md").read_text("utf-8")
     assert schema.names == list(COLUMNS)
     for name, (_, meaning) in COLUMNS.items():
         assert schema.field(name).metadata[b"meaning"].decode() == meaning
@@ -78,7 +78,7 @@ def test_five_columns_are_enough(tmp_path):
     ],
 )
 def test_what_cannot_be_is_named_with_the_file(tmp_path, rows, words):
-    with pytest.raises(ValueError, match=rf"few\.csv: .*{words}.*docs/optimisers\.md"):
+    with pytest.raises(ValueError, match=rf"few\.csv: .*{words}.*docs/suite\.md"):
         read_results(few(tmp_path, rows))
 
 

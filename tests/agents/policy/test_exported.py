@@ -91,8 +91,8 @@ def test_the_command_writes_what_carries_the_task(tmp_path, capsys):
 
 
 def test_plain_numpy_as_the_page_shows_it():
-    """What docs/policies.md prints, on the file alone."""
-    page = (Path(__file__).parents[3] / "docs" / "policies.md").read_text(encoding="utf-8")
+    """What docs/training.md prints, on the file alone."""
+    page = (Path(__file__).parents[3] / "docs" / "training.md").read_text(encoding="utf-8")
     code = page.partition("<!-- numpy -->\n\n")[2].partition("\n\n<!-- end of numpy -->")[0]
     spaces: dict = {}
     exec(code.removeprefix("```python\n").removesuffix("```"), spaces)

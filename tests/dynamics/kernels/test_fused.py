@@ -170,6 +170,14 @@ def test_what_no_kernel_can_hold_is_computed_without_one(outside):
     np.testing.assert_allclose(found, jax.vmap(outside)(x), rtol=1e-6)
 
 
+def test_other_platforms_are_left_to_vmap():
+    lowered = jax.jit(jax.vmap(partial(fused(settle, fixed=1), 2), (0, None, 0))).trace(
+        *arguments(9)
+    )
+    assert "xla_cpu_small_call" in lowered.lower(lowering_platforms=("cpu",)).as_text()
+    assert "xla_cpu_small_call" not in lowered.lower(lowering_platforms=("cuda",)).as_text()
+
+
 def test_a_fused_function_may_be_part_of_another():
     inner = fused(lambda x, y: (jnp.sin(x) * y, jnp.cos(x)))
 

@@ -21,6 +21,7 @@ from stickslip.dynamics.biped import (
     BipedState,
     EventExact,
     RK4Split,
+    floor_position,
     own_time,
     prepare,
 )
@@ -269,3 +270,66 @@ def test_scipy_finds_the_same_end(float64, kind):
         f"periods: median {np.median(off):.1e}, most {off[same].max():.1e}"
     )
     assert np.mean(same & (off < 1e-6)) > 0.9
+
+
+@partial(jax.jit, static_argnums=(0, 1))
+def slopes(spec, outputs: str, walks: Drawn):
+    """The end's time and place by torque and crank rate, forwards."""
+
+    def one(walk: Drawn):
+        def end(torque, rate):
+            state = BipedState(**(vars(walk.state) | {"crank_rate": rate}))
+            scene = scene_of(outputs, walk.mu_static, walk.mu_kinetic)
+
+            def body(carry, _):
+                state, status = carry
+                after, contact = stepped(
+                    *(spec, "table", walk.model, scene, state, Torque(torque), walk.period),
+                    walk.max_rate,
+                )
+                over = status > Status.SLIP_ONSET
+                new = after, contact.status
+                return jax.tree.map(lambda a, b: jnp.where(over, a, b), (state, status), new), None
+
+            begin = state, jnp.zeros((), jnp.int32)
+            (last, status), _ = jax.lax.scan(body, begin, length=PERIODS)
+            place = floor_position(walk.model, last)
+            return jnp.stack([last.time, last.crank_angle, place, last.crank_rate]), status
+
+        at = walk.torque, walk.state.crank_rate
+        forwards = jax.jacfwd(lambda *x: end(*x)[0], (0, 1))(*at)
+        return jnp.stack(forwards), end(*at)[0], end(*at)[1]
+
+    return jax.vmap(one)(walks)
+
+
+@pytest.mark.parametrize("kind", ENDS)
+def test_derivatives_of_an_end_are_those_that_differences_show(float64, kind):
+    """Central differences of fourth order; walks whose differences themselves disagree with half
+    the distance are left out."""
+    spec, outputs = EventExact(max_steps=64), "forces" if kind == "topple" else "state"
+    use = chosen(kind)[:40]
+    walks = jax.tree.map(lambda leaf: leaf[use], drawn(kind))
+    ahead, _, _ = slopes(spec, outputs, walks)
+    values = {"torque": walks.torque, "crank_rate": walks.state.crank_rate}
+    for i, (name, value) in enumerate(values.items()):
+        ahead_by, shift, found = np.asarray(ahead[:, i]), 1e-5 * np.abs(value), []
+        for scale in (1.0, 0.5):
+            at = {}
+            for k in (-2, -1, 1, 2):
+                moved = value + k * scale * shift
+                state = BipedState(**(vars(walks.state) | {"crank_rate": moved}))
+                changed = walks._replace(torque=moved) if i == 0 else walks._replace(state=state)
+                at[k] = np.asarray(slopes(spec, outputs, changed)[1])
+            difference = 8 * (at[1] - at[-1]) - (at[2] - at[-2])
+            found.append(difference / (12 * scale * np.asarray(shift))[:, None])
+        size = np.max(np.abs(found[1]), axis=1, keepdims=True)
+        scatter = np.max(np.abs(found[0] - found[1]) / np.abs(found[1]).clip(1e-3 * size), axis=1)
+        off = np.max(np.abs(ahead_by - found[1]) / np.abs(found[1]).clip(1e-3 * size), axis=1)
+        sound = scatter < 1e-4
+        print(
+            f"\nderivatives of {kind} by {name}: {np.sum(sound)} of {len(use)} walks, median "
+            f"{np.median(off[sound]):.1e}, most {off[sound].max():.1e}"
+        )
+        assert np.sum(sound) > 0.7 * len(use)
+        assert np.mean(off[sound] < 1e-3) > 0.95
