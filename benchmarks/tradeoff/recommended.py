@@ -178,9 +178,9 @@ def body(content: dict[str, Any]) -> str:
     """The tables of docs/accuracy.md."""
     parts = [
         f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
-        "### Presets",
+        "#### Presets",
         presets(content),
-        "### The fronts",
+        "#### The fronts",
         fronts(content),
     ]
     return "\n\n".join(parts)

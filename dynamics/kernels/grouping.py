@@ -331,6 +331,8 @@ cannot do in a kernel. A function with one is left as XLA takes it."""
 SUMMED_UP = ("reduce_sum", "reduce_max", "reduce_min", "reduce_prod", "cum")
 LARGEST_SUM = 2**11
 """Sums and the like of more numbers go to a library."""
+LARGEST_CARRIED = 2**18
+"""Bytes of an array that a loop reads or carries whole: several threads copy larger ones."""
 SWITCH = "STICKSLIP_KERNELS"
 """The environment variable that is set to "off" where XLA cannot compile a kernel."""
 AS_ONE_KERNEL = {"xla_cpu_small_call": "true", "inlineable": "false"}
@@ -395,6 +397,11 @@ def _can_be_one(jaxpr: Jaxpr) -> bool:
     return all(map(_can_be_in_one, jaxpr.eqns))
 
 
+def _bytes(atom: Var | Literal) -> int:
+    size, kind = getattr(atom.aval, "size", 0), getattr(atom.aval, "dtype", None)
+    return size * getattr(kind, "itemsize", 1)
+
+
 def _can_be_in_one(equation: JaxprEqn) -> bool:
     name = equation.primitive.name
     atoms = [*equation.outvars]
@@ -408,6 +415,14 @@ def _can_be_in_one(equation: JaxprEqn) -> bool:
         return _can_be_one(unclosed(opened(equation)))
     leaves = jax.tree.leaves(list(equation.params.values()), is_leaf=is_traced)
     jaxprs = [unclosed(leaf) for leaf in leaves if is_traced(leaf)]
+    if name == "while" and any(_bytes(one) >= LARGEST_CARRIED for one in equation.invars):
+        return False
+    if name == "scan" and any(
+        _bytes(one) >= LARGEST_CARRIED
+        for one, inside in zip(equation.invars, jaxprs[0].invars, strict=True)
+        if getattr(one.aval, "shape", ()) == getattr(inside.aval, "shape", ())
+    ):
+        return False
     if name == "scan" and any(  # what is cut out of its arguments is an array of its own
         getattr(one.aval, "size", 0) > LARGEST_ARRAY for one in changing(equation, jaxprs[0])
     ):
