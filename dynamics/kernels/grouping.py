@@ -402,6 +402,17 @@ def _bytes(atom: Var | Literal) -> int:
     return size * getattr(kind, "itemsize", 1)
 
 
+def _held_whole(loop: JaxprEqn, parts: Sequence[Jaxpr]) -> Sequence[Var | Literal]:
+    """Arguments that a loop reads or carries whole; a scan cuts slices out of the others."""
+    if loop.primitive.name == "while":
+        return loop.invars
+    if loop.primitive.name != "scan":
+        return ()
+    both = zip(loop.invars, parts[0].invars, strict=True)
+    shape = lambda atom: getattr(atom.aval, "shape", ())  # noqa: E731
+    return [one for one, inside in both if shape(one) == shape(inside)]
+
+
 def _can_be_in_one(equation: JaxprEqn) -> bool:
     name = equation.primitive.name
     atoms = [*equation.outvars]
@@ -415,13 +426,7 @@ def _can_be_in_one(equation: JaxprEqn) -> bool:
         return _can_be_one(unclosed(opened(equation)))
     leaves = jax.tree.leaves(list(equation.params.values()), is_leaf=is_traced)
     jaxprs = [unclosed(leaf) for leaf in leaves if is_traced(leaf)]
-    if name == "while" and any(_bytes(one) >= LARGEST_CARRIED for one in equation.invars):
-        return False
-    if name == "scan" and any(
-        _bytes(one) >= LARGEST_CARRIED
-        for one, inside in zip(equation.invars, jaxprs[0].invars, strict=True)
-        if getattr(one.aval, "shape", ()) == getattr(inside.aval, "shape", ())
-    ):
+    if any(_bytes(atom) >= LARGEST_CARRIED for atom in _held_whole(equation, jaxprs)):
         return False
     if name == "scan" and any(  # what is cut out of its arguments is an array of its own
         getattr(one.aval, "size", 0) > LARGEST_ARRAY for one in changing(equation, jaxprs[0])

@@ -145,17 +145,22 @@ def _in_unit_box(objective: Objective) -> Callable[[External], External]:
     return partial(_of_unit_box, objective)
 
 
+def _penalised(
+    objective: Objective, x: Float[np.ndarray, "n"] | Float[np.ndarray, "B n"]
+) -> External:
+    return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x)
+
+
 def _of_unit_box(
     objective: Objective, u: Float[np.ndarray, "n"] | Float[np.ndarray, "B n"]
 ) -> External:
-    x = objective.from_unit(u)
-    return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x)
+    return _penalised(objective, objective.from_unit(u))
 
 
 def _of_columns(
     objective: Objective, x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]
 ) -> External:
-    return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x.T)
+    return _penalised(objective, np.transpose(x))
 
 
 def _of_trial(objective: Objective, trial: External) -> External:
