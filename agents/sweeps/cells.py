@@ -45,7 +45,7 @@ VERSION, MOST_CELLS = 3, 10**6
 DATA, KEY, CELL = "data", b"stickslip", re.compile(r"cell-(\d{6})\.parquet")
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")
 POLL, CONNECT, RETRIES, WINDOW = 0.2, 30.0, 3, 1024
-"""Interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions of a cell
+"""Longest interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions of a cell
 whose worker failed; cells submitted at once."""
 LOST = "the Dask scheduler does not answer any more: start it again, and continue with --resume"
 
@@ -62,8 +62,8 @@ def run_cells(
 ) -> None:
     """Submit cells to a pool and keep each as it is done.
 
-    The first error ends the run; kept cells stay. StoppedError where `stop` returns True; OSError
-    where the scheduler or all workers of a cell are lost.
+    The first error ends the run; kept cells stay. StoppedError where `stop`, polled after every
+    cell, returns True; OSError where the scheduler or all workers of a cell are lost.
     """
     left, running = iter(todo), {}
     try:
@@ -75,6 +75,8 @@ def run_cells(
             done, _ = wait(running, POLL, FIRST_COMPLETED)
             for one in done:
                 keep(running.pop(one), one.result())
+                if stop():
+                    raise StoppedError
             if stop():
                 raise StoppedError
     except CancelledError as error:
