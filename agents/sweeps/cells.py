@@ -45,8 +45,8 @@ VERSION, MOST_CELLS = 3, 10**6
 DATA, KEY, CELL = "data", b"stickslip", re.compile(r"cell-(\d{6})\.parquet")
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")
 POLL, CONNECT, RETRIES, WINDOW = 0.2, 30.0, 3, 1024
-"""Longest interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions of a cell
-whose worker failed; cells submitted at once."""
+"""Longest interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions
+of a cell whose worker failed; cells submitted at once."""
 LOST = "the Dask scheduler does not answer any more: start it again, and continue with --resume"
 
 
