@@ -5,7 +5,9 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
+    from stickslip.envs.adapters.brax import BraxEnv, fresh_episodes
     from stickslip.envs.adapters.gym import GymEnv
+    from stickslip.envs.adapters.gymnax import GymnaxEnv
     from stickslip.envs.adapters.sb3 import SB3VecEnv
     from stickslip.envs.adapters.vector import GymVectorEnv
     from stickslip.envs.biped.env import BipedEnv
@@ -23,14 +25,13 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
+            "adapters.brax": ("BraxEnv", "fresh_episodes"),
             "adapters.gym": ("GymEnv",),
+            "adapters.gymnax": ("GymnaxEnv",),
             "adapters.sb3": ("SB3VecEnv",),
             "adapters.vector": ("GymVectorEnv",),
             "biped.env": ("BipedEnv",),
-            "biped.params": (
-                "BipedEnvParams",
-                "Randomisation",
-            ),
+            "biped.params": ("BipedEnvParams", "Randomisation"),
             "biped.state": ("BipedEnvState",),
             "collecting": ("Collected", "collect"),
             "functional": ("FunctionalEnv",),
@@ -38,10 +39,7 @@ else:
             "tasks.known": ("known_of",),
             "ugv.env": ("UGVEnv",),
             "ugv.params": ("UGVEnvParams",),
-            "ugv.randomisation": (
-                "RandomTrack",
-                "UGVRandomisation",
-            ),
+            "ugv.randomisation": ("RandomTrack", "UGVRandomisation"),
             "ugv.state": ("UGVEnvState",),
         },
     )
@@ -51,10 +49,12 @@ __all__ = [
     "BipedEnv",
     "BipedEnvParams",
     "BipedEnvState",
+    "BraxEnv",
     "Collected",
     "FunctionalEnv",
     "GymEnv",
     "GymVectorEnv",
+    "GymnaxEnv",
     "RandomTrack",
     "Randomisation",
     "SB3VecEnv",
@@ -64,6 +64,7 @@ __all__ = [
     "UGVEnvState",
     "UGVRandomisation",
     "collect",
+    "fresh_episodes",
     "known_of",
     "task_by_name",
 ]

@@ -15,7 +15,8 @@ from stickslip.dynamics.numeric import require_one
 
 FORKED = (
     "this process was forked from one in which JAX had run, whose threads a fork leaves behind; "
-    'accepted: processes that are spawned, as multiprocessing.get_context("spawn").Pool has'
+    'accepted: processes that are spawned (multiprocessing.get_context("spawn").Pool, '
+    'AsyncVectorEnv(..., context="spawn"))'
 )
 COUNT = 10**12
 """The greatest number of iterations, edges and the like that may be asked for."""

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import jax
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
-from stickslip.envs.rendering import Window, save_animation
+from stickslip.envs.rendering.animation import save_animation
+from stickslip.envs.rendering.window import Window
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.envs.adapters.base import RENDER_MODES, Compiled, require_autoreset
 from stickslip.envs.adapters.packing import ending
-from stickslip.envs.rendering import Window
+from stickslip.envs.rendering.window import Window
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv

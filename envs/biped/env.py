@@ -47,7 +47,7 @@ from stickslip.envs.biped.state import (
     reward_terms,
 )
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
-from stickslip.envs.rendering import BipedRenderer
+from stickslip.envs.rendering.biped import BipedRenderer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -13,8 +13,7 @@ from stickslip.dynamics.biped.contact import friction_on, patch_at
 from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot, drawn_scene
-from stickslip.envs.rendering import BipedFrame
-from stickslip.envs.rendering.biped import patches_of
+from stickslip.envs.rendering.biped import BipedFrame, patches_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

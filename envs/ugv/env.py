@@ -22,7 +22,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
-from stickslip.envs.rendering import UGVRenderer
+from stickslip.envs.rendering.ugv import UGVRenderer
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.picture import ugv_frames
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation, ground_of

@@ -8,8 +8,8 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.rendering import BipedFrame, theme
-from stickslip.envs.rendering.biped import BipedSketch
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.biped import BipedFrame, BipedSketch
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel

@@ -14,9 +14,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAwareObservation
 
-from stickslip.envs import BipedEnv, GymEnv, UGVEnv, registration
+from stickslip.envs import BipedEnv, GymEnv, UGVEnv
 from stickslip.envs.adapters.packing import Shared
 from stickslip.envs.params import horizon
+from stickslip.optim import options
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import Toy, ToyParams
 
@@ -170,9 +171,9 @@ def test_parameters_are_kept_without_their_hash():
 
 @pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedIce-v0"])
 def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch, name):
-    """As in a process that was forked after this one had made an environment."""
-    monkeypatch.setattr(registration, "_process", os.getpid() + 1)
-    with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):
-        gymnasium.make(f"stickslip/{name}")
-    with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context='spawn'"):
-        gymnasium.make_vec(f"stickslip/{name}", num_envs=2)
+    """As in a process that was forked after JAX had run in this one."""
+    monkeypatch.setattr(options, "_MADE_IN", os.getpid() + 1)
+    monkeypatch.setattr(options, "_jax_ran", True)
+    for make_it in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context=\"spawn\""):
+            make_it(f"stickslip/{name}")

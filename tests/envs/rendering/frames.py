@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.rendering import BipedFrame
+from stickslip.envs.rendering.biped import BipedFrame
 
 STANDING = BipedFrame(
     phase=2.2,

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.envs.rendering import BipedRenderer, save_animation
+from stickslip.envs.rendering.animation import save_animation
+from stickslip.envs.rendering.biped import BipedRenderer
 from tests.envs.rendering.frames import SCENE, walk
 
 pytest.importorskip("matplotlib")

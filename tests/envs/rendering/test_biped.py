@@ -14,8 +14,10 @@ import pytest
 
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.rendering import BipedRenderer, Window, save_animation, theme
-from stickslip.envs.rendering.biped import patches_of
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.animation import save_animation
+from stickslip.envs.rendering.biped import BipedRenderer, patches_of
+from stickslip.envs.rendering.window import Window
 from tests.envs.rendering.frames import SCENE, STANDING, walk
 
 pytest.importorskip("matplotlib")

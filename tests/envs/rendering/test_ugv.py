@@ -14,7 +14,8 @@ from stickslip.dynamics.ugv import UGVParams
 
 pytest.importorskip("matplotlib")
 
-from stickslip.envs.rendering import UGVFrame, UGVRenderer, theme
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.ugv import UGVFrame, UGVRenderer
 from tests.envs.ugv.helpers import drive, task
 
 pytestmark = pytest.mark.long

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.envs.rendering import save_animation
-from stickslip.envs.rendering.animation import find_ffmpeg
+from stickslip.envs.rendering.animation import find_ffmpeg, save_animation
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.envs.rendering import Window
+from stickslip.envs.rendering.window import Window
 
 
 @pytest.fixture
