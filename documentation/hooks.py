@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shutil
 import tomllib
+import zlib
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +16,13 @@ from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
+from stickslip.envs.rendering.page import html_of
+
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "build" / "reference"
 """Links to the sources in the layout of the installed package, for mkdocstrings."""
+EPISODE = ROOT / "documentation" / "ice.json"
+"""The viewer's data of the episode on the first page, compressed."""
 NAMED_PAGE = re.compile(r"(?<!\[)`docs/(\w+)\.md`")
 NOTEBOOK = re.compile(r"\]\(\.\./notebooks/(\w+)\.ipynb\)")
 
@@ -32,7 +39,8 @@ def on_startup(**kwargs: Any) -> None:
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add each notebook as a page and as a file."""
+    """Add the viewer's page, and each notebook as a page and as a file."""
+    files.append(File.generated(config, "site/ice.html", content=episode_page()))
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         page = f"notebooks/{path.stem}.md"
         files.append(File.generated(config, page, content=notebook_page(path)))
@@ -46,6 +54,25 @@ def on_page_markdown(markdown: str, page: Page, **kwargs: Any) -> str:
     up = "../" * page.file.src_uri.count("/")
     linked = NAMED_PAGE.sub(lambda found: f"[{found[0]}]({up}{found[1]}.md)", markdown)
     return NOTEBOOK.sub(r"](notebooks/\1.md)", linked)
+
+
+def episode_page() -> str:
+    """The viewer's page of the stored episode, in HTML."""
+    stored = json.loads(EPISODE.read_text(encoding="utf-8"))
+    data = zlib.decompress(base64.b64decode(stored["data"])).decode()
+    return html_of(stored["title"], stored["lead"], data)
+
+
+def store_episode(page: str) -> None:
+    """Store the episode of a page that `stickslip view biped-ice --html PAGE` has written."""
+    text = Path(page).read_text(encoding="utf-8")
+    title, lead, data = (
+        re.search(pattern, text, re.DOTALL)[1]  # type: ignore[index]
+        for pattern in (r"<title>(.*?)<", r'class="lead">(.*?)</p>', r'id="data">(.*?)</script>')
+    )
+    packed = base64.b64encode(zlib.compress(data.encode(), 9)).decode()
+    stored = {"title": unescape(title), "lead": unescape(lead), "data": packed}
+    EPISODE.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
 
 
 def notebook_page(path: Path) -> str:

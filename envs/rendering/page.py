@@ -101,7 +101,12 @@ class Page:
 
 
 def page_text(page: Page) -> str:
-    """The page as HTML. Names are text in it, whatever characters they hold.
+    """The page as HTML. Names are text in it, whatever characters they hold."""
+    return html_of(page.title, page.lead, _script_text({"episodes": page.episodes}))
+
+
+def html_of(title: str, lead: str, data: str) -> str:
+    """The page of a title, a lead and the episodes' JSON.
 
     Its policy on contents allows the package's two scripts by their digests and nothing else, so
     neither a name nor a picture can bring a script or a request with it.
@@ -109,11 +114,11 @@ def page_text(page: Page) -> str:
     library = f"/*\n{_read('vendor/uPlot.LICENSE')}*/\n{_read('vendor/uPlot.iife.min.js')}"
     program = '"use strict";\n(() => {\n' + "\n".join(map(_read, SCRIPTS)) + "})();\n"
     return Template(_read("page.html")).substitute(
-        title=escape(page.title),
+        title=escape(title),
         policy=escape(_policy(library, program)),
         style=_colours() + _read("vendor/uPlot.min.css") + _read("page.css"),
-        lead=f'<p class="lead">{escape(page.lead)}</p>' if page.lead else "",
-        data=_script_text({"episodes": page.episodes}),
+        lead=f'<p class="lead">{escape(lead)}</p>' if lead else "",
+        data=data,
         library=library,
         program=program,
     )

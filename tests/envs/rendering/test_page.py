@@ -5,10 +5,12 @@ import hashlib
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
+
+import pytest
 
 from stickslip.envs.rendering.page import Page, page_text
 from tests.envs.rendering.pages import page, walked
+from tests.pages import read_episodes
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
 
@@ -70,8 +72,14 @@ def test_names_cannot_bring_elements():
     )
 
 
-def test_the_page_of_the_documentation_has_the_programs_of_the_package():
-    """`stickslip view biped-ice --html docs/site/ice.html --overwrite` writes it anew."""
-    kept = (Path(__file__).parents[3] / "docs/site/ice.html").read_text(encoding="utf-8")
-    pattern = re.compile(r"<script>(.*?)</script>|<style>(.*?)</style>", re.DOTALL)
-    assert pattern.findall(kept) == pattern.findall(page_text(page("walker")))
+def test_the_page_of_the_documentation_is_made_of_its_stored_episode(tmp_path, monkeypatch):
+    """`documentation.hooks.store_episode` writes it anew."""
+    hooks = pytest.importorskip("documentation.hooks")
+    made = tmp_path / "page.html"
+    made.write_text(hooks.episode_page(), encoding="utf-8")
+    (episode,) = read_episodes(made)
+    assert (episode.name, episode.drawing.points.shape) == ("biped-ice", (301, 25, 2))
+    stored = hooks.EPISODE.read_text(encoding="utf-8")
+    monkeypatch.setattr(hooks, "EPISODE", tmp_path / "ice.json")
+    hooks.store_episode(made)
+    assert hooks.EPISODE.read_text(encoding="utf-8") == stored
