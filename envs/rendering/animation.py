@@ -5,7 +5,6 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
-import zlib
 from itertools import chain
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
@@ -16,9 +15,7 @@ from stickslip.envs.rendering.extras import require
 from stickslip.records.files import writing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
-    from PIL.Image import Image
+    from collections.abc import Iterable, Iterator
 
 MP4 = ".mp4"
 FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}
@@ -26,8 +23,10 @@ FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}
 SUFFIXES = (*FORMATS, MP4)
 FASTEST_GIF = 50.0
 """Viewers slow down a GIF that asks for more pictures a second."""
-COLOURS = 255
-"""Of a GIF's palette."""
+COLOURS = 256
+"""Of a picture of a GIF."""
+MOST_PICTURES = 10**6
+"""Of an animation that Pillow writes."""
 MISSING = (
     'an .mp4 needs ffmpeg, and there is none; accepted: pip install "stickslip[viz]", an ffmpeg on '
     "the PATH, or a .gif, .png or .webp"
@@ -37,11 +36,10 @@ MISSING = (
 def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 25) -> Path:
     """Save pictures, uint8 [height, width, 3] all of one size, and return the path.
 
-    The suffix chooses the format: .gif has one palette of 255 colours made from all frames, .png
-    (APNG) keeps every colour, .webp is the smallest; these repeat for ever. .mp4 is H.264, written
-    by ffmpeg picture by picture, odd sizes with a row or column more. One picture every
-    1 / fps [s]. An existing file is replaced only when the new one is complete. Needs the extra
-    `viz`.
+    The suffix chooses the format: .gif has 256 colours a picture, .png (APNG) keeps every colour,
+    .webp is the smallest; these repeat for ever. .mp4 is H.264, written by ffmpeg picture by
+    picture, odd sizes with a row or column more. One picture every 1 / fps [s]. An existing file is
+    replaced only when the new one is complete. Needs the extra `viz`.
     """
     path = Path(path)
     require_format(path)
@@ -125,64 +123,21 @@ def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: fl
 
 
 def _write_images(frames: Iterator[np.ndarray], file: IO[bytes], suffix: str, fps: float) -> None:
-    """Write by Pillow. Frames lie compressed in memory until palette and times are known."""
-    reel, shape = [], (0, 0, 3)
-    for frame in frames:
-        reel.append(zlib.compress(frame.tobytes(), level=1))
-        shape = frame.shape
-
-    def frame_of(packed: bytes) -> np.ndarray:
-        return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(shape)
-
-    convert = require("PIL.Image").fromarray
-    if suffix == ".gif":
-        convert = _Indexer(
-            np.concatenate([frame_of(one)[::3] for one in reel[:: len(reel) // 8 + 1]])
-        )
-    ticks = 10 if suffix == ".gif" else 1  # [ms]
-    edges = np.round(np.arange(len(reel) + 1) * 1000 / fps / ticks)
+    """Write by Pillow, a GIF picture by picture."""
+    pillow = require("PIL.Image")
+    images = (pillow.fromarray(frame) for frame in frames)
+    tick = 1  # [ms]
     more = {"quality": 50, "method": 4} if suffix == ".webp" else {}
-    convert(frame_of(reel[0])).save(
+    if suffix == ".gif":
+        tick, none = 10, pillow.Dither.NONE
+        images = (one.quantize(COLOURS, pillow.Quantize.MEDIANCUT, dither=none) for one in images)
+    edges = np.round(np.arange(MOST_PICTURES + 1) * 1000 / fps / tick)
+    next(images).save(
         file,
         format=FORMATS[suffix],
         save_all=True,
-        append_images=_Images(lambda one: convert(frame_of(one)), reel[1:]),
-        duration=(ticks * np.diff(edges)).astype(int).tolist(),
+        append_images=images if suffix == ".gif" else list(images),
+        duration=(tick * np.diff(edges)).astype(int).tolist(),
         loop=0,
         **more,
     )
-
-
-class _Images:
-    """Images made each time they are asked for: Pillow's writer of PNG goes through them twice."""
-
-    def __init__(self, image: Callable[[bytes], Image], reel: list[bytes]):
-        self._image, self._reel = image, reel
-
-    def __iter__(self) -> Iterator[Image]:
-        return map(self._image, self._reel)
-
-
-class _Indexer:
-    """Makes images with one palette: for each pixel the nearest colour, without dithering.
-
-    Pillow's own mapping to a palette keeps 6 of a colour's 8 bits. sample: [height, width, 3].
-    """
-
-    def __init__(self, sample: np.ndarray):
-        pillow = require("PIL.Image")
-        quantized = pillow.fromarray(sample).quantize(COLOURS, pillow.Quantize.MEDIANCUT)
-        self._palette = np.array(quantized.getpalette(), np.float32).reshape(-1, 3)[:COLOURS]
-        self._table = np.full(1 << 24, COLOURS, np.uint8)  # of all colours; COLOURS is unknown
-
-    def __call__(self, frame: np.ndarray) -> Image:
-        packed = frame.astype(np.uint32) @ np.array([1 << 16, 1 << 8, 1], np.uint32)
-        missing = np.unique(packed[self._table[packed] == COLOURS])
-        for some in np.array_split(missing, 1 + len(missing) // 4096):
-            colours = np.stack([some >> 16, (some >> 8) & 255, some & 255], -1).astype(np.float32)
-            # |c - p|^2 without |c|^2, which is the same for every entry
-            far = np.sum(self._palette**2, axis=1) - 2 * colours @ self._palette.T
-            self._table[some] = np.argmin(far, axis=1)
-        image = require("PIL.Image").fromarray(self._table[packed], "P")
-        image.putpalette(self._palette.astype(np.uint8).tobytes())
-        return image

@@ -7,12 +7,12 @@ import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    import numpy as np
 
 
 class Window:
@@ -20,16 +20,13 @@ class Window:
 
     title: of the window. fps: pictures a second; `show` waits for its turn.
 
-    The window opens with the first picture. Where there is no display (Linux without DISPLAY and
-    WAYLAND_DISPLAY) everything works the same on an invisible one; the choice of video driver in
-    SDL_VIDEODRIVER is respected. Someone who closes the window ends the showing, not the process:
-    `show` then does nothing until `close` was called. pygame has one window a process: the last
-    Window to open has it. Needs the extra `viz`.
+    The window opens with the first picture. Without a display (Linux without DISPLAY and
+    WAYLAND_DISPLAY) it is an invisible one, unless SDL_VIDEODRIVER names a driver. Someone who
+    closes the window ends the showing, not the process: `show` then does nothing until `close` was
+    called. pygame has one window a process: the last Window to open has it. Needs the extra `viz`.
     """
 
     def __init__(self, title: str = "stickslip", *, fps: float = 50.0):
-        if not fps > 0:
-            raise ValueError(f"fps = {fps}; accepted: > 0")
         with _environment(PYGAME_HIDE_SUPPORT_PROMPT="1"):
             self._pygame = require("pygame")
         self._title, self._fps = title, fps
@@ -44,10 +41,6 @@ class Window:
 
     def show(self, picture: np.ndarray) -> bool:
         """Show uint8 [height, width, 3] and wait for the next turn; False once dismissed."""
-        if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
-            raise ValueError(
-                f"picture is {picture.dtype} {picture.shape}; accepted: uint8 [height, width, 3]"
-            )
         if self._dismissed:
             return False
         height, width, _ = picture.shape
@@ -56,7 +49,12 @@ class Window:
         image = self._pygame.image.frombuffer(picture.tobytes(), (width, height), "RGB")
         self._surface.blit(image, (0, 0))
         self._pygame.display.flip()
-        if self._asked_to_quit():
+        pygame = self._pygame
+        if any(
+            event.type == pygame.QUIT
+            or (event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE)
+            for event in pygame.event.get()
+        ):
             self.close()
             self._dismissed = True
             return False
@@ -72,7 +70,8 @@ class Window:
 
     def _open(self, width: int, height: int) -> None:
         settings = {"SDL_FRAMEBUFFER_ACCELERATION": "0"}  # a plain surface, no OpenGL below it
-        if _has_no_display():
+        screens = any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+        if sys.platform.startswith("linux") and not screens:
             settings["SDL_VIDEODRIVER"] = "dummy"
         try:
             with _environment(**settings):
@@ -85,29 +84,14 @@ class Window:
             ) from error
         self._pygame.display.set_caption(self._title)
 
-    def _asked_to_quit(self) -> bool:
-        """Whether the window was closed or Escape pressed; other events are dropped."""
-        pygame = self._pygame
-        return any(
-            event.type == pygame.QUIT
-            or (event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE)
-            for event in pygame.event.get()
-        )
-
-
-def _has_no_display() -> bool:
-    """Linux with neither X11 nor Wayland, and no driver asked for."""
-    named = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
-    return sys.platform.startswith("linux") and not any(os.environ.get(name) for name in named)
-
 
 @contextmanager
 def _environment(**settings: str) -> Iterator[None]:
     """Environment variables for a moment; those that are set already keep their value."""
-    added = [name for name in settings if name not in os.environ]
-    os.environ.update({name: settings[name] for name in added})
+    before = dict(os.environ)
+    os.environ.update({name: value for name, value in settings.items() if name not in before})
     try:
         yield
     finally:
-        for name in added:
+        for name in settings.keys() - before.keys():
             os.environ.pop(name, None)
