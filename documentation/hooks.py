@@ -24,6 +24,7 @@ PACKAGE = ROOT / "build" / "reference"
 EPISODE = ROOT / "documentation" / "ice.json"
 """The viewer's data of the episode on the first page, compressed."""
 NAMED_PAGE = re.compile(r"(?<!\[)`docs/(\w+)\.md`")
+COLAB = "https://colab.research.google.com"
 NOTEBOOK = re.compile(r"\]\(\.\./notebooks/(\w+)\.ipynb\)")
 
 
@@ -43,7 +44,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     files.append(File.generated(config, "site/ice.html", content=episode_page()))
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         page = f"notebooks/{path.stem}.md"
-        files.append(File.generated(config, page, content=notebook_page(path)))
+        content = notebook_page(path, config.extra["notebooks"])
+        files.append(File.generated(config, page, content=content))
         copy = f"notebooks/{path.name}"
         files.append(File.generated(config, copy, abs_src_path=str(path)))
     return files
@@ -75,11 +77,24 @@ def store_episode(page: str) -> None:
     EPISODE.write_text(json.dumps(stored, indent=1) + "\n", encoding="utf-8")
 
 
-def notebook_page(path: Path) -> str:
-    """Markdown of a notebook: text, code and stored outputs."""
+def notebook_page(path: Path, repository: str) -> str:
+    """Markdown of a notebook: badges, text, code and stored outputs; not the installing cell."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
-    title, *rest = [_cell(cell) for cell in cells]
-    return "\n\n".join([title, f"*As [a notebook]({path.name}).*", *rest]) + "\n"
+    title, *rest = [
+        _cell(cell) for cell in cells if "install" not in cell["metadata"].get("tags", ())
+    ]
+    return "\n\n".join([title, badges(path, repository), *rest]) + "\n"
+
+
+def badges(path: Path, repository: str) -> str:
+    """Links that download a notebook and open it in Colab; without an address, Colab's upload."""
+    download = f"[Download the notebook]({path.name}){{ .badge }}"
+    if repository:
+        address = f"{COLAB}/github/{repository}/notebooks/{path.name}"
+        return f"{download} [Open in Colab]({address}){{ .badge }}"
+    return (
+        f"{download} [Open Colab]({COLAB}){{ .badge }} and upload the notebook and a wheel there."
+    )
 
 
 def _cell(cell: dict[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -52,3 +53,29 @@ def test_there_are_notebooks_and_what_is_made_less_stands_in_one_of_them():
     assert len(NOTEBOOKS) >= 4
     texts = [path.read_text(encoding="utf-8") for path in NOTEBOOKS]
     assert [sum(much in text for text in texts) for much in FEWER] == [1] * len(FEWER)
+
+
+def first_code(path: Path) -> str:
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    return next("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("wheel", ["stickslip-0.2.0-py3-none-any.whl", None])
+@pytest.mark.parametrize("there", [True, False])
+def test_the_first_cell_installs_what_is_missing(
+    path: Path, wheel: str | None, there: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """From the wheel beside the notebook, or by name."""
+    monkeypatch.chdir(tmp_path)
+    if wheel:
+        Path(wheel).touch()
+    asked: list[list[str]] = []
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: name if there else None)
+    monkeypatch.setattr("subprocess.run", lambda words, check: asked.append(words))
+    exec(first_code(path), {})
+    assert [words[-1].partition("[")[0] for words in asked] == [wheel or "stickslip"] * (not there)
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    for words in asked:
+        names = words[-1].partition("[")[2].rstrip("]").split(",")
+        assert {*names} <= {*extras["optional-dependencies"]}

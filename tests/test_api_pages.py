@@ -1,0 +1,46 @@
+"""The API pages show every public name, with a docstring."""
+
+import re
+
+import pytest
+
+from documentation import hooks
+from tests.documents import ROOT
+
+PACKAGES = sorted(
+    name
+    for page in (ROOT / "docs" / "api").glob("*.md")
+    for name in re.findall(r"(?m)^::: (.+)$", page.read_text(encoding="utf-8"))
+)
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """The sources as mkdocstrings reads them."""
+    griffe = pytest.importorskip("griffe", reason="needs the extra docs")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(hooks, "PACKAGE", tmp_path_factory.mktemp("sources"))
+        hooks.on_startup()
+        yield griffe.load(
+            "stickslip", search_paths=[hooks.PACKAGE], resolve_aliases=True, allow_inspection=False
+        )
+
+
+def test_each_layer_and_each_machine_has_a_page():
+    layers = {f"stickslip.{layer}" for layer in ("dynamics", "optim", "envs", "agents")}
+    assert {*PACKAGES} == layers | {"stickslip.dynamics.biped", "stickslip.dynamics.ugv"}
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_a_page_shows_every_public_name_and_method(name, package):
+    """mkdocstrings leaves out what has no docstring."""
+    module = package[name.partition(".")[2]]
+    assert module.exports
+    for each in module.exports:
+        shown = module.members[str(getattr(each, "name", each))]
+        shown = shown.final_target if shown.is_alias else shown
+        assert shown.docstring, shown.path
+        methods = shown.all_members.items() if shown.is_class else ()
+        for public, method in methods:
+            if not public.startswith("_") and method.is_function:
+                assert method.docstring, method.path
