@@ -4,7 +4,6 @@ import re
 
 import pytest
 
-from documentation import hooks
 from tests.documents import ROOT
 
 PACKAGES = sorted(
@@ -17,6 +16,7 @@ PACKAGES = sorted(
 @pytest.fixture(scope="module")
 def package(tmp_path_factory):
     """The sources as mkdocstrings reads them."""
+    hooks = pytest.importorskip("documentation.hooks", reason="needs the extra docs")
     griffe = pytest.importorskip("griffe", reason="needs the extra docs")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(hooks, "PACKAGE", tmp_path_factory.mktemp("sources"))
