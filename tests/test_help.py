@@ -1,6 +1,7 @@
 """What the command line's help says, and how scenes are told from policies."""
 
 import inspect
+import re
 import shlex
 from dataclasses import fields
 
@@ -11,7 +12,8 @@ from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.machine import BIPED_BASELINES
 from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
 from stickslip.agents.ugv.machine import UGV_BASELINES
-from stickslip.cli import COMMANDS, OK, main, make_parser
+from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
+from stickslip.commands import EXAMPLES, GROUPS
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, METHODS
@@ -31,7 +33,7 @@ def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
 
 
 def test_help_names_every_field_of_the_configuration(capsys):
-    shown = help_of(capsys, "train")
+    shown = help_of(capsys, "train", "biped")
     for name in (one.name for one in fields(TrainConfig)):
         flag = f" --{name.replace('_', '-')} "
         assert (flag if name in TrainConfig.FLAGS else f" {name}=") in shown
@@ -86,6 +88,42 @@ def test_every_example_of_a_command_is_one_that_it_takes(capsys, name: str):
         given = make_parser(words).parse_args(words)
         assert given.command == words[0]
     assert name in {line.split()[1] for line in examples}
+
+
+def test_the_help_lists_examples_and_then_every_command_once_by_purpose(capsys):
+    assert sorted(name for names in GROUPS.values() for name in names) == sorted(COMMANDS)
+    shown = help_of(capsys)
+    places = [shown.index("examples:"), *(shown.index(f" {title}: ") for title in GROUPS)]
+    assert places == sorted(places)
+    for name, command in COMMANDS.items():
+        assert f" {name} {command.about}" in shown
+    for line in list(EXAMPLES)[:-1]:
+        assert make_parser(words := shlex.split(line)[1:]).parse_args(words)
+
+
+@pytest.mark.parametrize("command", ["simulate", "optimise", "train", "sweep"])
+def test_a_line_without_a_machine_says_which_there_are_before_any_flag(capsys, command: str):
+    for rest in ("", "--out x", "--nonsense 1"):
+        assert main([command, *rest.split()]) == WRONG_INPUT
+        said = capsys.readouterr().err
+        assert re.fullmatch(r"stickslip: error: no machine is named; accepted: [^\n]+\n", said)
+        assert all(f"{machine} (" in said for machine in ("biped", "ugv"))
+    assert main([command, "bipde"]) == WRONG_INPUT
+    assert "'bipde' is no machine (did you mean biped?); accepted: " in capsys.readouterr().err
+    assert "--out" not in help_of(capsys, command).partition("options:")[2]
+    assert f"stickslip {command} ugv --help" in help_of(capsys, command)
+
+
+def test_each_machine_has_flags_of_its_own(capsys):
+    for command, flags in {
+        "simulate": ("--torque", "--angles"),
+        "optimise": ("--objective", "--criterion"),
+        "train": ("--payload", "--tracks"),
+    }.items():
+        for machine, own, other in (("biped", *flags), ("ugv", *flags[::-1])):
+            shown = help_of(capsys, command, machine).partition("options:")[2]
+            assert f" {own} " in shown
+            assert f" {other} " not in shown
 
 
 def options(kind: type, line: str):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
 
@@ -12,7 +12,7 @@ from stickslip.envs.rendering.window import Window
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     import numpy as np
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
     from stickslip.envs.functional import FunctionalEnv
+    from stickslip.envs.rendering.scene import Renderer
+
+Frame = TypeVar("Frame")
 
 
 def film(
@@ -56,34 +59,65 @@ def write_film(
     if seconds is not None:
         steps = min(int(played.length), max(1, round(seconds / period)))
         played = played._replace(length=steps)
+    return write_pictures(*_frames(env, played, params), period, path, fps, progress)
+
+
+def write_pictures(
+    renderer: Renderer[Frame],
+    frame: Callable[[int], Frame],
+    last: int,
+    period: float,
+    path: str | Path,
+    fps: float,
+    progress: bool = False,
+) -> Path:
+    """Write an animation of the frames 0 to `last`, `period` [s] apart; see `film`."""
     fps = min(fps, 1 / period)
-    return save_animation(_pictures(env, played, params, fps, progress), path, fps)
+    return save_animation(_pictures(renderer, frame, last, period, fps, progress), path, fps)
 
 
 def show_window(env: AnyEnv, played: Rollout[Any], params: Timed, title: str, fps: float) -> None:
     """Show an episode in real time, until its end or until the window is closed."""
-    fps = min(fps, 1 / float(params.control_period))
+    period = float(params.control_period)
+    fps = min(fps, 1 / period)
     window = Window(title, fps=fps)
     try:
-        for picture in _pictures(env, played, params, fps):
+        for picture in _pictures(*_frames(env, played, params), period, fps):
             if not window.show(picture):
                 break
     finally:
         window.close()
 
 
-def _pictures(
-    env: AnyEnv, played: Rollout[Any], params: Timed, fps: float, progress: bool = False
-) -> Iterator[np.ndarray]:
-    """The pictures of one episode: its start, then one every 1 / fps [s], and its end."""
+def _frames(
+    env: AnyEnv, played: Rollout[Any], params: Timed
+) -> tuple[Renderer[Any], Callable[[int], Any], int]:
+    """Renderer, frame by number and number of the last frame of an episode; 0 is its start."""
     played = played.trimmed()
-    last, drawn = int(played.length) - 1, 0
-    renderer = env.renderer(params)
-    yield renderer.draw(env.picture(played.start_state, {}, params))
-    with Bar("drawing", last + 1, "step", progress) as bar:
-        for i in range(last + 1):
-            if (i + 1) * fps * float(params.control_period) >= drawn + 1 - 1e-9 or i == last:
-                state, info = jax.tree.map(lambda leaf, i=i: leaf[i], (played.state, played.info))
+
+    def frame(i: int) -> Any:
+        if i == 0:
+            return env.picture(played.start_state, {}, params)
+        state, info = jax.tree.map(lambda leaf: leaf[i - 1], (played.state, played.info))
+        return env.picture(state, info, params)
+
+    return env.renderer(params), frame, int(played.length)
+
+
+def _pictures(
+    renderer: Renderer[Frame],
+    frame: Callable[[int], Frame],
+    last: int,
+    period: float,
+    fps: float,
+    progress: bool = False,
+) -> Iterator[np.ndarray]:
+    """The pictures: the first frame, then one every 1 / fps [s], and the last frame."""
+    drawn = 0
+    yield renderer.draw(frame(0))
+    with Bar("drawing", last, "step", progress) as bar:
+        for i in range(1, last + 1):
+            if i * fps * period >= drawn + 1 - 1e-9 or i == last:
                 drawn += 1
-                yield renderer.draw(env.picture(state, info, params))
+                yield renderer.draw(frame(i))
             bar.advance()

@@ -309,6 +309,13 @@ def finer(problem: PostureProblem, factor: int = FACTOR) -> PostureProblem:
     return replace(problem, x=x, friction=friction)
 
 
+def refined(
+    problem: PostureProblem, x: Float[np.ndarray, "n"], factor: int
+) -> tuple[PostureProblem, np.ndarray]:
+    """The problem `factor` times finer, and the drive in it: legs turn evenly between waypoints."""
+    return finer(problem, factor), _between(problem.angles(x), factor).reshape(-1)
+
+
 def evaluate_finer(
     problem: PostureProblem, x: Float[np.ndarray, "n"], factor: int = FACTOR
 ) -> dict[str, Any]:

@@ -14,13 +14,15 @@ from typing import IO, TYPE_CHECKING, Any, NoReturn
 
 from stickslip.commands import (
     COMMANDS,
+    EXAMPLES,
+    GROUPS,
     NOTHING_FOUND,
     OK,
     READER_LEFT,
     WRONG_INPUT,
     function_of,
 )
-from stickslip.parser import Parser, add_examples
+from stickslip.parser import Parser, examples_text, tables_text
 from stickslip.programs import compiled_programs
 from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
 
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from stickslip.records.table import Content
 
 __all__ = ["COMMANDS", "NOTHING_FOUND", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
+ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."
 LONGEST = 1200
 """Characters of a message."""
 EXHAUSTED = "RESOURCE_EXHAUSTED"
@@ -98,25 +101,28 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
     """The parser. A command has its flags only if it is among the arguments."""
     parser = Parser(
         prog="stickslip",
-        description="A biped that sticks or slips and a UGV on two legs: train, compare, look.",
+        usage="stickslip COMMAND ...",
+        description="\n\n".join((ABOUT, examples_text(EXAMPLES), _command_tables())),
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
-    add_examples(
-        parser,
-        {
-            "stickslip view biped-ice": "a trained policy at work, as a film",
-            "stickslip tasks": "what there is to be solved",
-            "stickslip COMMAND --help": "a command's flags, names and examples",
-        },
-    )
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    parser._action_groups.pop()  # the description lists them
     for name, one in COMMANDS.items():
-        described = f"{one.about[0].upper()}{one.about[1:]}."
-        command = commands.add_parser(name, help=one.about, description=described)
+        described = f"{one.about[0].upper()}{one.about[1:]}.\n\n{examples_text(one.examples)}"
+        command = commands.add_parser(
+            name, prog=f"stickslip {name}", help=one.about, description=described
+        )
         command.set_defaults(command=name)
         if name in arguments:
             _add_flags(name, command, arguments)
     return parser
+
+
+def _command_tables() -> str:
+    """The commands by purpose."""
+    return tables_text(
+        {title: {name: COMMANDS[name].about for name in names} for title, names in GROUPS.items()}
+    )
 
 
 def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
@@ -136,7 +142,6 @@ def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
             action="store_false",
             help="compile everything again, and keep no compiled program for the next command",
         )
-    add_examples(parser, command.examples)
 
 
 def _run(given: argparse.Namespace) -> int:

@@ -2,7 +2,7 @@
 
 `flags` adds a command's flags to its parser and imports nothing heavy. `run` takes the parsed flags
 by name and returns a Content, or None. Both are named as "module:function", the module perhaps by
-the machine, and imported when their command is asked for. Examples end the help.
+the machine, and imported when their command is asked for. Examples begin the help.
 """
 
 from __future__ import annotations
@@ -204,4 +204,19 @@ COMMANDS = {
         compiles=False,
     ),
 }
-"""By name, in the order of the help."""
+GROUPS = {
+    "use": ("view", "evaluate", "simulate", "tasks", "policies", "export"),
+    "train": ("train", "demo"),
+    "optimise": ("optimise",),
+    "study": ("sweep", "reproduce", "bench"),
+    "shell": ("completion",),
+}
+"""The commands by purpose, in the order of the help."""
+EXAMPLES = {
+    "stickslip view biped-ice": "a trained policy at work, as a film",
+    "stickslip train biped --task BipedFast-v0 --out runs/fast": "a policy of one's own on a task",
+    "stickslip optimise ugv --track bump": "leg angles that need the least energy over a bump",
+    "stickslip simulate biped --torque 1 --film walk.gif": "a walk under a torque, as a film",
+    "stickslip COMMAND --help": "a command's flags, names and examples",
+}
+"""Of the whole program."""

@@ -40,15 +40,11 @@ POLICY = "a policy of the package, a policy file, a run's directory or a baselin
 
 def train_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add the machine, the run, and every setting of the machine's configuration."""
+    named = {one.name: one.environment for one in machines()}
+    if not parser.add_machine(named, arguments, "--task", "--resume"):
+        return
     machine = machine_among(arguments)
-    parser.add_argument(
-        "machine",
-        nargs="?",
-        choices=[one.name for one in machines()],
-        default=machine.name,
-        help=f"what to train (default: {machines()[0].name}, or whose --task is); each has "
-        "settings of its own, see --help after its name",
-    )
+    parser.set_defaults(machine=machine.name)
     parser.add_argument(
         "--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)"
     )
@@ -145,9 +141,9 @@ def view_flags(parser: Parser, _: Sequence[str]) -> None:
 
 def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add policies, axes, the machine's task, and workers."""
+    if not parser.add_machine({one.name: one.environment for one in machines()}, arguments):
+        return
     machine, add = machine_among(arguments), parser.add_argument
-    add("machine", choices=[one.name for one in machines()],
-        help="whose policies; each has axes of its own, see --help after its name")  # fmt: skip
     policy = add("--policy", nargs="+", required=True, metavar="POLICY",
         help="policy files, directories of training runs and baselines, see below")  # fmt: skip
     completes(policy, _policy_names())

@@ -6,6 +6,7 @@ A command has flags for what is often asked and settings for the rest: `--set na
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import shutil
 import textwrap
@@ -163,6 +164,8 @@ class Parser(argparse.ArgumentParser):
         for name in (None, "store"):
             self.register("action", name, _Once)
         self.settings: dict[str, argparse.Action] = {}
+        self._machines: Mapping[str, str] = {}
+        self._instead: tuple[str, ...] = ()
         self._shown_last: argparse._ArgumentGroup | None = None
 
     def add_setting(self, name: str, **options: Any) -> argparse.Action:
@@ -186,6 +189,39 @@ class Parser(argparse.ArgumentParser):
             self.set_defaults(**{name: action.default})
         return action
 
+    def add_machine(
+        self, machines: Mapping[str, str], arguments: Sequence[str], *instead: str
+    ) -> bool:
+        """Add the argument that names a machine; return whether the arguments name one.
+
+        machines: names, and what the command does with each. instead: flags that name it, too. A
+        line that names none is refused; without a machine the help lists them and no flags.
+        """
+        self._machines, self._instead = machines, instead
+        nargs = {"nargs": "?"} if instead else {}
+        self.add_argument("machine", choices=machines, help=", ".join(machines), **nargs)
+        if self._names_machine(arguments):
+            return True
+        helps = {f"{self.prog} {name} --help": about for name, about in machines.items()}
+        add_tables(self, {"machines, each with flags of its own": helps})
+        return False
+
+    def _names_machine(self, words: Sequence[str]) -> bool:
+        flags = {word.partition("=")[0] for word in words}
+        return not flags.isdisjoint((*self._machines, *self._instead))
+
+    def _require_machine(self, words: Sequence[str]) -> None:
+        """Refuse a line without a machine before any of its flags."""
+        asks = "_ARGCOMPLETE" in os.environ or not {"-h", "--help"}.isdisjoint(words)
+        if not self._machines or asks or self._names_machine(words):
+            return
+        known = ", ".join(f"{name} ({about})" for name, about in self._machines.items())
+        first = words[0] if words and not words[0].startswith("-") else None
+        said = "no machine is named"
+        if first is not None:
+            said = f"{shown(first)} is no machine{nearest(first, self._machines)}"
+        self.error(f"{said}; accepted: {known}")
+
     def format_help(self) -> str:
         """Format the help with the settings behind all flags."""
         self._action_groups.sort(key=lambda group: group is self._shown_last)
@@ -199,6 +235,7 @@ class Parser(argparse.ArgumentParser):
         self._negative_number_matcher = re.compile("-[^-]")
         self._has_negative_number_optionals: list[bool] = []
         if self._subparsers is None:
+            self._require_machine(list(args or ()))
             self._require_known(list(args or ()))
         return super().parse_known_args(args, namespace)
 
@@ -250,6 +287,11 @@ def limit(text: str) -> float | None:
 
 def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str, str]]) -> None:
     """Add tables of names and meanings, by title, at the end of a command's help."""
+    parser.epilog = tables_text(tables)
+
+
+def tables_text(tables: Mapping[str, Mapping[str, str]]) -> str:
+    """Format tables of names and meanings by title."""
     width = max(60, shutil.get_terminal_size().columns - 2)
     blocks = []
     for title, rows in tables.items():
@@ -258,14 +300,14 @@ def add_tables(parser: argparse.ArgumentParser, tables: Mapping[str, Mapping[str
         style["break_on_hyphens"] = False
         lines = [textwrap.fill(f"  {name:<{column}}{text}", **style) for name, text in rows.items()]
         blocks.append("\n".join([f"{title}:", *lines]))
-    parser.epilog = "\n\n".join(blocks)
+    return "\n\n".join(blocks)
 
 
-def add_examples(parser: argparse.ArgumentParser, examples: Mapping[str, str]) -> None:
-    """Add command lines and their purposes at the end of a command's help, behind the tables."""
-    blocks = "\n".join(f"  {about}:\n    {line}" for line, about in examples.items())
-    rest = f"{parser.epilog}\n\n" if parser.epilog else ""
-    parser.epilog = f"{rest}examples:\n{blocks}"
+def examples_text(examples: Mapping[str, str]) -> str:
+    """Format command lines and their purposes."""
+    return "\n".join(
+        ["examples:", *(f"  {about}:\n    {line}" for line, about in examples.items())]
+    )
 
 
 def completes(action: argparse.Action | None, names: Iterable[str]) -> None:

@@ -76,9 +76,9 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
         ("view computed-torque --out walk.avi", "'.avi'; accepted: .gif, .png, .webp, .mp4"),
         ("evaluate computed-torque --scene icepatch", "did you mean ice-patch?"),
         ("evaluate computed-torque --episodes 99999999", "episodes = 99999999"),
-        ("train --num-envs 60000 --set rollout_steps=100000000", "STICKSLIP_MEMORY_LIMIT"),
-        ("train --set hidden=4096 layers=8", "what fits a policy file"),
-        ("train --out /dev/null", "/dev/null is a file"),
+        ("train biped --num-envs 60000 --set rollout_steps=100000000", "STICKSLIP_MEMORY_LIMIT"),
+        ("train biped --set hidden=4096 layers=8", "what fits a policy file"),
+        ("train biped --out /dev/null", "/dev/null is a file"),
         ("evaluate /dev/zero", "not a plain file"),
     ],
 )
@@ -167,7 +167,7 @@ def test_what_needs_stable_baselines3_says_so_in_python(monkeypatch: pytest.Monk
 
 def test_no_message_is_longer_than_a_few_lines(capsys):
     for word in ("9" * 6000, "x" * 6000, "-" * 6000):
-        for arguments in (["train", "--seed", word], ["evaluate", word], [word]):
+        for arguments in (["train", "biped", "--seed", word], ["evaluate", word], [word]):
             assert len(refusal(capsys, *arguments)) < 1300
 
 

@@ -32,9 +32,13 @@ def test_a_posture_held_is_worth_what_the_problem_says(capsys):
 
 
 @pytest.mark.long
-def test_a_drive_is_drawn():
-    assert main([*HELD, "--plot=drive.png"]) == OK
+def test_a_drive_is_drawn_and_filmed_at_one_metre_a_second():
+    image = pytest.importorskip("PIL.Image")
+    assert main([*HELD, "--set", "end=3", "--plot=drive.png", "--film=drive.webp"]) == OK
     assert Path("drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    length = np.ptp(read_posture("drive.csv")[0])
+    with image.open("drive.webp") as film:
+        assert film.n_frames == pytest.approx(25 * length, abs=2)
 
 
 def test_a_drive_from_a_file_is_the_same_drive_and_a_slip_is_said(capsys):

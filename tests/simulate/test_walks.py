@@ -23,6 +23,7 @@ from stickslip.dynamics.biped import (
     simulate,
 )
 from stickslip.dynamics.biped.walk_check import nudged, separation
+from stickslip.envs.rendering import BipedRenderer
 from stickslip.simulate import biped, flags, output
 from stickslip.simulate.torque import Expression
 
@@ -100,6 +101,26 @@ def test_a_walk_that_took_no_step_says_so_and_nothing_per_metre(capsys):
     assert "per metre" not in said
 
 
+@pytest.mark.long
+def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkeypatch):
+    image = pytest.importorskip("PIL.Image")
+    shown, drawn = [], BipedRenderer.draw
+    monkeypatch.setattr(
+        BipedRenderer, "draw", lambda self, frame: shown.append(frame) or drawn(self, frame)
+    )
+    assert main([*WALK, "--torque=4", "--film=walk.gif"]) == NOTHING_FOUND
+    assert "Written: walk.csv, walk.gif" in capsys.readouterr().out
+    found = rows("walk.csv")
+    times = [float(np.asarray(frame.time).item()) for frame in shown]
+    assert times == pytest.approx([*np.arange(0, times[-1] - 1e-6, 0.04), times[-1]], abs=1e-6)
+    with image.open("walk.gif") as film:
+        assert (film.n_frames, film.info["duration"]) == (len(shown), 40)
+    slide = [float(np.asarray(frame.slide).item()) for frame in shown]
+    every = column(found, "foot position [m]")
+    assert slide == pytest.approx([*every[::4][: len(slide) - 1], every[-1]], abs=1e-7)
+    assert shown[-1].status == found[-1]["status"] == "TOPPLE"
+
+
 def test_a_fall_ends_the_rows_and_says_so(capsys):
     arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
     arguments += [*HOW, "--seconds=0.3", "--torque=4", "--crank-rate=3"]
@@ -135,7 +156,9 @@ def test_no_file_is_replaced_unasked(capsys):
     assert "walk.csv exists" in capsys.readouterr().err
     Path("walk.png").write_text("mine")
     assert main([*WALK, "--torque=1", "--out=w.csv", "--plot=walk.png"]) == WRONG_INPUT
-    assert Path("walk.csv").read_text() == Path("walk.png").read_text() == "mine"
+    Path("walk.gif").write_text("mine")
+    assert main([*WALK, "--torque=1", "--out=w.csv", "--film=walk.gif"]) == WRONG_INPUT
+    assert {Path(f"walk.{kind}").read_text() for kind in ("csv", "png", "gif")} == {"mine"}
     assert not Path("w.csv").exists()
 
 
@@ -145,6 +168,9 @@ def test_no_file_is_replaced_unasked(capsys):
         ("--torque x", "'x' is unknown; accepted: arithmetic"),
         ("--torque 1 --seconds 1e6 --period 1e-6", "makes 1e+12 rows"),
         ("--torque 1 --out walk.txt", "accepted: .csv, .parquet"),
+        ("--torque 1 --film walk.avi", "accepted: .gif, .png, .webp, .mp4"),
+        ("--torque 1 --film walk.gif --seconds 700", "--film of 700 s; accepted: up to 600 s"),
+        ("--torque 1 --plot a.png --film a.png", "accepted: two files"),
         ("--torque 1 --set phase=0", "pi/2 to 3 pi/2"),
         ("--torque 1 --scene wet --mu-static 1", "both say which floor"),
         ("--torque 1 --mu-static 1 2", "or --edges too"),

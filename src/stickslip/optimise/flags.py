@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from stickslip.parser import Parser
 
-MACHINES = ("ugv", "biped")
+MACHINES = {"ugv": "leg angles along a track", "biped": "the best gait"}
 TRACK_OPTIONS = {
     "flat": ("start=0.0", "end=8.0"),
     "incline": ("slope=0.3", "start=0.0", "end=8.0"),
@@ -36,13 +36,9 @@ TRACK_TABLE = {
 
 def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add the machine and its flags."""
-    parser.add_argument(
-        "machine",
-        choices=MACHINES,
-        help="what to optimise: the UGV's leg angles or the biped's gait; each has flags of its "
-        "own, see --help after its name",
-    )
-    if next((word for word in arguments if word in MACHINES), MACHINES[0]) == "biped":
+    if not parser.add_machine(MACHINES, arguments):
+        return
+    if "biped" in arguments:
         add_options(parser, GaitOptions)
         add_tables(parser, {"objectives": OBJECTIVES, "methods": GAIT_METHODS})
     else:

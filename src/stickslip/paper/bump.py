@@ -231,8 +231,8 @@ def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]
 
 def _solved(problem: PostureProblem, angles: int) -> np.ndarray:
     """The local optimum off the grid that the best path over it leads to."""
-    grid = solve(problem, "dp", polish=False, angles=angles)
-    return np.asarray(solve(problem, "scp", start=grid.x).x)
+    grid = solve(problem, "dp", polish=False, angles=angles, progress=True)
+    return np.asarray(solve(problem, "scp", start=grid.x, progress=True).x)
 
 
 def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:

@@ -12,7 +12,7 @@ import jax
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
-from stickslip.optim.progress import Bar
+from stickslip.optim.progress import say_stage
 from stickslip.paper.figure import Claim, figures_of
 from stickslip.records.files import require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
@@ -37,10 +37,9 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
     require("matplotlib.figure")
     require_makeable(out)
     claims: dict[str, Sequence[Claim]] = {}
-    bar = Bar("figures", len(figures), "figure", True, lines=False)
-    with jax.enable_x64(True), bar:
-        for name, figure in figures.items():
-            bar.note(f"{name}: {figure.title}")
+    with jax.enable_x64(True):
+        for number, (name, figure) in enumerate(figures.items(), 1):
+            say_stage(f"[{number}/{len(figures)}] {name}: {figure.title}")
             result = figure.compute(given["samples"])
             picture = png(result.draw(), figure.title)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
@@ -48,8 +47,6 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
                 text = Table.of_columns(columns).csv(digits=10)
                 write_whole(out / f"{name}{ending}.csv", text, overwrite=overwrite)
             claims[name] = result.claims
-            bar.advance()
-            bar.say(f"[{len(claims)}/{len(figures)}] {name}  {figure.title}")
     table = claims_table(claims)
     write_whole(out / TABLE, table.markdown(), overwrite=overwrite)
     print(claims_in_words(claims), end="")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -11,6 +12,7 @@ from stickslip.dynamics.biped import BipedParams, BipedState, Trajectory, simula
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.sheet import LEVEL, family, make_sheet, name_panel, shades
+from stickslip.optim.progress import Bar
 from stickslip.paper.figure import (
     BY_CALIBRATION,
     BY_CONSTRUCTION,
@@ -77,10 +79,13 @@ def first_step(walk: Trajectory) -> float:
 def least_torque(params: BipedParams, samples: int) -> float:
     """The least torque that walks the first step [N m], by bisection between 0 and 2 N m."""
     low, high = 0.0, 2.0
-    while high - low > TOLERANCE:
-        middle = (low + high) / 2
-        walks = np.isfinite(first_step(from_rest(params, middle, PATIENCE, samples)))
-        low, high = (low, middle) if walks else (middle, high)
+    halvings = math.ceil(math.log2((high - low) / TOLERANCE))
+    with Bar("bisection", halvings, "walk", True) as bar:
+        for _ in range(halvings):
+            middle = (low + high) / 2
+            walks = np.isfinite(first_step(from_rest(params, middle, PATIENCE, samples)))
+            low, high = (low, middle) if walks else (middle, high)
+            bar.advance()
     return high
 
 

@@ -64,7 +64,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS
     count, _ = periods(seconds, given.period)
-    out, picture = output_paths(given.out, given)
+    out, picture, film = output_paths(given.out, given, seconds)
     if count > MANY:
         say_stage(f"walking {count} periods")
     walk = walked(robot, scene, state, torque, seconds, given.period, setting)
@@ -81,6 +81,10 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
 
         title = f"Torque {shorten(given.torque, 60)}, floor: {floor_words(scene)}"
         written.append(plot_walk(walk, scene, picture, title))
+    if film is not None:
+        from stickslip.simulate.picture import film_walk
+
+        written.append(film_walk(walk, scene, film))
     print(f"Written: {', '.join(map(str, written))}")
     about = {"setting": _content(setting), "files": list(map(str, written))}
     about |= {} if promise is None else {"promise": promise}

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from stickslip.parser import Parser
 
-MACHINES = ("biped", "ugv")
+MACHINES = {"biped": "a walk under a torque", "ugv": "a drive with given leg angles"}
 SETTINGS = {
     "fast": "a table and steps of 5 ms in single precision",
     "balanced": "a table and steps of 2.5 ms in single precision",
@@ -51,12 +51,9 @@ FLOOR, METHOD = "floor and load", "how it is computed"
 
 def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add the machine and its flags."""
-    parser.add_argument(
-        "machine",
-        choices=MACHINES,
-        help="what to simulate; each has flags of its own, see --help after its name",
-    )
-    if next((word for word in arguments if word in MACHINES), MACHINES[0]) == "biped":
+    if not parser.add_machine(MACHINES, arguments):
+        return
+    if "biped" in arguments:
         add_options(parser, WalkOptions)
         tables = {"settings": SETTINGS, "fidelities": FIDELITIES, "integrators": INTEGRATORS}
         add_tables(parser, {"names in a torque": NAMES} | tables)
@@ -69,7 +66,10 @@ def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
 class Output:
     """Files of a simulation."""
 
-    plot: str | None = option(None, "also a .png", metavar="FILE")
+    plot: str | None = option(None, "also a .png of the numbers", metavar="FILE")
+    film: str | None = option(
+        None, "also a film of the motion: .gif, .png (animated), .webp or .mp4", metavar="FILE"
+    )
     overwrite: bool = option(False, "replace the files")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.extras import require
 from stickslip.records.files import (
     require_new,
@@ -41,11 +42,16 @@ STATUS = {
 """Meaning of each Status for a simulation."""
 
 
-def output_paths(out: str, files: Output) -> tuple[Path, Path | None]:
-    """Paths of the table and the picture.
+LONGEST_FILM = 600.0
+"""Seconds of motion."""
 
-    ValueError for another kind, a folder, a file that is not to be replaced; the packages that
-    write Parquet and pictures are imported now, not when everything is computed.
+
+def output_paths(out: str, files: Output, seconds: float) -> tuple[Path, Path | None, Path | None]:
+    """Paths of the table, the picture and the film of so many seconds.
+
+    ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
+    long; the packages that write Parquet and pictures are imported now, not when everything is
+    computed.
     """
     path = Path(out)
     require_suffix(path, TABLES)
@@ -53,14 +59,20 @@ def output_paths(out: str, files: Output) -> tuple[Path, Path | None]:
         raise ValueError(f"{path} is a directory; accepted: the path of a file")
     if path.suffix.lower() == ".parquet":
         import pyarrow.parquet  # noqa: F401
-    picture = None if files.plot is None else Path(files.plot)
+    picture, film = (None if name is None else Path(name) for name in (files.plot, files.film))
     if picture is not None:
         require_suffix(picture, (".png",))
         require("matplotlib.figure")
-    written = [one for one in (path, picture) if one is not None]
+    if film is not None:
+        require_format(film)
+        if seconds > LONGEST_FILM:
+            raise ValueError(f"--film of {seconds:g} s; accepted: up to {LONGEST_FILM:g} s")
+        if film == picture:
+            raise ValueError(f"--film {film} with --plot {picture}; accepted: two files")
+    written = [one for one in (path, picture, film) if one is not None]
     require_new(written, files.overwrite)
     require_writable(written)
-    return path, picture
+    return path, picture, film
 
 
 def write_table(path: Path, table: Table, overwrite: bool) -> Path:

@@ -53,8 +53,8 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     written all the same, each waypoint with its status.
     """
     given = options_of(DriveOptions, flags)
-    out, picture = output_paths(given.out, given)
     problem, x = drive_of(given)
+    out, picture, film = output_paths(given.out, given, float(problem.x[-1] - problem.x[0]))
     stations, found = problem.stations(x), problem.evaluate(x)
     missed = found.residuals
     summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
@@ -71,6 +71,10 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         title = f"Over {given.track}, friction {given.friction:g}"
         content = png(draw_drive(problem, x), title)
         written.append(write_whole(picture, content, overwrite=given.overwrite))
+    if film is not None:
+        from stickslip.simulate.picture import film_drive
+
+        written.append(film_drive(problem, x, film))
     print(f"Written: {', '.join(map(str, written))}")
     tables = {"summary": summary, "criteria": criteria}
     about = {"feasible": found.feasible, "missed": missed, "files": list(map(str, written))}

@@ -152,7 +152,7 @@ def walk_table(walk: Walk) -> Table:
     states, torques, contacts = (
         getattr(walk.trajectory, name) for name in ("states", "torques", "contacts")
     )
-    ankle, mass = _places(walk)
+    ankle, mass = places(walk)
     at_ends: dict[Column, object] = {
         Column("time", "s"): states.time,
         Column("torque", "N m"): [*torques, *(torques[-1:] if len(torques) else [None])],
@@ -200,7 +200,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     states, contacts = walk.trajectory.states, walk.trajectory.contacts
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
-    mass = _places(walk)[1]
+    mass = places(walk)[1]
     distance = float(mass[-1] - mass[0])
     slid, work, positive = (
         float(np.sum(of, dtype=np.float64))
@@ -240,7 +240,7 @@ def _meaning(status: Status, steps: int, distance: float) -> str:
     return f"{took}, {place}{meaning.removeprefix(STATUS['OK'])}"
 
 
-def _places(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
+def places(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """The supporting ankle and the centre of mass along the floor, at every state [m]."""
     with precision(walk.dtype):
         ankle, mass = _along(walk.robot, jax.tree.map(jnp.asarray, walk.trajectory.states))
