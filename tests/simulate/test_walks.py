@@ -23,7 +23,7 @@ from stickslip.dynamics.biped import (
     simulate,
 )
 from stickslip.dynamics.biped.walk_check import nudged, separation
-from stickslip.envs.rendering import BipedRenderer
+from stickslip.envs.rendering.biped import BipedRenderer
 from stickslip.simulate import biped, flags, output
 from stickslip.simulate.torque import Expression
 

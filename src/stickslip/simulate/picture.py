@@ -17,7 +17,8 @@ from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.scene import Smoothed
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
-from stickslip.envs.rendering import BipedFrame, BipedRenderer, UGVRenderer
+from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer
+from stickslip.envs.rendering.ugv import UGVRenderer
 from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim.posture.problem import refined
 from stickslip.optim.progress import say_stage
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics import Scene
     from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.dynamics.scene import Floor
-    from stickslip.envs.rendering import UGVFrame
+    from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.optim import PostureProblem
     from stickslip.simulate.walk import Walk
 
