@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
 from stickslip.agents.protocol import Env, Options, Params, Task
 from stickslip.agents.training.configuration import Config, Configuration
-from stickslip.dynamics.plain_checks import require_choice, shown
+from stickslip.dynamics.checks import require_choice, shown
 
 if TYPE_CHECKING:
     import argparse

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.training.configuration import UNNAMED, Configuration, content_of
 from stickslip.agents.untrusted import RefusedError
-from stickslip.dynamics.plain_checks import nearest, require_choice, shown
+from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias
 
-from stickslip.dynamics.plain_checks import require_choice, require_kind, require_known, shown
+from stickslip.dynamics.checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

@@ -4,62 +4,132 @@ One rule for every number: a real number, or an array, list or tuple of them, no
 the precision that it will be computed in. Text, bytes, booleans, None, objects and ragged lists are
 refused. Every refusal is a ValueError that names the field, shows what was given in at most a line
 and says what is accepted.
+
+JAX and NumPy are imported inside: the command line's help needs names and sizes, and waits for
+neither.
 """
 
 from __future__ import annotations
 
-from typing import Any
+import math
+import os
+import reprlib
+from numbers import Integral
+from typing import TYPE_CHECKING, Any
 
-import jax
-import jax.numpy as jnp
-import numpy as np
-from jax.core import Tracer
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
-from stickslip.dynamics.plain_checks import (
-    DEFAULT_MEMORY_LIMIT,
-    MEMORY_LIMIT,
-    SMALL_SIZES,
-    memory_limit,
-    nearest,
-    require_choice,
-    require_kind,
-    require_known,
-    require_memory,
-    shown,
-)
+    import numpy as np
 
-__all__ = [
-    "DEFAULT_MEMORY_LIMIT",
-    "MEMORY_LIMIT",
-    "SMALL_SIZES",
-    "as_number",
-    "as_real",
-    "is_concrete",
-    "memory_limit",
-    "nearest",
-    "require_choice",
-    "require_integer",
-    "require_kind",
-    "require_known",
-    "require_memory",
-    "require_number",
-    "shown",
-]
+MEMORY_LIMIT = "STICKSLIP_MEMORY_LIMIT"
+"""The environment variable that holds the most bytes that one request may need."""
+DEFAULT_MEMORY_LIMIT = 4 * 2**30
+"""Bytes, where the variable is not set."""
+SMALL_SIZES = 10**6
+"""Whole numbers beyond this are shown by their magnitude."""
+
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = _short.maxlong = 60
+_short.maxlist = _short.maxtuple = _short.maxdict = _short.maxarray = 6
+
+
+def shown(value: object) -> str:
+    """The value for a message: its repr on one line, shortened where it is long."""
+    text = " ".join(_short.repr(value).split())
+    return text if len(text) <= 120 else f"{text[:100]} ... ({len(text)} characters)"
+
+
+def require_choice(name: str, value: Any, choices: Iterable[str], *, also: str = "") -> None:
+    """Raise ValueError unless `value` is one of `choices`, with the nearest of them.
+
+    also: what else the caller accepts, for the message.
+    """
+    known = tuple(choices)
+    if not isinstance(value, str) or value not in known:
+        raise ValueError(
+            f"{name} = {shown(value)} is unknown; accepted: "
+            f"{', '.join([*([also] if also else []), *map(repr, known)])}{nearest(value, known)}"
+        )
+
+
+def require_known(names: Iterable[str], known: Iterable[str], what: str = "field") -> None:
+    """Raise ValueError for the first name that is not known: all that are, and the nearest."""
+    known = tuple(known)
+    for name in names:
+        if name not in known:
+            raise ValueError(
+                f"{shown(name)} is no {what}; accepted: {', '.join(known) or 'none'}"
+                f"{nearest(name, known)}"
+            )
+
+
+def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted: str) -> None:
+    """Raise ValueError unless `value` is an instance of one of the classes."""
+    if not isinstance(value, kinds):
+        raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
+
+
+def nearest(value: object, known: Iterable[str]) -> str:
+    """' (did you mean ...?)' for a name that looks like a known one or begins one, else ''."""
+    if not isinstance(value, str):
+        return ""
+    import difflib
+
+    given, names = value[:200].lower(), tuple(known)
+    near = difflib.get_close_matches(given, names, n=1)
+    near = near or [name for name in names if len(given) > 2 and name.startswith(given)]
+    return f" (did you mean {near[0]}?)" if near else ""
+
+
+def memory_limit() -> float:
+    """The most bytes that one request may need: MEMORY_LIMIT, or the default."""
+    given = os.environ.get(MEMORY_LIMIT)
+    if given is None:
+        return DEFAULT_MEMORY_LIMIT
+    try:
+        limit = float(given)
+    except ValueError:
+        limit = math.nan
+    if not limit > 0:
+        raise ValueError(f"{MEMORY_LIMIT} = {shown(given)}; accepted: a number of bytes > 0")
+    return limit
+
+
+def require_memory(given: str, what: str, count: float, bytes_each: float) -> None:
+    """Raise ValueError where `count` things of so many bytes would not fit the memory limit.
+
+    Call it before anything of that size exists. given: the argument at fault with its value, as
+    "spacing = 1e-09"; what: the things, as "waypoints". count: a float may be infinite.
+    """
+    try:
+        needed = float(count) * float(bytes_each)
+    except OverflowError:  # an integer that no float holds
+        count = needed = float("inf")
+    limit = memory_limit()
+    if not needed <= limit:
+        number = f"{int(count):,}" if count <= SMALL_SIZES else f"{count:.3g}"
+        raise ValueError(
+            f"{given} makes {number} {what}, about {needed:.2g} bytes; accepted: what fits "
+            f"{limit:.3g} bytes (set the environment variable {MEMORY_LIMIT} for more)"
+        )
 
 
 def is_concrete(*values: object) -> bool:
     """True when none of the leaves is an abstract value inside a JAX transformation."""
-    return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(values))
+    import jax
+
+    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
 
 
 def require_number(
     name: str,
     value: Any,
     *,
-    low: float = -np.inf,
+    low: float = -math.inf,
     accepted: str,
     strict: bool = False,
-    high: float = np.inf,
+    high: float = math.inf,
     dtype: Any = None,
 ) -> None:
     """Raise ValueError unless every element is finite and low <= it <= high (low < it if strict).
@@ -68,6 +138,8 @@ def require_number(
     floating array that JAX keeps, else JAX's default type. A number that overflows there is not
     finite, and one that JAX would round to 0 is not > 0.
     """
+    import numpy as np
+
     if not is_concrete(value):
         return
     array = as_real(name, value, accepted)
@@ -88,6 +160,9 @@ def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:
     tuples NumPy arrays, whose digits do not depend on JAX's switches; arrays and traced values pass
     unchanged.
     """
+    import jax.numpy as jnp
+    import numpy as np
+
     require_number(name, value, accepted=accepted, **rule)
     if isinstance(value, list | tuple):
         return np.array(value, float) if is_concrete(value) else jnp.stack(value)
@@ -102,7 +177,7 @@ def require_integer(
     """The integer, or ValueError unless it is one from low to high; booleans are none."""
     if accepted is None:
         accepted = f"an integer >= {low}" + ("" if high is None else f", <= {high}")
-    whole = isinstance(value, int | np.integer) and not isinstance(value, bool | np.bool_)
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
     if not whole or value < low or (high is not None and value > high):
         raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
     return int(value)
@@ -110,6 +185,9 @@ def require_integer(
 
 def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
     """The value in its own type or in float64; ValueError unless it is a real number."""
+    import jax.numpy as jnp
+    import numpy as np
+
     if isinstance(value, np.ma.MaskedArray):
         raise ValueError(f"{name} is a masked array; accepted: {accepted}")
     try:
@@ -127,10 +205,13 @@ def as_real(name: str, value: Any, accepted: str) -> np.ndarray:
 
 def _rounded(value: Any, array: np.ndarray, dtype: Any) -> np.ndarray:
     """The numbers in JAX's precision, 0 where they are subnormal there."""
+    import jax
+    import numpy as np
+
     if dtype is None:
         typed = isinstance(value, jax.Array | np.ndarray) and value.dtype.kind == "f"
         dtype = jax.dtypes.canonicalize_dtype(value.dtype if typed else float)
     with np.errstate(over="ignore", under="ignore"):
         rounded = array.astype(dtype)
-    tiny = float(jnp.finfo(rounded.dtype).tiny)
+    tiny = float(jax.numpy.finfo(rounded.dtype).tiny)
     return np.where(np.abs(rounded) < tiny, rounded.dtype.type(0), rounded)

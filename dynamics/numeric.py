@@ -1,20 +1,16 @@
-"""The type of a numeric field, the floating type of a computation, and long sums."""
+"""The type of a numeric field, and the type, rank and shape of given numbers."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
-
-if TYPE_CHECKING:
-    from jaxtyping import Array, Float
-
 
 Number = jax.Array | np.ndarray | np.number[Any] | int | float
 """Accepted types of a number or an array of numbers."""
@@ -109,60 +105,8 @@ def require_broadcast(**values: Any) -> tuple[int, ...]:
         raise ValueError(f"shapes do not broadcast: {given}; accepted: the same, or ()") from None
 
 
-def float_type(*trees: Any):
-    """The widest floating type among the leaves; plain numbers take the arrays' type."""
-    leaves = jax.tree.leaves(trees)
-    floating = [leaf for leaf in leaves if jnp.issubdtype(jnp.result_type(leaf), jnp.floating)]
-    return jnp.result_type(*floating)
-
-
-def all_finite(*trees: Any) -> jax.Array:
-    """True if every number is finite."""
-    leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
-    finite = jnp.ones((), bool)
-    for leaf in leaves:
-        if jnp.issubdtype(leaf.dtype, jnp.floating):
-            finite &= jnp.all(jnp.isfinite(leaf))
-    return finite
-
-
 def read_only(array: np.ndarray) -> np.ndarray:
     """A read-only copy."""
     kept = np.array(array)
     kept.setflags(write=False)
     return kept
-
-
-Terms = TypeVar("Terms")
-
-
-def clock(time: Float[Array, ""], step: Float[Array, ""]) -> Float[Array, ""]:
-    """time + step without the roundings of earlier steps: (n + 1) step where time is n step.
-
-    n is found from the time itself: within a rounding, and up to 2^21 in single precision. Any
-    other time is added to. Derivatives are those of the sum.
-    """
-    plain, epsilon = time + step, jnp.finfo(time.dtype).eps
-    count = jnp.round(time / step)
-    counts = (jnp.abs(count * step - time) <= epsilon * jnp.abs(time)) & (count < 0.25 / epsilon)
-    return plain + jax.lax.stop_gradient(jnp.where(counts, (count + 1) * step - plain, 0.0))
-
-
-def compensated(sums: Terms, rests: Terms, terms: Terms) -> tuple[Terms, Terms]:
-    """sums + terms, and their rounding errors so far; trees of floating arrays.
-
-    Begin with rests of 0. A sum of any length is good to a few roundings of its own: Knuth's exact
-    error of an addition, fed back as Kahan does. A sum that overflows stays infinite.
-    """
-    totals, tree = jax.tree.flatten(sums)
-    columns = zip(totals, *map(jax.tree.leaves, (rests, terms)), strict=True)
-    after, left = zip(*(_added(*column) for column in columns), strict=True)
-    return jax.tree.unflatten(tree, after), jax.tree.unflatten(tree, left)
-
-
-def _added(total: Array, rest: Array, term: Array) -> tuple[Array, Array]:
-    term = term + rest
-    after = total + term
-    added = after - total
-    rest = (total - (after - added)) + (term - added)
-    return after, jnp.where(jnp.isfinite(after), rest, 0.0)

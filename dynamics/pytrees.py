@@ -1,4 +1,4 @@
-"""Frozen dataclasses as pytrees: registration, parts that follow from other fields, a short repr.
+"""Frozen dataclasses as pytrees: registration, derived fields, a short repr; sums of trees.
 
 JAX has `jax.tree_util.register_dataclass`. Its structures compare equal (JAX 0.10) where two
 classes have as many fields and the same static ones: those of a bump and a step, say. A compiled
@@ -20,14 +20,16 @@ from dataclasses import MISSING, fields, is_dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.dynamics.plain_checks import shown
+from stickslip.dynamics.checks import shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from jaxtyping import Array, Float
 
 Tree = TypeVar("Tree")
 
@@ -167,3 +169,52 @@ def _same(value: Any, default: Any) -> bool:
     value, default = np.asarray(value), np.asarray(default)
     alike = value.shape[value.ndim - default.ndim :] == default.shape
     return alike and np.allclose(value, default, rtol=1e-6, atol=0)
+
+
+def float_type(*trees: Any):
+    """The widest floating type among the leaves; plain numbers take the arrays' type."""
+    leaves = jax.tree.leaves(trees)
+    floating = [leaf for leaf in leaves if jnp.issubdtype(jnp.result_type(leaf), jnp.floating)]
+    return jnp.result_type(*floating)
+
+
+def all_finite(*trees: Any) -> jax.Array:
+    """True if every number is finite."""
+    leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
+    finite = jnp.ones((), bool)
+    for leaf in leaves:
+        if jnp.issubdtype(leaf.dtype, jnp.floating):
+            finite &= jnp.all(jnp.isfinite(leaf))
+    return finite
+
+
+def clock(time: Float[Array, ""], step: Float[Array, ""]) -> Float[Array, ""]:
+    """time + step without the roundings of earlier steps: (n + 1) step where time is n step.
+
+    n is found from the time itself: within a rounding, and up to 2^21 in single precision. Any
+    other time is added to. Derivatives are those of the sum.
+    """
+    plain, epsilon = time + step, jnp.finfo(time.dtype).eps
+    count = jnp.round(time / step)
+    counts = (jnp.abs(count * step - time) <= epsilon * jnp.abs(time)) & (count < 0.25 / epsilon)
+    return plain + jax.lax.stop_gradient(jnp.where(counts, (count + 1) * step - plain, 0.0))
+
+
+def compensated(sums: Tree, rests: Tree, terms: Tree) -> tuple[Tree, Tree]:
+    """sums + terms, and their rounding errors so far; trees of floating arrays.
+
+    Begin with rests of 0. A sum of any length is good to a few roundings of its own: Knuth's exact
+    error of an addition, fed back as Kahan does. A sum that overflows stays infinite.
+    """
+    totals, tree = jax.tree.flatten(sums)
+    columns = zip(totals, *map(jax.tree.leaves, (rests, terms)), strict=True)
+    after, left = zip(*(_added(*column) for column in columns), strict=True)
+    return jax.tree.unflatten(tree, after), jax.tree.unflatten(tree, left)
+
+
+def _added(total: Array, rest: Array, term: Array) -> tuple[Array, Array]:
+    term = term + rest
+    after = total + term
+    added = after - total
+    rest = (total - (after - added)) + (term - added)
+    return after, jnp.where(jnp.isfinite(after), rest, 0.0)

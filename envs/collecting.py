@@ -20,7 +20,7 @@ from stickslip.dynamics.checks import (
     require_memory,
 )
 from stickslip.dynamics.compilation import moves_numbers
-from stickslip.dynamics.kernels.fused import fused_scan
+from stickslip.dynamics.kernels.scan import fused_scan
 from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
 
 if TYPE_CHECKING:

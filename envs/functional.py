@@ -24,8 +24,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_known,
 )
-from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.kernels.lanes import where_needed
+from stickslip.dynamics.kernels.fused import fused, where_needed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

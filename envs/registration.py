@@ -72,7 +72,7 @@ def _made(environment: str, task: str, options: Options) -> Made:
     """The functional environment, without autoreset unless asked for, and its parameters."""
     from dataclasses import fields
 
-    from stickslip.dynamics.plain_checks import require_known
+    from stickslip.dynamics.checks import require_known
     from stickslip.optim.options import refuse_after_fork
 
     refuse_after_fork()

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 
-from stickslip.dynamics.plain_checks import require_choice, require_kind, shown
+from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.envs.rendering.extras import require
 from stickslip.records.table import Column, Table
 

@@ -18,7 +18,7 @@ from stickslip.agents.untrusted import (
     read_bytes,
     refusing,
 )
-from stickslip.dynamics.plain_checks import nearest, shown
+from stickslip.dynamics.checks import nearest, shown
 from stickslip.optim.instances.instance import suite
 from stickslip.records.files import writing
 

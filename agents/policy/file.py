@@ -23,9 +23,8 @@ from stickslip.agents.untrusted import (
     refusing,
     require_format,
 )
-from stickslip.dynamics.checks import require_kind, require_number, shown
+from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
 from stickslip.dynamics.numeric import with_all_digits
-from stickslip.dynamics.plain_checks import nearest
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
 from stickslip.records.files import write_whole
 

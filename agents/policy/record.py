@@ -10,7 +10,7 @@ from stickslip.agents.policy.file import named_task_of, read_policy
 from stickslip.agents.policy.shipped import no_policy, shipped_names, shipped_path, short_name
 from stickslip.agents.registry import read_configuration
 from stickslip.agents.training.configuration import command_of
-from stickslip.dynamics.plain_checks import shown
+from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import WITHDRAWN
 from stickslip.envs.tasks.known import earned_in, known_of
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from stickslip.dynamics.plain_checks import nearest
+from stickslip.dynamics.checks import nearest
 from stickslip.envs.tasks.definition import TASKS
 
 FOLDER = Path(__file__).parent / "trained"

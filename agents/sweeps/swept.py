@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import nearest, shown
-from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.pytrees import float_type
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping

@@ -21,7 +21,7 @@ from stickslip.agents.untrusted import (
     refusing,
     require_head,
 )
-from stickslip.dynamics.plain_checks import require_choice, require_known, require_memory, shown
+from stickslip.dynamics.checks import require_choice, require_known, require_memory, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -40,7 +40,7 @@ from stickslip.agents.training.directory import (
     write_checkpoint,
 )
 from stickslip.agents.training.log import MetricsFile, TensorBoard, read_columns
-from stickslip.dynamics.plain_checks import require_kind
+from stickslip.dynamics.checks import require_kind
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of

@@ -39,8 +39,7 @@ from stickslip.agents.training.trainer import (
     no_moments,
     settings_from,
 )
-from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.kernels.lanes import where_needed
+from stickslip.dynamics.kernels.fused import fused, where_needed
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Collected, Progress
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.model import loaded_params
-from stickslip.dynamics.numeric import all_finite
+from stickslip.dynamics.pytrees import all_finite
 from stickslip.dynamics.scene import Floor, Grip, Patches, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 

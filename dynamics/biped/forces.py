@@ -22,8 +22,8 @@ from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.settings import Fidelity
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.numeric import Number, all_finite, float_type
-from stickslip.dynamics.pytrees import rebuilt
+from stickslip.dynamics.numeric import Number
+from stickslip.dynamics.pytrees import all_finite, float_type, rebuilt
 from stickslip.dynamics.scene import OUTPUTS, Scene, Uniform
 from stickslip.dynamics.status import Status
 

@@ -35,9 +35,10 @@ from stickslip.dynamics.biped.settings import (
 )
 from stickslip.dynamics.checks import as_number, require_kind
 from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.numeric import Numeric, float_type, require_numeric
+from stickslip.dynamics.numeric import Numeric, require_numeric
 from stickslip.dynamics.pytrees import (
     brief,
+    float_type,
     holds_numbers,
     rebuilt,
     register_pytree,

@@ -41,16 +41,8 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.compilation import moves_numbers, run_once
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.numeric import (
-    Number,
-    Numbers,
-    all_finite,
-    as_float,
-    clock,
-    float_type,
-    require_numeric,
-    require_one,
-)
+from stickslip.dynamics.numeric import Number, Numbers, as_float, require_numeric, require_one
+from stickslip.dynamics.pytrees import all_finite, clock, float_type
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 

@@ -8,13 +8,17 @@ platforms the function is what `vmap` makes of it, where XLA's own fusion is the
 Until it is lowered, a fused function is one operation of JAX's, which vmap widens without tracing
 it: only what a platform compiles is traced, grouped and cut into blocks. Results that a program
 does not use are dropped from it before.
+
+Under vmap a while loop runs every member as often as the slowest needs, and a condition computes
+both of its branches for all. `compacting_while` and `where_needed` do what few members need for
+those alone. Each member goes through exactly what it would go through by itself.
 """
 
 from __future__ import annotations
 
 import os
 from functools import cached_property, lru_cache, partial, wraps
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -34,14 +38,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Sequence
 
     from jax.extend.core import ClosedJaxpr, JaxprEqn
-    from jaxtyping import Array, Bool
+    from jaxtyping import Array, Bool, Int
 
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
     Fixed = tuple[Hashable, ...]
-    Flags = tuple[bool, ...]
-    """Flag of each result, or each argument: it is needed."""
-    Less = tuple["_Kernel", Flags] | None
+    Needed = tuple[bool, ...]
+    """True for each result, or each argument, that is needed."""
+    Less = tuple["_Kernel", Needed] | None
+    Flag = Bool[Array, ""]
+    Flags = Bool[Array, " members"]
 
 BLOCK, LARGE_BLOCK = 64, 128
 """Members of a batch that go through the kernel together; the second is faster for large batches
@@ -55,16 +61,16 @@ GRAIN = 8
 REMEMBERED = 128
 """Kernels that are not built anew when another program needs them."""
 
-MOST_STEPS = 32
-"""Steps in a kernel; with more of them, rows no longer fit the nearest cache."""
-LEAST_STEPS = 16
-"""Least number of steps where they divide the scan evenly; otherwise some steps of kernels are left
-out."""
+COMPACTION = 4
+"""Factor between the sizes of successive batches."""
+SMALLEST, LARGEST = 128, 256
+"""Batches below and above run to their end together: looking up costs more than it saves."""
 
 Result = TypeVar("Result")
 Entry = TypeVar("Entry")
+Args = TypeVar("Args")
 Carry = TypeVar("Carry")
-Row = TypeVar("Row")
+Tree = TypeVar("Tree")
 
 
 def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
@@ -131,7 +137,7 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], switch: str | None) -> 
     def in_kernel(*leaves: Array) -> list[Array]:
         return run_as_one_kernel(traced, leaves, read)
 
-    def less(needed: Flags) -> Less:
+    def less(needed: Needed) -> Less:
         rest, kept = without_unread(traced, needed)
         return _kernel(rest, _those(keys, kept), switch), tuple(kept)
 
@@ -155,7 +161,7 @@ class _Kernel:
         in_kernels: Function,
         at_once: Function,
         results: tuple[ShapedArray, ...],
-        less: Callable[[Flags], Less],
+        less: Callable[[Needed], Less],
         width: int = 1,
         in_blocks: bool = False,
     ):
@@ -179,7 +185,7 @@ class _Kernel:
         results = tuple(ShapedArray((size, *one.shape), one.dtype) for one in self.results)
         at_once = jax.vmap(self.at_once, axes, axis_size=size)
 
-        def less(needed: Flags) -> Less:
+        def less(needed: Needed) -> Less:
             found = self.less(needed)
             own = _those(axes, found[1]) if found else ()
             if not found or all(axis is None for axis in own):  # nothing says how many there are
@@ -325,67 +331,160 @@ def cut(leaf: Array, count: int, block: int) -> Array:
     return leaf.reshape(count, block, *leaf.shape[1:])
 
 
-def fused_scan(
-    step: Callable[..., tuple[Carry, Row]],
-    fixed: Fixed,
-    shared: object,
+def compacting_while(
+    going: Callable[[Args, Carry], Array],
+    body: Callable[[Args, Carry], Carry],
+    args: Args,
     carry: Carry,
-    values: object = None,
-    *,
-    length: int,
-) -> tuple[Carry, Row]:
-    """Scan step(*fixed, shared, carry, value) -> (carry, row) in one kernel: the last carry
-    and the rows, every leaf [length, ...].
+) -> Carry:
+    """`lax.while_loop` of carry = body(args, carry) while going(args, carry), compacted under vmap.
 
-    step, fixed: hashable, the same from call to call, or all is compiled again. shared: a pytree of
-    arrays. values: a pytree of arrays [length, ...], or None, which every step is then given. For
-    one member: batch with vmap. Where a step cannot be in a kernel (see `fused`), this is a scan.
+    Where most members need one round and a few need many, the members still going are gathered
+    into a batch several times smaller, which runs on alone and is compacted in turn; results go
+    back in place.
+    args: everything else that the functions read, as pytrees of arrays (no closures over traced
+    values). Not differentiable in reverse mode, as any while loop of unknown length.
     """
-    if length == 0:
-        return jax.lax.scan(partial(step, *fixed, shared), carry, values, length=0)
-    size = _steps_of_a_kernel(length)
-    count = -(-length // size)
 
-    def one(carry: Carry, part: tuple[object, Array]) -> tuple[Carry, Row]:
-        return _several(step, fixed, size, length % size == 0, shared, carry, *part)
+    @jax.custom_batching.custom_vmap
+    def run(args: Args, carry: Carry) -> Carry:
+        return jax.lax.while_loop(partial(going, args), partial(body, args), carry)
 
-    parts = jax.tree.map(lambda leaf: cut(leaf, count, size), values)
-    wanted = jnp.arange(count * size).reshape(count, size) < length
-    carry, rows = jax.lax.scan(one, carry, (parts, wanted), length=count)
-    return carry, jax.tree.map(lambda leaf: _joined(leaf)[:length], rows)
+    @run.def_vmap
+    def run_batch(size: int, batched: list[Tree], args: Args, carry: Carry) -> tuple[Carry, Tree]:
+        axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[0])
+        carry = jax.tree.map(partial(_spread, size), batched[1], carry)
+        lanes = _Lanes(jax.vmap(going, (axes, 0)), jax.vmap(body, (axes, 0)), axes)
+        carry = lanes.finish(args, carry, jnp.ones(size, bool))
+        return carry, jax.tree.map(lambda _: True, carry)
 
-
-def _steps_of_a_kernel(length: int) -> int:
-    even = (
-        size for size in range(min(length, MOST_STEPS), LEAST_STEPS - 1, -1) if length % size == 0
-    )
-    return next(even, -(-length // -(-length // MOST_STEPS)))
+    return run(args, carry)
 
 
-@partial(fused, fixed=4)
-def _several(
-    step: Callable[..., tuple[Carry, Row]],
-    fixed: Fixed,
-    size: int,
-    every: bool,
-    shared: object,
-    carry: Carry,
-    values: object,
-    wanted: Bool[Array, " size"],
-) -> tuple[Carry, Row]:
-    """Steps in one kernel, those that are wanted. every: whether all are."""
-    one = partial(step, *fixed, shared)
+def where_needed(
+    needed: Bool[Array, ""],
+    function: Callable[..., Carry],
+    args: tuple[object, ...],
+    otherwise: Carry,
+) -> Carry:
+    """function(*args) where `needed`, else `otherwise`; in a batch in which no member needs it,
+    nothing is computed.
 
-    def chosen(carry: Carry, part: tuple[object, Array]) -> tuple[Carry, Row]:
-        value, is_wanted = part
-        rows = jax.eval_shape(one, carry, value)[1]
-        blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), rows)
-        return jax.lax.cond(is_wanted, one, lambda carry, _: (carry, blank), carry, value)
+    args: everything that the function reads, as a tuple of pytrees of arrays. Derivatives are those
+    of the choice between both.
+    """
 
-    if every:
-        return jax.lax.scan(one, carry, values, length=size)
-    return jax.lax.scan(chosen, carry, (values, wanted))
+    @jax.custom_jvp
+    def run(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
+        return choose(needed, args, otherwise)
+
+    @run.defjvp
+    def run_jvp(primals: tuple[Tree, ...], tangents: tuple[Tree, ...]):
+        def both(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
+            return jax.tree.map(partial(jnp.where, needed), function(*args), otherwise)
+
+        return jvp_in_front(both, primals, tangents)
+
+    @jax.custom_batching.custom_vmap
+    def choose(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
+        return jax.lax.cond(needed, lambda: function(*args), lambda: otherwise)
+
+    @choose.def_vmap
+    def choose_batch(
+        size: int,
+        batched: list[Any],
+        needed: Array,
+        args: tuple[object, ...],
+        otherwise: Carry,
+    ) -> tuple[Carry, Tree]:
+        axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[1])
+        otherwise = jax.tree.map(partial(_spread, size), batched[2], otherwise)
+        needed = _spread(size, batched[0], needed)
+
+        def some():
+            found = jax.vmap(function, axes, axis_size=size)(*args)
+            return _choose(needed, found, otherwise)
+
+        out = jax.lax.cond(jnp.any(needed), some, lambda: otherwise)
+        return out, jax.tree.map(lambda _: True, out)
+
+    return run(needed, args, otherwise)
 
 
-def _joined(leaf: Array) -> Array:
-    return leaf.reshape(-1, *leaf.shape[2:])
+class _Lanes(Generic[Args, Carry]):
+    def __init__(
+        self,
+        going: Callable[[Args, Carry], Array],
+        body: Callable[[Args, Carry], Carry],
+        axes: object,
+    ):
+        self.going, self.body, self.axes = going, body, axes
+
+    def finish(self, args: Args, carry: Carry, present: Flags) -> Carry:
+        """Run the members that are present to their end."""
+        size = present.shape[0]
+
+        def active(carry: Carry) -> Flags:
+            return self.going(args, carry) & present
+
+        def everyone(carry: Carry) -> Carry:
+            going, after = active(carry), self.body(args, carry)
+            return _choose(going, after, carry)
+
+        smaller = size // COMPACTION
+        if not SMALLEST <= size <= LARGEST:
+            return jax.lax.while_loop(lambda now: jnp.any(active(now)), everyone, carry)
+
+        def some(carry: Carry) -> Carry:
+            return self._one_batch(args, carry, active(carry), smaller)
+
+        # the first round is everybody's; what it leaves going is few
+        return jax.lax.while_loop(lambda now: jnp.any(active(now)), some, everyone(carry))
+
+    def _one_batch(self, args: Args, carry: Carry, going: Flags, size: int) -> Carry:
+        """Gather up to `size` members that are going, run them to their end, put them back.
+
+        Both ways by looking up: the members' places in the small batch are their ranks.
+        """
+        rank = jnp.cumsum(going) - 1
+        wanted = jnp.arange(size)
+        places = jnp.argmax((rank == wanted[:, None]) & going, axis=1)
+        leaves, structure = jax.tree.flatten(args)
+        axes = structure.flatten_up_to(self.axes)
+        batched = [leaf for leaf, axis in zip(leaves, axes, strict=True) if axis is not None]
+        batched, part = _picked((batched, carry), places)
+        own = iter(batched)
+        chosen = [
+            leaf if axis is None else next(own) for leaf, axis in zip(leaves, axes, strict=True)
+        ]
+        part = self.finish(jax.tree.unflatten(structure, chosen), part, wanted <= rank[-1])
+        found = _picked(part, jnp.clip(rank, 0, size - 1))
+        return _choose(going & (rank < size), found, carry)
+
+
+def _picked(tree: Carry, places: Int[Array, " places"]) -> Carry:
+    """Some members of a batch: all leaves of a type together, which is one look-up, not many."""
+    leaves, structure = jax.tree.flatten(tree)
+    kinds: dict[jnp.dtype, list[int]] = {}
+    for index, leaf in enumerate(leaves):
+        kinds.setdefault(leaf.dtype, []).append(index)
+    for indices in kinds.values():
+        rows = [jnp.reshape(leaves[index], (leaves[index].shape[0], -1)).T for index in indices]
+        found = jnp.concatenate(rows)[:, places]
+        start = 0
+        for index, row in zip(indices, rows, strict=True):
+            part = found[start : start + len(row)].T
+            leaves[index] = jnp.reshape(part, (len(places), *leaves[index].shape[1:]))
+            start += len(row)
+    return jax.tree.unflatten(structure, leaves)
+
+
+def _spread(size: int, is_batched: bool, leaf: Array) -> Array:
+    return leaf if is_batched else jnp.broadcast_to(leaf, (size, *jnp.shape(leaf)))
+
+
+def _choose(condition: Flags, one: Carry, other: Carry) -> Carry:
+    def leaf(a: Array, b: Array) -> Array:
+        return jnp.where(condition.reshape(condition.shape + (1,) * (a.ndim - 1)), a, b)
+
+    return jax.tree.map(leaf, one, other)

@@ -11,7 +11,7 @@ import numpy as np
 from jax.core import Tracer
 
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.numeric import float_type
+from stickslip.dynamics.pytrees import float_type
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -21,8 +21,14 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.compilation import as_one_program, run_once
-from stickslip.dynamics.numeric import Numeric, float_type, same_rank
-from stickslip.dynamics.pytrees import holds_numbers, register_pytree, settle, short_repr
+from stickslip.dynamics.numeric import Numeric, same_rank
+from stickslip.dynamics.pytrees import (
+    float_type,
+    holds_numbers,
+    register_pytree,
+    settle,
+    short_repr,
+)
 from stickslip.dynamics.ugv.ground.near import in_two, locate, parts_of
 from stickslip.dynamics.ugv.ground.shapes import as_floats
 from stickslip.dynamics.ugv.ground.spline import Spline

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.kernels.fused import where_needed
 from stickslip.dynamics.kernels.jax_interface import jvp_in_front
-from stickslip.dynamics.kernels.lanes import where_needed
-from stickslip.dynamics.numeric import Lists, Number, float_type
+from stickslip.dynamics.numeric import Lists, Number
+from stickslip.dynamics.pytrees import float_type
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.dynamics.ugv.ground.shapes import nowhere_hollow

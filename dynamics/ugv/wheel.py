@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.kernels.lanes import where_needed
+from stickslip.dynamics.kernels.fused import where_needed
 from stickslip.dynamics.ugv.ground.near import Near
 from stickslip.dynamics.ugv.track import Track
 

@@ -20,7 +20,7 @@ from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, req
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.compilation import moves_numbers
-from stickslip.dynamics.numeric import compensated
+from stickslip.dynamics.pytrees import compensated
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.params import (

@@ -11,8 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel, BipedState
 from stickslip.dynamics.biped.model import load
-from stickslip.dynamics.numeric import all_finite
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import all_finite, register_pytree
 from stickslip.dynamics.scene import Grip, Scene, Smoothed
 from stickslip.dynamics.status import Status
 

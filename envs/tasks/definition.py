@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip import envs
-from stickslip.dynamics.plain_checks import require_choice
+from stickslip.dynamics.checks import require_choice
 
 if TYPE_CHECKING:
     from typing import Any

@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stickslip.dynamics.plain_checks import shown
+from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import TaskDefinition
 
 if TYPE_CHECKING:

@@ -16,8 +16,8 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.compilation import moves_numbers
-from stickslip.dynamics.numeric import compensated, require_one
-from stickslip.dynamics.pytrees import rebuilt
+from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import compensated, rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand

@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.dynamics.plain_checks import require_choice
+from stickslip.dynamics.checks import require_choice
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

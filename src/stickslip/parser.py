@@ -16,7 +16,7 @@ from functools import partial
 from itertools import takewhile
 from typing import Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 
-from stickslip.dynamics.plain_checks import nearest, require_known, shown
+from stickslip.dynamics.checks import nearest, require_known, shown
 
 T = TypeVar("T")
 

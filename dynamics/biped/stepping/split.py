@@ -51,8 +51,8 @@ from stickslip.dynamics.biped.stepping.walk import (
     slips_freely,
     status_at,
 )
+from stickslip.dynamics.kernels.fused import compacting_while
 from stickslip.dynamics.kernels.jax_interface import jvp_in_front
-from stickslip.dynamics.kernels.lanes import compacting_while
 from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 

@@ -12,7 +12,7 @@ from stickslip.dynamics.biped.contact import Torque, ankle_moment, fall_under, m
 from stickslip.dynamics.biped.inertia import GroundMoment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
-from stickslip.dynamics.numeric import all_finite
+from stickslip.dynamics.pytrees import all_finite
 from stickslip.dynamics.scene import Grip, Patches, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 

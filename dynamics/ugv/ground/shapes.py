@@ -17,8 +17,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
-from stickslip.dynamics.numeric import Numeric, float_type
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.numeric import Numeric
+from stickslip.dynamics.pytrees import float_type, register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float

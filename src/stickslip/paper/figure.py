@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from stickslip.dynamics.plain_checks import require_known
+from stickslip.dynamics.checks import require_known
 
 AGREES = "agrees"
 PARTLY = "partly"

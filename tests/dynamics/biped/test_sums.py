@@ -11,7 +11,7 @@ import pytest
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, SemiImplicitEuler, Setting, simulate
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.numeric import clock, compensated
+from stickslip.dynamics.pytrees import clock, compensated
 from stickslip.envs import BipedEnv
 from tests.dynamics.biped.helpers import default_model
 

@@ -7,8 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.kernels.fused import MOST_STEPS, fused_scan
 from stickslip.dynamics.kernels.jax_interface import KERNEL
+from stickslip.dynamics.kernels.scan import MOST_STEPS, fused_scan
 
 
 def decay(power, shared, carry, value):

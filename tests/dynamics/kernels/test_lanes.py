@@ -7,8 +7,13 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.kernels.lanes import LARGEST, SMALLEST, compacting_while, where_needed
+from stickslip.dynamics.kernels.fused import (
+    LARGEST,
+    SMALLEST,
+    compacting_while,
+    fused,
+    where_needed,
+)
 
 
 def halve(limit, start):
