@@ -28,10 +28,9 @@ from stickslip.dynamics.biped.settings import (
     integrator_of,
     require_fidelity,
 )
-from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory
+from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, start
 from stickslip.dynamics.biped.stepping.split import advance
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
-from stickslip.dynamics.biped.stepping.walk import start
 from stickslip.dynamics.checks import (
     is_concrete,
     require_kind,

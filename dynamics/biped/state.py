@@ -1,26 +1,33 @@
-"""The biped's state, the contact report of a step, and a walk's trajectory."""
+"""The biped's state between steps and within one, the contact report of a step, a trajectory."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.contact import mode_of, patch_at
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, step_length
+from stickslip.dynamics.biped.model import BipedModel
+from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import all_finite, register_pytree
+from stickslip.dynamics.scene import Grip, Patches, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array, Float, Int
+    from jaxtyping import Array, Bool, Float, Int
 
-    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.contact import Coefficients, Friction, System
     from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.biped.settings import Integrator
+    from stickslip.dynamics.scene import Scene
 
 
 @register_pytree
@@ -90,9 +97,6 @@ class BipedState:
 
 def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float[Array, ""]:
     """Floor position of the supporting ankle [m]: steps by step length, plus slide."""
-    from stickslip.dynamics.biped.links import step_length
-    from stickslip.dynamics.biped.model import BipedModel
-
     length = params.step_length if isinstance(params, BipedModel) else step_length(params)
     return jnp.asarray(state.steps).astype(length.dtype) * length + state.foot_position
 
@@ -174,3 +178,180 @@ class Trajectory:
         used = np.asarray(events.kinds) != EventKind.NONE
         rows = (np.asarray(column)[used].tolist() for column in jax.tree.leaves(events))
         return [(t, EventKind(k).name.lower(), angle) for t, k, angle in zip(*rows, strict=True)]
+
+
+END = len(EventKind)
+"""The kind of event that is a walk's end by a status: part of no log."""
+
+
+PHASE_SLACK = 1e-3
+"""Tolerance for a start outside the support phase [rad]."""
+
+
+class EventLog(NamedTuple):
+    """Events in order: time left at each, its kind and the crank angle."""
+
+    left: Float[Array, " rows"]
+    kinds: Int[Array, " rows"]
+    angles: Float[Array, " rows"]
+
+
+class Walk(NamedTuple):
+    """The integrator's running state within one call."""
+
+    phase: Float[Array, ""]
+    crank_rate: Float[Array, ""]
+    foot_position: Float[Array, ""]
+    foot_velocity: Float[Array, ""]
+    steps: Int[Array, ""]
+    patch: Int[Array, ""]
+    left: Float[Array, ""]
+    """Time still to go; the call ends at 0 or at a terminal status."""
+    aim: Float[Array, ""]
+    """Length of the next trial."""
+    size: Float[Array, ""] | None
+    """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
+    target: Int[Array, ""]
+    """Kind of event that the next trial is aimed at."""
+    breakaway: Float[Array, ""]
+    """Direction of sliding that has begun at velocity zero, else 0."""
+    status: Int[Array, ""]
+    switches: Int[Array, ""]
+    distance: Float[Array, ""]
+    work: Float[Array, ""]
+    positive_work: Float[Array, ""]
+    trials: Int[Array, ""]
+    log: EventLog | None
+    """The events so far, where they are recorded."""
+
+
+def mode_at(
+    system: System, friction: Friction | None, walk: Walk, inertia: Coefficients
+) -> Float[Array, ""]:
+    """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
+    if friction is None or isinstance(system.scene.floor, Smoothed):
+        return jnp.zeros_like(walk.phase)
+    still = system.still(inertia, walk.crank_rate)
+    mode = mode_of(still, walk.foot_velocity, friction.mu_static)
+    return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
+
+
+def start(spec: Integrator, system: System, state: BipedState) -> Walk:
+    """The running state at the beginning of a call; its status is OK or the error of the input."""
+    duration, model = system.duration, system.model
+    dtype = duration.dtype
+    zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
+    value = partial(jnp.asarray, dtype=dtype)
+    rate, log, size, aim = value(state.crank_rate), None, None, duration
+    if spec.record_events:
+        rows = spec.log_size
+        log = EventLog(jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
+    if isinstance(spec, EventExact):  # a first step that is seldom too long
+        size = jnp.minimum(duration, 0.05 * spec.rtol**0.2)
+        aim = within_turn(spec, size, rate)
+    elif isinstance(spec, RK4Split):
+        aim = duration / spec.substeps
+    given = (state, system.drive, duration, system.scene.floor, model.total_mass, model.step_length)
+    phase = value(state.phase)
+    status = jnp.where(supports(phase), none, Status.NO_SOLUTION)
+    walk = Walk(
+        phase=phase,
+        crank_rate=rate,
+        foot_position=value(state.foot_position),
+        foot_velocity=value(state.foot_velocity),
+        steps=jnp.asarray(state.steps, jnp.int32),
+        patch=none,
+        left=duration,
+        aim=aim,
+        size=size,
+        target=none,
+        breakaway=zero,
+        status=jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32),
+        switches=none,
+        distance=zero,
+        work=zero,
+        positive_work=zero,
+        trials=none - 1,  # the blank trial before the first is settled, too
+        log=log,
+    )
+    return on_its_patch(system, walk)
+
+
+def on_its_patch(system: System, walk: Walk, where: Bool[Array, ""] | bool = True) -> Walk:
+    """The walk with its patch looked up by the foot's place on the floor, where `where`."""
+    floor = system.scene.floor
+    if not isinstance(floor, Patches):
+        return walk
+    steps = walk.steps.astype(walk.foot_position.dtype)
+    place = steps * system.model.step_length + walk.foot_position
+    found = patch_at(floor, place, walk.foot_velocity)
+    return walk._replace(patch=jnp.where(where, found, walk.patch))
+
+
+def within_turn(
+    spec: EventExact, size: Float[Array, ""], rate: Float[Array, ""]
+) -> Float[Array, ""]:
+    """A step no longer than `size` in which the crank turns by no more than allowed."""
+    turn = jax.lax.stop_gradient(jnp.abs(rate) * size)
+    return size * jnp.minimum(1.0, spec.max_turn / jnp.maximum(turn, spec.max_turn))
+
+
+def bounds(dtype: DTypeLike) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    """Ends of the support phase in the working precision."""
+    return jnp.asarray(SUPPORT_START, dtype), jnp.asarray(SUPPORT_END, dtype)
+
+
+def supports(phase: Float[Array, ""]) -> Bool[Array, ""]:
+    """True if the leg carries the weight at this crank angle, or nearly."""
+    low, high = bounds(phase.dtype)
+    return (phase > low - PHASE_SLACK) & (phase < high + PHASE_SLACK)
+
+
+def hand_over(
+    system: System, walk: Walk, exchange: Bool[Array, ""], landed: Bool[Array, ""] | None = None
+) -> Walk:
+    """Pass the support to the other foot where `exchange`, or end the walk there.
+
+    landed: where the patch is looked up; default: at the exchange.
+    """
+    model, scene = system.model, system.scene
+    low, high = bounds(walk.phase.dtype)
+    one = scene.steps == "one"
+    stops = exchange if one else exchange & ~model.symmetric
+    word = Status.STEP_COMPLETE if one else Status.NO_EXCHANGE
+    passes = exchange & ~stops
+    turn = jnp.where(passes, jnp.where(walk.phase > jnp.pi, 1, -1), 0).astype(jnp.int32)
+    theta = walk.phase - turn.astype(low.dtype) * (high - low)
+    walk = walk._replace(
+        phase=jnp.where(exchange, jnp.clip(theta, low, high), walk.phase),
+        steps=walk.steps + turn,
+        status=jnp.where(stops, word, walk.status).astype(jnp.int32),
+    )
+    return on_its_patch(system, walk, exchange if landed is None else landed)
+
+
+def note(walk: Walk, happens: Bool[Array, ""], kind: Int[Array, ""] | EventKind) -> Walk:
+    """Count an event, and write it down where events are recorded."""
+    kind = jnp.full_like(walk.status, kind)
+    log = walk.log
+    if log is not None:
+        angle = walk.phase + jnp.pi * walk.steps.astype(walk.phase.dtype)
+        place = jnp.minimum(walk.switches, log.left.shape[0] - 1)
+        log = jax.tree.map(
+            lambda row, new: row.at[place].set(
+                jnp.where(happens, new.astype(row.dtype), row[place])
+            ),
+            log,
+            EventLog(walk.left, kind, angle),
+        )
+    slips = happens & (kind == EventKind.SLIP)
+    return walk._replace(
+        switches=walk.switches + happens.astype(jnp.int32),
+        status=jnp.where(slips, Status.SLIP_ONSET, walk.status).astype(jnp.int32),
+        log=log,
+    )
+
+
+def slips_freely(scene: Scene) -> bool:
+    """True if the floor has no switching of its own: no slip at all, or smoothed friction."""
+    return isinstance(scene.floor, Grip | Smoothed)

@@ -19,36 +19,29 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import (
-    EDGE_ROUNDINGS,
-    System,
-    Torque,
-    edge_ahead,
-    friction_on,
-)
+from stickslip.dynamics.biped.contact import System, Torque, edge_ahead, friction_on
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
-from stickslip.dynamics.biped.stepping.stages import (
-    Crossing,
-    Taken,
-    classical_step,
-    cone_margin,
-    dormand_prince_step,
-    first_crossing,
-    next_size,
-    parabola_slope,
-)
-from stickslip.dynamics.biped.stepping.walk import (
+from stickslip.dynamics.biped.state import (
     END,
-    Ending,
     Walk,
     bounds,
-    first_ending,
-    ground_of,
     hand_over,
-    levers_of,
     mode_at,
     note,
     slips_freely,
+)
+from stickslip.dynamics.biped.stepping.adaptive import controlled, dormand_prince_step, is_noise
+from stickslip.dynamics.biped.stepping.stages import (
+    Crossing,
+    Ending,
+    Taken,
+    classical_step,
+    cone_margin,
+    first_crossing,
+    first_ending,
+    ground_of,
+    levers_of,
+    parabola_slope,
     status_at,
 )
 from stickslip.dynamics.kernels.fused import compacting_while
@@ -129,7 +122,7 @@ class Trial(NamedTuple):
     """Terminal if the model does not hold where the trial starts, or the step is none."""
 
 
-class _Beginning(NamedTuple):
+class Beginning(NamedTuple):
     """Mode and length of a trial."""
 
     step: Float[Array, ""]
@@ -140,7 +133,7 @@ class _Beginning(NamedTuple):
     """The last trial allowed."""
 
 
-class _Samples(NamedTuple):
+class Samples(NamedTuple):
     """Start, middle and end of a trial."""
 
     phase: tuple[Array, Array, Array]
@@ -151,7 +144,7 @@ class _Samples(NamedTuple):
     """Margin of the static friction cone [N]."""
 
 
-class _Event(NamedTuple):
+class Event(NamedTuple):
     """First event of a trial, if there is one; fields as in Trial."""
 
     kind: Int[Array, ""]
@@ -224,7 +217,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
     status = status_at(system, walk, first, grounds[0], step, reached)
     if isinstance(spec, EventExact):
-        event, status, size = _controlled(spec, system, walk, begun, taken, event, status)
+        event, status, size = controlled(spec, system, walk, begun, taken, event, status)
         switches = event.reached
     else:
         size, switches = None, event.reached & ~begun.final | begun.final & (event.kind == END)
@@ -252,9 +245,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     )
 
 
-def _begun(
-    spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia
-) -> _Beginning:
+def _begun(spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia) -> Beginning:
     """Mode and length of the trial that starts here."""
     final = walk.trials >= spec.trials - 1
     whole, near = walk.left <= 1.001 * walk.aim, system.tiny()
@@ -266,17 +257,17 @@ def _begun(
         # the cone's margin is noise within some roundings of its edge
         noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * system.duration
         near = jnp.where(walk.target == EventKind.SLIP, noise, near)
-    return _Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
+    return Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
 
 
-def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> _Samples:
+def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> Samples:
     """The step's samples; in the middle, cubics through the ends' values and slopes."""
 
     def halfway(before, after, slope, slope_after):
         return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
 
     end = taken.end
-    return _Samples(
+    return Samples(
         halfway(walk.phase, taken.phase, walk.crank_rate, taken.crank_rate),
         halfway(
             walk.crank_rate, taken.crank_rate, first.crank_acceleration, end.crank_acceleration
@@ -293,63 +284,30 @@ def _event(
     spec: RK4Split | EventExact,
     system: System,
     walk: Walk,
-    begun: _Beginning,
+    begun: Beginning,
     first: Motion,
-    samples: _Samples,
+    samples: Samples,
     ending: Ending,
     taken: Taken,
-) -> _Event:
+) -> Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
     kind, crossing = _first_event(spec, system, begun, walk, first, samples, ending, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
     if isinstance(spec, EventExact) and not slips_freely(system.scene):
-        at_once |= _is_noise(system, walk, begun, samples, taken)
+        at_once |= is_noise(system, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
-    return _Event(kind, ending.status, time, happens, at_once | crossing.close)
-
-
-def _is_noise(system: System, walk: Walk, begun: _Beginning, samples: _Samples, taken: Taken):
-    """True if the step ends so near the onset or the stop that is aimed at that the cone's margin,
-    or the foot's speed, is what roundings make of it: no aim comes nearer."""
-    share = EDGE_ROUNDINGS * jnp.finfo(begun.step.dtype).eps
-    edge = share * jnp.abs(taken.end.friction_force)
-    speed = share * system.model.gravity * begun.step
-    onset = (begun.mode == 0) & (jnp.abs(samples.cone[2]) <= edge)
-    stop = (begun.mode != 0) & (jnp.abs(samples.foot_velocity[2]) <= speed)
-    return ((walk.target == EventKind.SLIP) & onset) | ((walk.target == EventKind.STICK) & stop)
-
-
-def _controlled(
-    spec: EventExact,
-    system: System,
-    walk: Walk,
-    begun: _Beginning,
-    taken: Taken,
-    event: _Event,
-    status,
-):
-    """Event, status and next size with the step's error looked at: one that misses the tolerance is
-    repeated shorter, whatever happens in it, and may overflow."""
-    step = begun.step
-    size, fails = next_size(spec, system, walk, taken, step)
-    kind = jnp.where(fails, EventKind.NONE, event.kind).astype(event.kind.dtype)
-    time = jnp.where(fails, size / jnp.where(step > 0, step, 1.0), event.time)
-    event = _Event(kind, event.ending, time, event.happens | fails, event.reached & ~fails)
-    overflows = (status == Status.NON_FINITE) | (status == Status.NOT_CONVERGED)
-    status = jnp.where(fails & overflows, Status.OK, status)
-    status = jnp.where(begun.final, Status.NOT_CONVERGED, status).astype(jnp.int32)
-    return event, status, size
+    return Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
 def _first_event(
     spec: RK4Split | EventExact,
     system: System,
-    begun: _Beginning,
+    begun: Beginning,
     walk: Walk,
     first: Motion,
-    samples: _Samples,
+    samples: Samples,
     ending: Ending,
     taken: Taken,
 ):

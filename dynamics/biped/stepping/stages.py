@@ -1,8 +1,7 @@
-"""Runge-Kutta steps in one mode, and the first crossing of an event function inside a step.
+"""The classical Runge-Kutta step in one mode, event functions inside a step, and a walk's ends.
 
-The steps are the classical one, and Dormand and Prince's pair. An event function is positive before
-an event and negative after, and is known at the start, the middle and the end of a trial step; time
-runs from 0 to 1.
+An event function is positive before an event and negative after, and is known at the start, the
+middle and the end of a trial step; time runs from 0 to 1.
 """
 
 from __future__ import annotations
@@ -11,20 +10,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, CrankMotion
-from stickslip.dynamics.biped.stepping.walk import Midpoint, within_turn
-from stickslip.dynamics.scene import Smoothed
+from stickslip.dynamics.biped.contact import CrankMotion, Torque, ankle_moment, fall_under
+from stickslip.dynamics.biped.inertia import GroundMoment
+from stickslip.dynamics.biped.state import supports
+from stickslip.dynamics.scene import Grip, Smoothed
+from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, Motion, System
-    from stickslip.dynamics.biped.settings import EventExact
-    from stickslip.dynamics.biped.stepping.walk import Walk
+    from stickslip.dynamics.biped.model import BipedModel
+    from stickslip.dynamics.biped.state import Walk
 
     Samples = Sequence[Float[Array, ""]]
     """Samples at the start, the middle and the end of a trial step."""
@@ -48,6 +48,17 @@ class Taken(NamedTuple):
     """Estimated errors of theta, rate, slide and velocity, 0 where there are no estimates."""
 
 
+class Midpoint(NamedTuple):
+    """Quantities at a step's middle that event detection needs."""
+
+    crank_acceleration: Float[Array, ""]
+    foot_acceleration: Float[Array, ""]
+    normal_force: Float[Array, ""]
+    solvability: Float[Array, ""]
+    cone_margin: Float[Array, ""]
+    """Margin of the static friction cone [N]."""
+
+
 def cone_margin(friction: Friction | None, motion: Motion):
     """Margin of the static friction cone [N]."""
     if friction is None:
@@ -55,7 +66,8 @@ def cone_margin(friction: Friction | None, motion: Motion):
     return friction.mu_static * motion.normal_force - jnp.abs(motion.friction_force)
 
 
-def _midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
+def midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
+    """What event detection needs of a motion."""
     accelerations = motion.crank_acceleration, motion.foot_acceleration
     margin = cone_margin(friction, motion)
     return Midpoint(*accelerations, motion.normal_force, motion.solvability, margin)
@@ -117,7 +129,7 @@ def _classical_stages(
         theta = walk.phase + step * jnp.where(last, sum_rate, shares[index] * now.crank_rate)
         rate = walk.crank_rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
         halfway = (index == 1) | (index == 2)
-        now_here = _midpoint(friction, motion)
+        now_here = midpoint(friction, motion)
         sum_power = now.sum_power
         if sum_power is not None:
             sum_power = sum_power + weights[index] * motion.torque * now.crank_rate
@@ -152,100 +164,6 @@ def _classical_stages(
         middle=Midpoint(*[zero] * len(Midpoint._fields)),
     )
     return jax.lax.fori_loop(0, 4, body, begin)
-
-
-# Dormand and Prince, J. Comp. Appl. Math. 6 (1980): the seven stages, the seventh at the end; the
-# fifth-order solution minus the fourth-order one; and, as an eighth row, Shampine's fourth-order
-# interpolant at the midpoint (Hairer, Norsett, Wanner, Solving ODEs I, II.6).
-_ROWS = (
-    (),
-    (1 / 5,),
-    (3 / 40, 9 / 40),
-    (44 / 45, -56 / 15, 32 / 9),
-    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
-    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
-    (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
-    (
-        6025192743 / 60171106304,
-        0.0,
-        51252292925 / 130801643196,
-        -2691868925 / 90256659456,
-        187940372067 / 3189068634112,
-        -1776094331 / 39487288512,
-        11237099 / 470086768,
-    ),
-)
-TABLEAU = np.array([row + (0.0,) * (8 - len(row)) for row in _ROWS])
-ERROR = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40, 0.0])
-_END = 6
-
-
-def dormand_prince_step(system: System, friction: Friction | None, mode, walk: Walk, step) -> Taken:
-    """A fifth-order step with error estimates; the eight stages are one loop (see above)."""
-    dtype = walk.phase.dtype
-    tableau = jnp.asarray(TABLEAU, dtype)
-    at_start = jnp.stack([*walk[:4], jnp.zeros_like(walk.phase)])
-
-    def stage(slopes, index):
-        theta, rate, slide, velocity, work = at_start + step * _weighted(tableau[index], slopes)
-        inertia = system.model.inertia.at(theta)
-        motion = system.motion(friction, mode, inertia, rate, velocity)
-        power = motion.torque * rate
-        slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
-        place = (theta, rate, slide, velocity, work)
-        row = jnp.stack(slope)
-        slopes = jax.lax.dynamic_update_index_in_dim(slopes, row, index, 0)
-        return slopes, (place, motion, inertia)
-
-    slopes, (places, motions, inertias) = jax.lax.scan(
-        stage, jnp.zeros((len(_ROWS), len(at_start)), dtype), jnp.arange(len(_ROWS))
-    )
-    theta, rate, slide, velocity, work = (column[_END] for column in places)
-    end, middle = (jax.tree.map(lambda row, at=at: row[at], motions) for at in (_END, _END + 1))
-    inertia = jax.tree.map(lambda row: row[_END], inertias)
-    errors = step * _weighted(jnp.asarray(ERROR, dtype), slopes[:, :4])
-    return Taken(
-        phase=theta,
-        crank_rate=rate,
-        foot_position=slide if friction is not None else walk.foot_position,
-        foot_velocity=velocity if friction is not None else walk.foot_velocity,
-        end=end,
-        inertia=inertia,
-        middle=_midpoint(friction, middle),
-        work=work if isinstance(system.drive, CrankMotion) else None,
-        errors=errors,
-    )
-
-
-def _weighted(weights: Float[Array, " stages"], slopes: Float[Array, "stages n"]):
-    """Sum of the slopes by their weights; no matrix product, which would be no part of a kernel."""
-    return jnp.sum(weights[:, None] * slopes, axis=0)
-
-
-def next_size(spec: EventExact, system: System, walk: Walk, taken: Taken, step):
-    """The next step's size by the estimated error, and whether this step fails its tolerance.
-
-    Sizes are choices, not functions of the state: no derivative goes through them.
-    """
-    dtype = step.dtype
-    rtol = max(spec.rtol, 32 * float(jnp.finfo(dtype).eps))
-    start, end = jnp.stack(walk[:4]), jnp.stack(taken[:4])
-    # what roundings of the weight make of a step: near rest nothing is known to a part of itself
-    gravity = jnp.asarray(system.model.gravity, dtype)
-    turn = gravity / system.model.step_length
-    known = jnp.stack([turn * step**2, turn * step, gravity * step**2, gravity * step])
-    rounded = EDGE_ROUNDINGS * jnp.finfo(dtype).eps * known
-    allowed = spec.atol + rtol * jnp.maximum(jnp.abs(start), jnp.abs(end)) + rounded
-    worst = jax.lax.stop_gradient(jnp.max(jnp.abs(taken.errors) / allowed))
-    worst = jnp.where(jnp.isfinite(worst), worst, jnp.inf)
-    factor = jnp.clip(0.9 * jnp.maximum(worst, 1e-10) ** -0.2, 0.2, 5.0)
-    fails = (worst > 1) & (step > system.tiny())
-    before = step if walk.size is None else walk.size
-    kept = jax.lax.stop_gradient(jnp.maximum(before, step))  # a step cut short says little
-    plain = jax.lax.stop_gradient(step)
-    size = jnp.where(fails, plain * factor, jnp.where(step < before, kept, plain * factor))
-    rate = jnp.where(jnp.isfinite(taken.crank_rate), taken.crank_rate, walk.crank_rate)
-    return within_turn(spec, size, rate), fails
 
 
 class Crossing(NamedTuple):
@@ -323,3 +241,162 @@ def _first_root(
     bottom = jnp.where(rising, 2 * square, root - linear)
     usable = jnp.where(rising, bottom < 0, bottom > 0)
     return jnp.clip(jnp.where(usable, top / jnp.where(usable, bottom, 1.0), 0.0), 0.0, 1.0)
+
+
+def status_at(
+    system: System,
+    walk: Walk,
+    first: Motion,
+    ground: Ground,
+    step: Float[Array, ""],
+    end: Sequence[Float[Array, ""]],
+) -> Int[Array, ""]:
+    """Status of a step: the model holds at its start, the step is valid.
+
+    end: the numbers at its end, the crank angle first. The gravest word comes last, so that a step
+    that overflows says the same in every precision.
+    """
+    turn = jnp.maximum(jnp.abs(walk.crank_rate) * step, jnp.abs(end[0] - walk.phase))
+    begins = walk.phase + walk.crank_rate + walk.foot_position + walk.foot_velocity
+    # a torque that is no number makes an acceleration that is none
+    begins = jnp.isfinite(begins + first.crank_acceleration + first.foot_acceleration)
+    sound = jnp.isfinite(sum(end[1:], end[0]))
+    status = jnp.where(sound, jnp.zeros_like(walk.status), Status.NON_FINITE)
+    coarse = ~(turn <= jnp.pi / 2)  # a turn that is no number, too
+    status = jnp.where(coarse, Status.NOT_CONVERGED, status)
+    ended = _status_now(system, ground)
+    status = jnp.where(ended > Status.OK, ended, status)
+    solvable = system.model.closes & supports(walk.phase)
+    status = jnp.where(solvable, status, Status.NO_SOLUTION)
+    return jnp.where(begins, status, Status.NON_FINITE).astype(jnp.int32)
+
+
+class Ground(NamedTuple):
+    """Ground forces at one instant, from which the ends are detected."""
+
+    crank_rate: Float[Array, ""]
+    normal: Float[Array, ""]
+    solvability: Float[Array, ""]
+    moment: Float[Array, ""] | None
+    """Moment of the ground's force about the ankle [N m]; None where toppling is not judged."""
+
+
+class Ending(NamedTuple):
+    """An end and its margin at the start, the middle and the end of a trial step."""
+
+    status: Int[Array, ""]
+    margins: tuple[Array, Array, Array]
+
+
+def lever_at(system: System, theta: Float[Array, ""]) -> GroundMoment | None:
+    """Terms of the ground's moment; None where toppling is not detected."""
+    judged = system.scene.outputs != "state"
+    return system.model.inertia.moment_at(theta) if judged else None
+
+
+def ground_of(
+    system: System,
+    crank_rate: Float[Array, ""],
+    motion: Motion | Midpoint,
+    lever: GroundMoment | None,
+) -> Ground:
+    """Ground forces of a motion, from which the ends are detected."""
+    moment = None
+    if lever is not None:
+        accelerations = motion.crank_acceleration, motion.foot_acceleration
+        moment = ankle_moment(system.model, lever, crank_rate, *accelerations)
+    return Ground(crank_rate, motion.normal_force, motion.solvability, moment)
+
+
+def levers_of(
+    system: System, phases: Sequence[Float[Array, ""]], now: Coefficients, later: Coefficients
+) -> tuple[GroundMoment | None, ...]:
+    """Moment terms at the start, middle and end of a trial step, with the inertia at its ends.
+
+    L is evaluated at the ends alone: P and Y are slopes of the mass moments, and in between are
+    Hermite's cubics. Errors as the turn's fifth power, and in the middle its fourth.
+    """
+    first = lever_at(system, phases[0])
+    if first is None:
+        return None, None, None
+    L, dL = system.model.inertia.spin_at(phases[2])
+    turn = phases[2] - phases[0]
+    enough = jnp.abs(turn) > 1e-3  # below, a difference of L has no digits and is not needed
+    mean = (first.dL + dL) / 2
+    secant = jnp.where(enough, (L - first.L) / jnp.where(enough, turn, 1.0), mean)
+
+    def halfway(a: Array, b: Array, slope: Array, slope_after: Array) -> Array:
+        return (a + b) / 2 + turn / 8 * (slope - slope_after)
+
+    def risen(a: Array, slope: Array, slope_after: Array, bend: Array, bend_after: Array) -> Array:
+        return a + turn * ((slope + slope_after) / 2 + turn / 12 * (bend - bend_after))
+
+    X = risen(first.X, now.P, later.P, now.dP, later.dP)
+    Y = risen(first.Y, now.Y, later.Y, now.dY, later.dY)
+    middle = GroundMoment(
+        halfway(first.L, L, first.dL, dL),
+        1.5 * secant - mean / 2,
+        halfway(first.X, X, now.P, later.P),
+        halfway(first.Y, Y, now.Y, later.Y),
+    )
+    return first, middle, GroundMoment(L, dL, X, Y)
+
+
+def _off_foot(model: BipedModel, normal: Array, moment: Array) -> Bool[Array, ""]:
+    """True where the zero-moment point lies beyond the toe or the heel."""
+    return (moment > model.toe * normal) | (-moment > model.heel * normal)
+
+
+def _status_now(system: System, at: Ground) -> Int[Array, ""]:
+    """OK, or the most severe end at this instant."""
+    status = jnp.zeros_like(at.normal, jnp.int32)
+    if at.moment is not None:
+        off_foot = _off_foot(system.model, at.normal, at.moment)
+        status = jnp.where(off_foot, fall_under(system.model, at.normal), status)
+    if system.max_rate is not None:
+        status = jnp.where(jnp.abs(at.crank_rate) > system.max_rate, Status.RUNAWAY, status)
+    status = jnp.where(at.normal <= 0, Status.LIFT_OFF, status)
+    return jnp.where(at.solvability > 0, status, Status.NO_SOLUTION).astype(jnp.int32)
+
+
+def first_ending(system: System, samples: Sequence[Ground]) -> Ending:
+    """The end whose margin is the first to cross zero along straight lines through the samples."""
+    normals = [at.normal for at in samples]
+    moments = [at.moment for at in samples if at.moment is not None]
+    best = _ending(Status.LIFT_OFF, normals)
+    if moments:
+        margins = _edge_margins(system, normals, moments)
+        best = _ending(fall_under(system.model, normals[2]), margins)
+    if isinstance(system.drive, Torque) and not isinstance(system.scene.floor, Grip):
+        best = _earlier(best, _ending(Status.NO_SOLUTION, [at.solvability for at in samples]))
+    if system.max_rate is not None:
+        room = [system.max_rate - jnp.abs(at.crank_rate) for at in samples]
+        best = _earlier(best, _ending(Status.RUNAWAY, room))
+    return best
+
+
+def _edge_margins(system: System, normals: list[Array], moments: list[Array]) -> list[Array]:
+    """(Edge - zero-moment point) times normal force [N m], of the edge that is left first."""
+    toe, heel = system.model.toe, system.model.heel
+    off_in_middle = _off_foot(system.model, normals[1], moments[1])
+    forwards = jnp.where(off_in_middle, moments[1], moments[2]) > 0
+    edge, sign = jnp.where(forwards, toe, heel), jnp.where(forwards, 1.0, -1.0)
+    return [edge * force - sign * moment for force, moment in zip(normals, moments, strict=True)]
+
+
+def _ending(status: Status | Int[Array, ""], margins: list[Array]) -> Ending:
+    start, middle, end = margins
+    return Ending(jnp.full_like(start, status, jnp.int32), (start, middle, end))
+
+
+def _earlier(one: Ending, other: Ending) -> Ending:
+    """The earlier end, by straight lines through the half step in which the first sign changes."""
+    by_middle = (one.margins[1] < 0) | (other.margins[1] < 0)
+
+    def half(ending: Ending) -> tuple[Array, Array]:
+        start, middle, end = ending.margins
+        return jnp.where(by_middle, start, middle), jnp.where(by_middle, middle, end)
+
+    (before, after), (before_other, after_other) = half(one), half(other)
+    sooner: Bool[Array, ""] = before * after_other >= before_other * after
+    return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)

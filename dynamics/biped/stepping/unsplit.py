@@ -15,19 +15,16 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import friction_on
 from stickslip.dynamics.biped.settings import RK4, Euler, Unsplit
-from stickslip.dynamics.biped.stepping.stages import classical_step
-from stickslip.dynamics.biped.stepping.walk import (
+from stickslip.dynamics.biped.state import (
     Walk,
     bounds,
-    ground_of,
     hand_over,
-    lever_at,
     mode_at,
     note,
     on_its_patch,
     slips_freely,
-    status_at,
 )
+from stickslip.dynamics.biped.stepping.stages import classical_step, ground_of, lever_at, status_at
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from scipy.integrate import RK45
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import RK4, Euler, SemiImplicitEuler, step
-from stickslip.dynamics.biped.stepping import stages
+from stickslip.dynamics.biped.stepping import adaptive
 from tests.dynamics.biped.helpers import default_model, forward, state_of
 
 MU = 0.5, 0.4
@@ -107,8 +107,8 @@ def test_a_foot_that_would_turn_back_stops_after_v_squared_over_2_a(
 def test_dormand_and_prince_s_rows_are_scipys():
     """Seven stages, the error, and the interpolant at the midpoint."""
     count = len(RK45.C)
-    np.testing.assert_allclose(stages.TABLEAU[:count, : RK45.A.shape[1]], RK45.A, rtol=1e-14)
-    np.testing.assert_allclose(stages.TABLEAU[count, :count], RK45.B, rtol=1e-14)
+    np.testing.assert_allclose(adaptive.TABLEAU[:count, : RK45.A.shape[1]], RK45.A, rtol=1e-14)
+    np.testing.assert_allclose(adaptive.TABLEAU[count, :count], RK45.B, rtol=1e-14)
     np.testing.assert_allclose(stages.ERROR[: count + 1], -RK45.E, rtol=1e-13)
     halfway = RK45.P @ 0.5 ** np.arange(1, 5)
-    np.testing.assert_allclose(stages.TABLEAU[-1, : count + 1], halfway, atol=1e-8)
+    np.testing.assert_allclose(adaptive.TABLEAU[-1, : count + 1], halfway, atol=1e-8)
