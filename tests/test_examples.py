@@ -41,7 +41,6 @@ LONG = {
     "train_population(": "training",
     "recommend(": "every setting it tells of is a program",
     "check_walk(": "event-exact walks and their derivatives",
-    "check_poses(": "a reference for thousands of poses",
     "evaluate_task(": "whole episodes of a task",
     "known(solution": "dynamic programming over an environment",
     "bound_every_drive(": "interval arithmetic over all drives",

@@ -15,8 +15,8 @@ from stickslip.agents.policy.task import numbers_in_words, require_numbers, same
 from stickslip.agents.protocol import Task
 from stickslip.agents.sweeps.swept import Swept
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
+from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
-from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import NUMBERS as RULES

@@ -33,8 +33,6 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
             "assumed of the walk",
         }
     env, least = cast("UGVEnv", without_resets(env)), []
-    if env.solver.method != "newton":
-        return None  # of hollow ground nothing is enclosed
     count = EPISODES["ugv"] if is_random(params) else 1
     for seed in range(count):
         state = first_state(env, params, seed)

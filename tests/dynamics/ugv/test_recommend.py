@@ -1,13 +1,10 @@
 """Recommendations are the cheapest settings that keep a promise; check_poses measures one."""
 
-import math
-
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import PoseSolver, Setting, Track, UGVParams, check_poses, equilibrium
+from stickslip.dynamics.ugv import PoseSolver, Setting, Track, UGVParams, check_poses
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.recommendation import (
@@ -134,59 +131,6 @@ def test_a_track_is_judged_by_how_its_ground_is_given_and_where():
     assert [place_of(track, 0.28) for track in (Track.step(), high)] == list(PLACES)
     assert place_of(Track.bump(end=0.27 * NEAR), 0.28) == "near"
     assert place_of(Track.bump(end=0.27 * FAR), 0.28) == "far"
-
-
-def test_the_default_setting_is_its_own_reference():
-    found = check_poses(Setting(), UGVParams(), SINES, count=200)
-    assert (found.torque_error, found.contact_error) == (0, 0)
-    assert (found.count, found.compared, found.other_statuses) == (200, 200, 0)
-    assert min(found.cost, found.reference_cost) > 0
-    coarse = Setting(PoseSolver(iterations=2, samples=0), pieces=16)
-    found = check_poses(coarse, UGVParams(), SINES, count=200)
-    assert found.other_statuses >= 30
-    assert 1e-9 < found.torque_error < 1e-6
-
-
-def test_errors_are_those_of_the_equilibria_whatever_the_switch():
-    params, setting = UGVParams(), Setting(BARE, "float32")
-    random = np.random.default_rng(1)
-    x = random.uniform(0, 10, 200)
-    angles = random.uniform(params.leg_angle_min, params.leg_angle_max, (200, 2))
-    narrow = equilibrium(
-        params, SINES, *(np.asarray(v, np.float32) for v in (x, angles)), solver=BARE
-    )
-    with jax.enable_x64(True):
-        wide = equilibrium(params, SINES, x, angles, solver=BARE)
-        on = check_poses(setting, params, SINES, x, angles)
-    off = check_poses(setting, params, SINES, x, angles)
-    torque = np.abs(np.asarray(narrow.torque, float) - np.asarray(wide.torque))
-    contact = np.abs(np.asarray(narrow.pose.rear.x, float) - np.asarray(wide.pose.rear.x))
-    for found in (on, off):
-        scale = params.weight * params.wheel_radius
-        assert found.torque_error == pytest.approx(np.max(torque) / scale, rel=0.2)
-        assert found.contact_error == pytest.approx(np.max(contact), rel=0.2)
-        assert found.typical_contact_error == pytest.approx(np.median(contact), rel=0.2)
-        assert found.compared == 200
-        place = int(np.argmin(np.abs(x - found.worst[0])))
-        assert found.worst == (x[place], *angles[place])
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"setting": "fast"}, "setting = 'fast'; accepted: a Setting"),
-        ({"params": None}, "params = None; accepted: UGVParams"),
-        ({"x_front": 1.0}, "accepted: both, or neither"),
-        ({"x_front": [1.0, math.nan], "leg_angles": [1.5, 1.5]}, "x_front = nan"),
-        ({"x_front": [1.0, 2.0], "leg_angles": np.full((3, 2), 1.5)}, "do not go together"),
-        ({"count": 10**15}, "count = 1000000000000000 makes 1e[+]15 poses"),
-        ({"friction": None}, "friction = None is not a number"),
-    ],
-)
-def test_bad_poses_to_check_are_refused(options, message):
-    given = {"setting": Setting(), "params": UGVParams(), "track": SINES} | options
-    with pytest.raises(ValueError, match=message):
-        check_poses(**given)
 
 
 @pytest.mark.parametrize(

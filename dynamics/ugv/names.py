@@ -1,7 +1,0 @@
-"""Names of the ground, known without JAX."""
-
-TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough")
-"""The named tracks: each is a constructor of Track, also reached by Track.named."""
-
-RANDOM_TRACKS = ("random-bump", "random-rough", "random-mixed")
-"""Names that `RandomTrack.named` accepts."""
