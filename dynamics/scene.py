@@ -128,11 +128,7 @@ class Scene:
         require_known(options, ("payload", "steps", "outputs"), "option of a scene")
         if (payload := options.get("payload")) is not None:
             options["payload"] = as_number("payload", payload, **PAYLOAD)
-        rules = {"edges": {"accepted": EDGES}, "slip_speed": SLIP_SPEED}
-        fields = {
-            name: as_number(name, value, **rules.get(name, FRICTION))
-            for name, value in numbers.items()
-        }
+        fields = {name: as_number(name, one, **RULES[name]) for name, one in numbers.items()}
         return cls(kind(**fields), **options).validate()
 
     @classmethod
@@ -186,18 +182,16 @@ class Scene:
         accepted = "Grip(), Uniform(...), Patches(...) or Smoothed(...)"
         require_kind("floor", self.floor, get_args(Floor), accepted)
         numbers = {} if self.payload is None else {"payload": self.payload}
-        require_numeric(**numbers, **vars(self.floor))
-        if self.payload is not None:
-            require_number("payload", self.payload, **PAYLOAD)
+        numbers |= vars(self.floor)
+        require_numeric(**numbers)
         if isinstance(self.floor, Patches):
             _check_patches(self.floor)
-        elif not isinstance(self.floor, Grip):
+        for name, value in numbers.items():
+            require_number(name, value, **RULES[name])
+        if isinstance(self.floor, Uniform | Smoothed):
             require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
             _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
-        if isinstance(self.floor, Smoothed):
-            require_number("mu_kinetic", self.floor.mu_kinetic, **FRICTION)
-            require_number("slip_speed", self.floor.slip_speed, **SLIP_SPEED)
         return self
 
 
@@ -217,12 +211,17 @@ def scene_of(scene: Any) -> Scene:
 PAYLOAD: dict[str, Any] = {"low": 0.0, "accepted": "a finite mass >= 0 [kg]"}
 EDGES = "at least one floor position, all finite and strictly increasing [m]"
 FRICTION: dict[str, Any] = {"low": 0.0, "accepted": "finite, 0 <= mu_kinetic <= mu_static"}
-SLIP_SPEED: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"}
+RULES: dict[str, dict[str, Any]] = {
+    "payload": PAYLOAD,
+    "edges": {"accepted": EDGES},
+    "mu_static": FRICTION,
+    "mu_kinetic": FRICTION,
+    "slip_speed": {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"},
+}
+"""What is accepted as each number of a scene."""
 
 
 def _check_friction(mu_static: Numbers, mu_kinetic: Numbers) -> None:
-    require_number("mu_static", mu_static, **FRICTION)
-    require_number("mu_kinetic", mu_kinetic, **FRICTION)
     if is_concrete(mu_static, mu_kinetic) and np.any(
         np.asarray(mu_kinetic) > np.asarray(mu_static)
     ):
@@ -244,7 +243,6 @@ def _check_patches(floor: Patches) -> None:
                 f"here {edges[-1] + 1}"
             )
     require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
-    require_number("edges", floor.edges, accepted=EDGES)
     if is_concrete(floor.edges) and np.any(np.diff(np.asarray(floor.edges, float)) <= 0):
         given = shown(np.asarray(floor.edges).tolist())
         raise ValueError(f"edges = {given}; accepted: {EDGES}")

@@ -298,14 +298,27 @@ class System(NamedTuple):
         return 8 * jnp.finfo(self.duration.dtype).eps * self.duration
 
 
-class Instant(NamedTuple):
-    """Everything about one instant; zmp and joint_forces None where they are not asked for."""
+class ForwardDynamics(NamedTuple):
+    """Accelerations and forces under a torque at one instant."""
 
-    motion: Motion
-    mode: Float[Array, ""]
+    crank_acceleration: Float[Array, ""]
+    """[rad/s^2]"""
+    foot_acceleration: Float[Array, ""]
+    """[m/s^2]"""
+    friction_force: Float[Array, ""]
+    """Friction force on the foot, forwards [N]."""
+    normal_force: Float[Array, ""]
+    """Normal force on the foot, upwards [N]."""
     zmp: Float[Array, ""] | None
+    """Zero-moment point from the ankle, forwards [m]; None with outputs="state"."""
+    mode: Int[Array, ""]
+    """0 sticks, +1 slides forwards, -1 slides backwards."""
     status: Int[Array, ""]
-    joint_forces: Float[Array, " 68"] | None
+    """A Status: ok, slip onset (at rest but outside the cone), topple, lift-off, ..."""
+    joint_forces: Float[Array, " 68"] | None = None
+    """Joint forces in the order of JOINT_FORCES [N] with outputs="joints"."""
+    torque: Float[Array, ""] | None = None
+    """Torque of the motor, given or needed [N m]."""
 
 
 def at_instant(
@@ -315,7 +328,7 @@ def at_instant(
     crank_rate: Float[Array, ""],
     foot_velocity: Float[Array, ""],
     outputs: str = "forces",
-) -> Instant:
+) -> ForwardDynamics:
     """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
     model, floor = system.model, system.scene.floor
     inertia = model.inertia.at(theta)
@@ -340,7 +353,8 @@ def at_instant(
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
     numbers = (theta, crank_rate, foot_velocity, system.drive, friction)
     numbers += (*accelerations, motion.friction_force, motion.normal_force, zmp, joints)
-    return Instant(motion, mode, zmp, _status(model, motion, zmp, onset, numbers), joints)
+    status = _status(model, motion, zmp, onset, numbers)
+    return ForwardDynamics(*motion[:4], zmp, mode.astype(jnp.int32), status, joints, motion.torque)
 
 
 def _status(

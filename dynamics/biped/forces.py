@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import (
+    ForwardDynamics,
     Friction,
     System,
     Torque,
@@ -46,27 +47,6 @@ class InverseDynamics(NamedTuple):
     """Joint forces [68] in the order of JOINT_FORCES [N] with outputs="joints"; else None."""
     status: Int[Array, ""]
     """A Status: OK, NO_SOLUTION where the linkage cannot close, or NON_FINITE."""
-
-
-class ForwardDynamics(NamedTuple):
-    """Accelerations and forces under a torque at one instant."""
-
-    crank_acceleration: Float[Array, ""]
-    """[rad/s^2]"""
-    foot_acceleration: Float[Array, ""]
-    """[m/s^2]"""
-    friction_force: Float[Array, ""]
-    """Friction force on the foot, forwards [N]."""
-    normal_force: Float[Array, ""]
-    """Normal force on the foot, upwards [N]."""
-    zmp: Float[Array, ""] | None
-    """Zero-moment point from the ankle, forwards [m]; None with outputs="state"."""
-    mode: Int[Array, ""]
-    """0 sticks, +1 slides forwards, -1 slides backwards."""
-    status: Int[Array, ""]
-    """A Status: ok, slip onset (at rest but outside the cone), topple, lift-off, ..."""
-    joint_forces: Float[Array, " 68"] | None = None
-    """Joint forces in the order of JOINT_FORCES [N] with outputs="joints"."""
 
 
 def inverse_dynamics(
@@ -135,18 +115,7 @@ def forward_dynamics(
     scene = Scene(Uniform(mu_static, mu_kinetic))
     system = System(model, scene, Torque(torque), duration=jnp.zeros_like(theta))
     friction = Friction(mu_static, mu_kinetic)
-    instant = at_instant(system, friction, theta, crank_rate, foot_velocity, outputs)
-    motion = instant.motion
-    return ForwardDynamics(
-        crank_acceleration=motion.crank_acceleration,
-        foot_acceleration=motion.foot_acceleration,
-        friction_force=motion.friction_force,
-        normal_force=motion.normal_force,
-        zmp=instant.zmp,
-        mode=instant.mode.astype(jnp.int32),
-        status=instant.status,
-        joint_forces=instant.joint_forces,
-    )
+    return at_instant(system, friction, theta, crank_rate, foot_velocity, outputs)
 
 
 def _floats(tree: object, *values: Number) -> list[Array]:

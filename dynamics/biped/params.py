@@ -40,36 +40,14 @@ if TYPE_CHECKING:
 
 
 LINKS = (
-    "foot",
-    "tibia",
-    "femur",
-    "lower tendon",
-    "knee link",
-    "upper tendon",
-    "connecting rod",
-    "crank",
-    "rocker",
-    "stabiliser",
-    "tibia bar",
-    "femur bar",
-    "hip",
+    *("foot", "tibia", "femur", "lower tendon", "knee link", "upper tendon", "connecting rod"),
+    *("crank", "rocker", "stabiliser", "tibia bar", "femur bar", "hip"),
 )
 """The 13 kinds of link; entry i is link number i + 1 of the chapter. Both legs share them."""
 
 ABOVE_ZERO = (
-    "crank",
-    "ground_link",
-    "rod",
-    "rod_pin",
-    "rocker",
-    "tendon_drop",
-    "upper_tendon",
-    "lower_tendon",
-    "femur",
-    "femur_pin",
-    "tibia",
-    "tibia_pin",
-    "stabiliser",
+    *("crank", "ground_link", "rod", "rod_pin", "rocker", "tendon_drop", "upper_tendon"),
+    *("lower_tendon", "femur", "femur_pin", "tibia", "tibia_pin", "stabiliser"),
 )
 LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 """The fields that are lengths [m]."""
@@ -293,17 +271,8 @@ def _checked(numbers: dict[str, Numeric], dtype: Any):
 
 
 BARS = (
-    "tibia",
-    "femur",
-    "lower_tendon",
-    "offset",
-    "upper_tendon",
-    "rod",
-    "crank",
-    "rocker",
-    "stabiliser",
-    "tibia",
-    "femur",
+    *("tibia", "femur", "lower_tendon", "offset", "upper_tendon", "rod"),
+    *("crank", "rocker", "stabiliser", "tibia", "femur"),
 )
 """The length of each link between foot and hip, in LINKS' order. The crank has two arms."""
 

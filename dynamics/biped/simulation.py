@@ -191,7 +191,7 @@ def stepped(
     friction = friction_on(scene.floor, walk.patch, dtype)
     rate, slide, velocity = walk.crank_rate, walk.foot_position, walk.foot_velocity
     instant = at_instant(system, friction, walk.phase, rate, velocity, scene.outputs)
-    motion, log = instant.motion, walk.log
+    log = walk.log
     over = walk.status > Status.SLIP_ONSET
     status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
     begun = jnp.asarray(state.time, dtype)
@@ -200,14 +200,14 @@ def stepped(
     time = jnp.where(walk.left == 0, end, begun + passed)
     after = BipedState(walk.phase, walk.steps, rate, slide, velocity, time)
     contact = Contact(
-        friction_force=motion.friction_force,
-        normal_force=motion.normal_force,
+        friction_force=instant.friction_force,
+        normal_force=instant.normal_force,
         zmp=instant.zmp,
-        mode=instant.mode.astype(jnp.int32),
+        mode=instant.mode,
         status=status,
         switches=walk.switches,
         slide_distance=walk.distance,
-        torque=motion.torque,
+        torque=instant.torque,
         work=walk.work,
         positive_work=walk.positive_work,
         joint_forces=instant.joint_forces,
