@@ -42,8 +42,7 @@ SHORTEST = 10
 
 
 def march(integrator, model, scene, state, law, period) -> Path:
-    """One walk of a population, a call of `step` each control period; `kinds` holds the switches
-    so far."""
+    """One walk of a population, a call of `step` each control period."""
     gain, wanted, torques = law
 
     def control(carry, extra):
@@ -54,7 +53,7 @@ def march(integrator, model, scene, state, law, period) -> Path:
         state = jax.tree.map(lambda new, old: jnp.where(running, new, old), after, state)
         status = jnp.maximum(status, contact.status)
         switches = switches + jnp.where(running, contact.switches, 0)
-        row = Path(state.crank_angle, state.foot_position, status, None, switches)
+        row = Path(state.crank_angle, state.foot_position, status, switches)
         return (state, status, switches), row
 
     none = jnp.zeros((), jnp.int32)
@@ -221,7 +220,7 @@ def samples(quick: bool) -> Iterator[dict[str, Any]]:
                 "too_short": count - len(own),
                 "left": float(np.mean(status > 1)),
                 "not_converged": float(np.mean(status == 9)),
-                "switches": float(np.median(truth.kinds[own, -1])),
+                "switches": float(np.median(truth.switches[own, -1])),
                 "derived": len(grown),
                 "sensitive": float(np.mean(~(grown <= SENSITIVE))),
                 "sensitivity": [_number(v) for v in np.nanquantile(grown, [0.5, 0.95, 1.0])],
@@ -248,7 +247,7 @@ def _quantiles(off: np.ndarray, path: Path, truth: Path, own: np.ndarray) -> dic
         "median": float(np.median(off[0][own])),
         "worst": _number(float(np.max(off[0][own]))),
         "ends_otherwise": float(np.mean((over != ended) | (over & (ends != wanted)))),
-        "other_switches": float(np.mean(path.kinds[own, -1] != truth.kinds[own, -1])),
+        "other_switches": float(np.mean(path.switches[own, -1] != truth.switches[own, -1])),
     }
 
 

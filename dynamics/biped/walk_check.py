@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import zip_longest
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -32,7 +31,7 @@ from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.numeric import require_one
 from stickslip.dynamics.scene import Scene, Smoothed
-from stickslip.dynamics.status import EventKind, Status
+from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,7 +45,7 @@ if TYPE_CHECKING:
 
 SENSITIVE = 1e3
 """Amplification above which a walk is called sensitive."""
-TIGHT = EventExact(rtol=1e-11, atol=1e-14, record_events=True)
+TIGHT = EventExact(rtol=1e-11, atol=1e-14)
 """The reference's integrator."""
 LOOSE = EventExact(rtol=1e-9, atol=1e-12)
 """Integrator that checks the reference and is differentiated."""
@@ -60,8 +59,7 @@ class WalkCheck:
 
     angle_error [rad], slide_error [m]: the largest difference at the ends of the torques' periods,
     as long as the reference stays inside the model; infinite where the setting's walk ends earlier.
-    status, reference_status: the gravest Status of each. first_difference: time of the first event
-    that only one of them has, or of another kind [s]; infinite where they have the same.
+    status, reference_status: the gravest Status of each.
     sensitivity [-]: how much the walk makes of a difference at its start, by derivatives through
     the event-exact walk; see `amplification`. Above SENSITIVE = 1e3 the walk is `sensitive`: any
     change, of the last digit of a mass, too, grows by so much, and no promise of `recommend` is
@@ -78,7 +76,6 @@ class WalkCheck:
     slide_error: Float[np.ndarray, ""]
     status: Int[np.ndarray, ""]
     reference_status: Int[np.ndarray, ""]
-    first_difference: Float[np.ndarray, ""]
     sensitivity: Float[np.ndarray, ""]
     reference_angle_error: Float[np.ndarray, ""]
     reference_slide_error: Float[np.ndarray, ""]
@@ -88,17 +85,6 @@ class WalkCheck:
     def sensitive(self) -> Bool[np.ndarray, ""]:
         """True if the walk amplifies a difference of the start by more than SENSITIVE."""
         return ~(self.sensitivity <= SENSITIVE)
-
-    @property
-    def reference_suffices(self) -> Bool[np.ndarray, ""]:
-        """True if the reference is known ten times better than the errors that it shows.
-
-        Where it is not, the errors are no more than that: at most of the size of the reference's.
-        """
-        angle = self.reference_angle_error <= 0.1 * self.angle_error
-        slide = self.reference_slide_error <= 0.1 * self.slide_error
-        exact = (self.reference_slide_error == 0) & (self.slide_error == 0)
-        return angle & (slide | exact)
 
 
 class Options(NamedTuple):
@@ -111,13 +97,12 @@ class Options(NamedTuple):
 
 
 class Path(NamedTuple):
-    """A walk at the ends of the torques' periods [n], and its events [n, events] or None."""
+    """A walk at the ends of the torques' periods [n]; its switches so far, where they count."""
 
     angle: Any
     slide: Any
     status: Any
-    times: Any
-    kinds: Any
+    switches: Any = None
 
 
 def check_walk(
@@ -154,7 +139,6 @@ def check_walk(
     if policy is None:
         require_held("torque", values, count)
     options = Options(policy, duration, count, setting.integrator_over(duration / count))
-    options = options._replace(integrator=replace(options.integrator, record_events=True))
     walk = params, scene, state, values
     own, cost = _timed(options, setting.dtype, _prepared(setting.fidelity, setting.dtype, *walk))
     exact = _prepared(FINE, "float64", *walk)
@@ -171,7 +155,6 @@ def check_walk(
         slide_error=errors[0][1],
         status=own.status[-1],
         reference_status=truth.status[-1],
-        first_difference=np.asarray(_parting(_listed(own), _listed(truth))),
         sensitivity=np.where(check.status[-1] == Status.NOT_CONVERGED, np.nan, most),
         reference_angle_error=errors[1][0],
         reference_slide_error=errors[1][1],
@@ -214,10 +197,8 @@ def _walk(options: Options, model: BipedModel, scene: Scene, state: BipedState, 
     torque = jnp.broadcast_to(values, (count,)) if policy is None else policy
     size = duration / count
     walk = simulate(model, scene, state, torque, duration, size, integrator=integrator)
-    events = walk.contacts.events
     angle, slide = walk.states.crank_angle[1:], jnp.asarray(walk.states.foot_position)[1:]
-    switches = (None, None) if events is None else (events.times, events.kinds)
-    return Path(angle, slide, jax.lax.cummax(walk.contacts.status), *switches)
+    return Path(angle, slide, jax.lax.cummax(walk.contacts.status))
 
 
 _run = jax.jit(_walk, static_argnums=0)
@@ -249,18 +230,6 @@ def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
         return np.max(np.where(inside, off, 0.0), axis=-1)
 
     return largest(own.angle, truth.angle), largest(own.slide, truth.slide)
-
-
-def _listed(path: Path) -> list[tuple[float, int]]:
-    """Times and kinds of the events."""
-    used = path.kinds != EventKind.NONE
-    return list(zip(path.times[used].tolist(), path.kinds[used].tolist(), strict=True))
-
-
-def _parting(own: list[tuple[float, int]], truth: list[tuple[float, int]]) -> float:
-    """Time of the first event of another kind, or that only one walk has [s]."""
-    pairs = zip_longest(own, truth, fillvalue=(np.inf, None))
-    return next((min(a, b) for (a, kind), (b, other) in pairs if kind != other), np.inf)
 
 
 NUDGE = 1e-4

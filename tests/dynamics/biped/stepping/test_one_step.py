@@ -109,6 +109,6 @@ def test_dormand_and_prince_s_rows_are_scipys():
     count = len(RK45.C)
     np.testing.assert_allclose(adaptive.TABLEAU[:count, : RK45.A.shape[1]], RK45.A, rtol=1e-14)
     np.testing.assert_allclose(adaptive.TABLEAU[count, :count], RK45.B, rtol=1e-14)
-    np.testing.assert_allclose(stages.ERROR[: count + 1], -RK45.E, rtol=1e-13)
+    np.testing.assert_allclose(adaptive.ERROR[: count + 1], -RK45.E, rtol=1e-13)
     halfway = RK45.P @ 0.5 ** np.arange(1, 5)
     np.testing.assert_allclose(adaptive.TABLEAU[-1, : count + 1], halfway, atol=1e-8)
