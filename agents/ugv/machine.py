@@ -43,7 +43,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     configuration = UGVTrainConfig
     modules = (
         "stickslip.dynamics.ugv.params",
-        "stickslip.dynamics.ugv.pose_solver",
+        "stickslip.dynamics.ugv.wheel",
         "stickslip.dynamics.ugv.ground.roughness",
         "stickslip.dynamics.ugv.ground.shapes",
         "stickslip.dynamics.ugv.ground.spline",

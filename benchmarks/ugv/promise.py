@@ -23,9 +23,8 @@ from stickslip.dynamics.ugv import (
     UGVParams,
     equilibrium,
 )
-from stickslip.dynamics.ugv.pose_solver import NEWTON, depth_allowed
 from stickslip.dynamics.ugv.recommendation import UNPLACED
-from stickslip.dynamics.ugv.wheel import penetration
+from stickslip.dynamics.ugv.wheel import NEWTON, depth_allowed, penetration
 
 COUNT = 1 << 14
 """Poses of each class and place, and as many held out."""

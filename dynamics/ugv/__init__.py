@@ -8,7 +8,6 @@ any shape, and jit, vmap and differentiate.
 from stickslip.dynamics.names import TRACKS
 from stickslip.dynamics.ugv.odometer import Odometer, wheel_turns
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose_solver import PoseSolver
 from stickslip.dynamics.ugv.poses import Pose, place, pose
 from stickslip.dynamics.ugv.recommendation import Recommendation, Setting, recommend
 from stickslip.dynamics.ugv.statics import (
@@ -20,7 +19,7 @@ from stickslip.dynamics.ugv.statics import (
     leg_torques,
 )
 from stickslip.dynamics.ugv.track import Surface, Track
-from stickslip.dynamics.ugv.wheel import WheelContact
+from stickslip.dynamics.ugv.wheel import PoseSolver, WheelContact
 
 __all__ = [
     "TRACKS",

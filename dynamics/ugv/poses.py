@@ -19,9 +19,19 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
 from stickslip.dynamics.ugv.ground.shapes import nowhere_hollow
 from stickslip.dynamics.ugv.params import UGVParams, legs
-from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver, depth_allowed, locate, size_near
 from stickslip.dynamics.ugv.track import Track, track_of
-from stickslip.dynamics.ugv.wheel import WheelContact, contact, cross, dot, penetration
+from stickslip.dynamics.ugv.wheel import (
+    NEWTON,
+    PoseSolver,
+    WheelContact,
+    contact,
+    cross,
+    depth_allowed,
+    dot,
+    locate,
+    penetration,
+    size_near,
+)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, Real

@@ -28,8 +28,8 @@ from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.pose_solver import PoseSolver
 from stickslip.dynamics.ugv.track import Track, track_of
+from stickslip.dynamics.ugv.wheel import PoseSolver
 
 if TYPE_CHECKING:
     pass

@@ -11,9 +11,8 @@ import jax.numpy as jnp
 from stickslip.dynamics.checks import as_number
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.pose_solver import NEWTON, PoseSolver
 from stickslip.dynamics.ugv.poses import require_place, stand
-from stickslip.dynamics.ugv.wheel import WheelContact, cross, dot
+from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int, Real

@@ -16,9 +16,9 @@ import pytest
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.ground.spline import Spline
-from stickslip.dynamics.ugv.pose_solver import size_near
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.dynamics.ugv.statics import balance
+from stickslip.dynamics.ugv.wheel import size_near
 
 pytestmark = pytest.mark.long
 

@@ -8,8 +8,8 @@ import pytest
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.kernels.grouping import AS_ONE_KERNEL
 from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
-from stickslip.dynamics.ugv.pose_solver import NEWTON
 from stickslip.dynamics.ugv.statics import _equilibrium
+from stickslip.dynamics.ugv.wheel import NEWTON
 from tests.dynamics.ugv.helpers import drawn
 
 MARK = next(iter(AS_ONE_KERNEL))
