@@ -84,10 +84,8 @@ def step(
     require_numeric(torque=torque, dt=dt)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    scene = require_kinds(params, scene, state)
+    scene = require_kinds(params, scene, state, torque=torque, dt=dt)
     state.require_support()
-    require_rest_on_grip(scene, state)
-    require_scalars(params, torque=torque, dt=dt, **vars(state))
     return _step(spec, fidelity, params, scene, state, Torque(as_float(torque)), as_float(dt))
 
 
@@ -267,16 +265,28 @@ def _idle(contact: Contact) -> Contact:
     return replace(contact, events=events, **still)
 
 
-def require_kinds(params: object, scene: object, state: object) -> Scene:
-    """The scene, built where it is a name, or ValueError for arguments of another kind, and for
-    text and lists inside of them."""
+def require_kinds(params: object, scene: object, state: object, **numbers: Number) -> Scene:
+    """The scene, built where it is a name, or ValueError: for arguments of another kind, text and
+    lists inside of them, a batch, and a foot that moves on a floor without slip."""
     accepted = "a BipedParams, or a BipedModel from `prepare`"
     require_kind("params", params, (BipedParams, BipedModel), accepted)
     scene = scene_of(scene)
     require_kind("state", state, BipedState, "a BipedState")
     if isinstance(params, BipedParams):
         require_numeric(**vars(params))
-    return scene.validate()
+    scene.validate()
+    crank = (params.params if isinstance(params, BipedModel) else params).crank
+    for name, value in {**numbers, **vars(state), "params.crank": crank}.items():
+        if np.shape(value):
+            raise ValueError(
+                f"{name} has shape {np.shape(value)}; accepted: one number (batch with vmap)"
+            )
+    moves = is_concrete(state) and np.any(np.asarray(state.foot_velocity) != 0)
+    if moves and isinstance(scene.floor, Grip):
+        raise ValueError(
+            f"foot_velocity = {shown(state.foot_velocity)} on a grip floor; accepted: 0 [m/s]"
+        )
+    return scene
 
 
 def require_walk(
@@ -287,20 +297,8 @@ def require_walk(
     duration = require_one("duration", duration, low=0.0, strict=True, accepted=DURATION)
     scene = require_kinds(params, scene, state)
     state.validate()
-    require_scalars(params, **vars(state))
-    require_rest_on_grip(scene, state)
     require_exchange(params, scene)
     return scene, duration
-
-
-def require_scalars(params: BipedParams | BipedModel, **values: Number) -> None:
-    """Raise ValueError for a batch where one robot or walk is meant."""
-    crank = (params.params if isinstance(params, BipedModel) else params).crank
-    for name, value in (values | {"params.crank": crank}).items():
-        if np.shape(value):
-            raise ValueError(
-                f"{name} has shape {np.shape(value)}; accepted: one number (batch with vmap)"
-            )
 
 
 def require_room(duration: float, dt: Number, scene: Scene, spec: Integrator) -> None:
@@ -325,14 +323,4 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
             f"crank's centre off its axis, by {mismatch:.3g} (crank lengths or rad); "
             f"accepted: below {accepted:.1g}, or a scene with "
             'steps="one"'
-        )
-
-
-def require_rest_on_grip(scene: Scene, state: BipedState) -> None:
-    """Raise ValueError for a foot that moves on a floor without slip."""
-    if not isinstance(scene.floor, Grip) or not is_concrete(state):
-        return
-    if np.any(np.asarray(state.foot_velocity) != 0):
-        raise ValueError(
-            f"foot_velocity = {shown(state.foot_velocity)} on a grip floor; accepted: 0 [m/s]"
         )
