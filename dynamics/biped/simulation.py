@@ -274,6 +274,7 @@ def require_kinds(params: object, scene: object, state: object, **numbers: Numbe
     require_kind("state", state, BipedState, "a BipedState")
     if isinstance(params, BipedParams):
         require_numeric(**vars(params))
+    require_numeric(**vars(state))
     scene.validate()
     crank = (params.params if isinstance(params, BipedModel) else params).crank
     for name, value in {**numbers, **vars(state), "params.crank": crank}.items():
