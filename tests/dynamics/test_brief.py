@@ -23,30 +23,14 @@ MOST = 400
 def trees() -> dict[str, Any]:
     biped, ugv = BipedEnv().default_params, UGVEnv().default_params
     drawn = UGVRandomisation(RandomTrack.named("random-mixed"), (0.5, 0.9), (1.0, 2.0))
-    ranges = Randomisation((1.6, 1.7), (1.0, 1.1), phase=(1.6, 1.7), crank_rate=(-1.0, 1.0))
     return {
-        "scene": Scene.named("slippery"),
         "patches": Scene.patches(np.arange(40.0), np.full(41, 0.5), payload=1.0),
-        "robot": biped.robot.bare,
-        "long robot": BipedParams.from_bars(crank_length=0.04, payload=1.0),
-        "model": biped.robot,
-        "biped": biped,
-        "random biped": biped.replace(randomisation=ranges, scene="ice-patch", slip_weight=1.0),
-        "vehicle": UGVParams(),
-        "ugv": ugv,
-        "random ugv": ugv.replace(track="rough", randomisation=drawn, friction=0.5),
-        "odometer": ugv.odometer,
-        "rough": Track.rough(),
+        "robot": BipedParams.from_bars(crank_length=0.04, payload=1.0),
+        "biped": biped.replace(scene="ice-patch", slip_weight=1.0),
+        "ugv": ugv.replace(track="rough", randomisation=drawn, friction=0.5),
         "points": Track.from_points([0.0, 1.0, 2.0], [0.0, 0.1, 0.0]),
         "function": Track.from_function(jnp.sin),
-        "sinusoid": Track.sinusoid(),
     }
-
-
-NAMES = (
-    "scene", "patches", "robot", "long robot", "model", "biped", "random biped",
-    "vehicle", "ugv", "random ugv", "odometer", "rough", "points", "function", "sinusoid",
-)  # fmt: skip
 
 
 def require_short(tree: Any) -> str:
@@ -58,17 +42,13 @@ def require_short(tree: Any) -> str:
     return text
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ["patches", "robot", "biped", "ugv", "points", "function"])
 def test_it_is_short_for_one_for_a_batch_and_when_traced(name):
     tree = trees()[name]
-    assert set(NAMES) == set(trees())
     assert len(require_short(tree)) <= MOST
     require_short(jax.tree.map(lambda leaf: jnp.stack([jnp.asarray(leaf)] * 30), tree))
-    seen = []
-    jax.eval_shape(lambda one: seen.append(require_short(one)), tree)
-    assert len(seen) == 1
-    axes = jax.tree.map(lambda _: 0, tree)
-    require_short(axes)
+    jax.eval_shape(lambda one: require_short(one) and jnp.zeros(()), tree)
+    require_short(jax.tree.map(lambda _: 0, tree))
 
 
 def test_it_says_what_a_reader_asks_for():

@@ -273,20 +273,6 @@ def differenced_along(params, angles, step):
     return jax.vmap(lambda angle: link_motion(params, angle, step))(angles)
 
 
-def test_exact_motion_is_that_of_central_differences(float64):
-    params, h = default_params(), 1e-4
-    angles = np.linspace(0, 2 * np.pi, 90)
-    now, before, after = (motion_along(params, jnp.asarray(angles + d)) for d in (0, -h, h))
-    first = (after.centres - before.centres) / (2 * h)
-    second = (after.centres - 2 * now.centres + before.centres) / h**2
-    np.testing.assert_allclose(now.centre_slopes, first, atol=1e-8)
-    np.testing.assert_allclose(now.centre_curvatures, second, atol=1e-6)
-    turns = np.unwrap(np.stack([before.angles, now.angles, after.angles]), axis=0)
-    np.testing.assert_allclose(now.angle_slopes, (turns[2] - turns[0]) / (2 * h), atol=1e-7)
-    bend = (turns[2] - 2 * turns[1] + turns[0]) / h**2
-    np.testing.assert_allclose(now.angle_curvatures, bend, atol=1e-5)
-
-
 def test_the_chapters_differences_are_of_first_order_also_where_an_angle_jumps_by_a_turn(float64):
     params, angles = default_params(), jnp.linspace(0, 2 * np.pi, 90)
     exact = motion_along(params, angles)

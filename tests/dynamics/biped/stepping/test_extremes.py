@@ -1,0 +1,414 @@
+"""The extremes: friction at its limits, walks back and forth, robots of any size and mass.
+
+Every case is a row of one compiled batch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.dynamics import Scene, Status
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedModel,
+    BipedParams,
+    BipedState,
+    Contact,
+    EventExact,
+    RK4Split,
+    step,
+)
+from tests.dynamics.biped.helpers import (
+    default_model,
+    default_params,
+    exact_along,
+    forward,
+    inertia_along,
+    model_of,
+)
+from tests.precision import mostly_single
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+ROWS = 96
+"""Walks go in batches of this size, the last one filled up, so that all share a program."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """One walk: `count` calls of `step` with `dt` [s] under a constant torque [N m].
+
+    mu_kinetic None: as mu_static. model None: the default that `march` is given. The other fields
+    are those of BipedState.
+    """
+
+    mu_static: float = 1.0
+    mu_kinetic: float | None = None
+    phase: float = SUPPORT_START
+    crank_rate: float = 0.0
+    foot_velocity: float = 0.0
+    torque: float = 0.0
+    dt: float = 0.01
+    count: int = 1
+    model: BipedModel | None = None
+
+
+class March(NamedTuple):
+    """What came of the walks, one entry a walk: work [J], path of the foot [m], switches in all and
+    at most in a call, calls to the end; sound: every number of every call was finite, and the phase
+    inside the support phase."""
+
+    state: BipedState
+    contact: Contact
+    work: Any
+    path: Any
+    switches: Any
+    most_switches: Any
+    calls: Any
+    sound: Any
+
+    @property
+    def status(self) -> list[Status]:
+        return [Status(int(word)) for word in self.contact.status]
+
+
+def march(starts: Sequence[Start], model: BipedModel, dtype: Any) -> March:
+    """The walks side by side in `dtype`, each stopped by a terminal status; NumPy arrays."""
+    parts = [_one_batch(starts[at : at + ROWS], model, dtype) for at in range(0, len(starts), ROWS)]
+    return jax.tree.map(lambda *parts: np.concatenate(parts), *parts)
+
+
+def _one_batch(starts: Sequence[Start], model: BipedModel, dtype: Any) -> March:
+    rows = [*starts, *[Start(count=0)] * (ROWS - len(starts))]
+
+    def column(name: str, kind=dtype):
+        return jnp.asarray(np.array([getattr(row, name) for row in rows]).astype(kind))
+
+    kinetic = [row.mu_static if row.mu_kinetic is None else row.mu_kinetic for row in rows]
+    scenes = Scene.uniform(column("mu_static"), jnp.asarray(np.array(kinetic).astype(dtype)))
+    phase = np.array([row.phase for row in rows]).astype(dtype)
+    for end in np.asarray([SUPPORT_START, SUPPORT_END], dtype):  # as this type rounds them
+        phase[np.abs(phase - end) < 1e-6] = end
+    zero, steps = jnp.zeros(ROWS, dtype), jnp.zeros(ROWS, jnp.int32)
+    place = jnp.asarray(phase), steps, column("crank_rate"), zero, column("foot_velocity"), zero
+    models = [model if row.model is None else row.model for row in rows]
+    stacked = jax.tree.map(lambda *of: jnp.asarray(np.stack(of)), *models)
+    numbers = column("torque"), column("dt"), column("count", np.int32)
+    found = _march(stacked, scenes, BipedState(*place), *numbers)
+    return jax.tree.map(lambda leaf: np.asarray(leaf)[: len(starts)], found)
+
+
+@jax.jit
+def _march(models, scenes, states, torques, sizes, counts) -> March:
+    """Every row for as many calls as it wants; the slowest row says how many rounds there are."""
+    go = jax.vmap(step)
+    first = jax.eval_shape(go, models, scenes, states, torques, sizes)[1]
+    blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), first)
+    zero, none = jnp.zeros_like(torques), jnp.zeros_like(counts)
+    begin = March(states, blank, zero, zero, none, none, none, counts == counts)
+
+    def body(_, now: March) -> March:
+        state, contact = go(models, scenes, now.state, torques, sizes)
+        after = March(
+            state,
+            contact,
+            work=now.work + contact.work,
+            path=now.path + contact.slide_distance,
+            switches=now.switches + contact.switches,
+            most_switches=jnp.maximum(now.most_switches, contact.switches),
+            calls=now.calls + 1,
+            sound=now.sound & _sound(state, contact),
+        )
+        runs = (now.contact.status <= Status.SLIP_ONSET) & (now.calls < counts)
+        return jax.tree.map(lambda new, old: jnp.where(runs, new, old), after, now)
+
+    return jax.lax.fori_loop(0, jnp.max(counts), body, begin)
+
+
+def _sound(state: BipedState, contact: Contact):
+    leaves = jax.tree.leaves((state, contact))
+    finite = jnp.all(jnp.stack([jnp.isfinite(leaf) for leaf in leaves]), axis=0)
+    low, high = (jnp.asarray(end, state.phase.dtype) for end in (SUPPORT_START, SUPPORT_END))
+    return finite & (state.phase >= low) & (state.phase <= high)
+
+
+TRIALS = RK4Split().trials
+
+
+@lru_cache
+def long_footed(dtype: str) -> BipedModel:
+    """The default robot with feet too long to topple on."""
+    with jax.ensure_compile_time_eval():
+        return default_model(dtype=dtype).replace(
+            heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)
+        )
+
+
+def march_in(dtype, starts):
+    return march(starts, long_footed(dtype.name), dtype)
+
+
+def momentum_and_energy(phase, crank_rate, foot_velocity):
+    """Along x, and kinetic plus potential (MODEL 1.4), from the exact functions."""
+    with jax.enable_x64(True):
+        params = default_params()
+        (M, _, P, *_), moment = exact_along(params, phase)
+        mass, gravity = float(params.total_mass), float(np.asarray(params.gravity))
+    w, v = np.asarray(crank_rate, float), np.asarray(foot_velocity, float)
+    energy = M * w**2 / 2 + P * w * v + mass * v**2 / 2 + gravity * moment.Y
+    return P * w + mass * v, energy
+
+
+def painleve(direction: int) -> tuple[float, float]:
+    """Least friction at which sliding that way has no unique solution, and the phase."""
+    angles = np.linspace(np.pi / 2, 3 * np.pi / 2, 4001)
+    M, _, P, _, Y, _ = inertia_along(default_params(), angles)
+    pushes = direction * P * Y > 0
+    bound = (M * float(default_params().total_mass) - P**2) / np.where(pushes, np.abs(P * Y), 1.0)
+    bound = np.where(pushes, bound, np.inf)
+    return bound.min(), angles[bound.argmin()]
+
+
+def frictionless_starts():
+    rng = np.random.default_rng(3)
+    return [
+        Start(
+            mu_static=0.0,
+            phase=rng.uniform(1.6, 4.7),
+            crank_rate=rng.uniform(-4, 4),
+            foot_velocity=velocity,
+            torque=rng.uniform(-0.5, 0.5),
+            dt=1e-3,
+            count=300,
+        )
+        for velocity in [0.0] * 12 + [0.3, -0.3, 1e-9, -1e-9] * 3
+    ]
+
+
+@mostly_single
+def test_without_friction_momentum_and_energy_are_kept(dtype):
+    """0.3 s from rest and sliding, through exchanges, turning back on the way."""
+    starts = frictionless_starts()
+    end = march_in(dtype, starts)
+    assert np.all(end.sound)
+    kept = np.array([not status.terminal for status in end.status])
+    assert kept.sum() >= 20
+    assert all(status in (Status.OK, Status.LIFT_OFF) for status in end.status)
+    names = ("phase", "crank_rate", "foot_velocity")
+    before = momentum_and_energy(*([getattr(one, name) for one in starts] for name in names))
+    after = momentum_and_energy(*(getattr(end.state, name) for name in names))
+    single = dtype == jnp.float32
+    assert np.max(np.abs(after[0] - before[0])[kept]) < (5e-5 if single else 1e-6)  # of 5 kg m/s
+    gained = after[1] - before[1] - end.work
+    assert np.max(np.abs(gained)[kept]) < (5e-5 if single else 1e-6)  # of some 5 J
+    assert np.all(end.contact.friction_force == 0)
+    assert end.switches.max() > 1
+
+
+@pytest.mark.parametrize(("direction", "known"), [(1, 3.2636), (-1, 1.3410)])
+def test_sliding_beyond_painleve_is_refused_and_short_of_it_runs(float64, direction, known):
+    """Both directions have a bound; 0.1 % below it a step still has its one solution."""
+    bound, phase = painleve(direction)
+    assert bound == pytest.approx(known, abs=2e-3)
+    slide = {"phase": phase, "crank_rate": 0.5, "foot_velocity": 0.2 * direction, "dt": 1e-5}
+    rows = [Start(mu_static=share * bound, **slide) for share in (0.999, 1.001, 10.0, 1e6)]
+    other = replace(rows[1], foot_velocity=-0.2 * direction)
+    for dtype in (jnp.dtype("float32"), jnp.dtype("float64")):
+        with jax.enable_x64(dtype == jnp.float64):
+            end = march_in(dtype, [*rows, other])
+        assert np.all(end.sound)
+        assert end.status == [Status.OK] + [Status.NO_SOLUTION] * 3 + [Status.OK]
+        assert np.all(end.state.phase[1:4] == np.asarray(phase, dtype))
+        assert np.all(end.state.time[1:4] == 0)
+
+
+def edges(dtype) -> list[tuple[float, float, float]]:
+    """(mu, phase, crank rate) with |f| = mu N at rest, to rounding."""
+    rng = np.random.default_rng(5)
+    phases, rates = rng.uniform(1.7, 4.6, 40), rng.uniform(-4, 4, 40)
+    model, zero = long_footed(dtype.name), jnp.zeros((), dtype)
+    found = []
+    for phase, rate in zip(phases, rates, strict=True):
+        place = jnp.asarray(phase, dtype), jnp.asarray(rate, dtype)
+        held = forward(model, *place, zero, zero, zero + 1e9, zero + 1e9)
+        found.append(float(abs(held.friction_force) / held.normal_force))
+    return list(zip(found, phases.tolist(), rates.tolist(), strict=True))
+
+
+def test_chatter_at_the_edge_of_the_cone_is_bounded(dtype):
+    """mu exactly what the foot at rest demands, and up to 1000 roundings to either side, at
+    many phases and step sizes: the calls end, no time is lost, and neighbours go the same way."""
+    sizes = 10 ** np.random.default_rng(6).uniform(-6, -2, 40)
+    nudges = np.array([-1000, -100, -1, 0, 1, 100]) * float(jnp.finfo(dtype).eps)
+    rows = [
+        Start(mu_static=mu * (1 + nudge), phase=phase, crank_rate=rate, dt=size, count=40)
+        for nudge in nudges
+        for (mu, phase, rate), size in zip(edges(dtype), sizes, strict=True)
+    ]
+    end = march_in(dtype, rows)
+    assert np.all(end.sound)
+    assert {status.name for status in end.status} <= {"OK", "SLIP_ONSET"}
+    assert 1 < end.most_switches.max() <= TRIALS
+    assert np.all(end.calls == 40)
+    np.testing.assert_allclose(end.state.time, 40 * np.tile(sizes, len(nudges)), rtol=1e-5)
+    limits = {"foot_position": 1e-9, "phase": 1e-8, "crank_rate": 1e-6}
+    for name, limit in limits.items():
+        among = getattr(end.state, name).reshape(len(nudges), -1)
+        single = dtype == jnp.float32  # where 1000 roundings are 1e-4 of mu
+        assert np.max(np.ptp(among, axis=0)) < (5e-3 if single else limit), name
+
+
+NUDGES = np.array([0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6])
+
+
+def held_from_the_edge(dtype):
+    """Status and state after holding a torque for 0.1 s that brings the foot to the cone's edge, to
+    a nudge, with mu_kinetic = mu_static: [starts, nudges]."""
+    model, rng = default_model(dtype=dtype.name), np.random.default_rng(0)
+    mu = np.exp(rng.uniform(np.log(0.02), np.log(0.6), 24))
+    phase, rate = rng.uniform(1.6, 4.6, 24), rng.uniform(-1, 4, 24)
+    with jax.enable_x64(True):
+        params = default_params()
+        M, dM, P, dP, Y, dY = inertia_along(params, phase)
+        mass, gravity = float(params.total_mass), float(np.asarray(params.gravity))
+    alpha = (mu * (mass * gravity + dY * rate**2) - dP * rate**2) / (P - mu * Y)
+    torque = np.clip(M * alpha + dM * rate**2 / 2 + gravity * Y, -8, 8)
+    zero, spec = jnp.zeros((), dtype), EventExact(max_steps=256)
+
+    def one(mu, phase, rate, torque):
+        state = BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
+        scene = Scene.uniform(mu, mu, outputs="state")
+        after, contact = step(model, scene, state, torque, jnp.asarray(0.1, dtype), integrator=spec)
+        return contact.status, after
+
+    rows = [
+        jnp.asarray(np.repeat(row[:, None], len(NUDGES), 1), dtype) for row in (mu, phase, rate)
+    ]
+    held = jnp.asarray(torque[:, None] * (1 + NUDGES), dtype)
+    return jax.jit(jax.vmap(jax.vmap(one)))(*rows, held)
+
+
+@pytest.mark.parametrize(
+    "dtype", ["float64", pytest.param("float32", marks=pytest.mark.long)], indirect=True
+)
+def test_event_exact_leaves_the_edge_of_the_cone_within_its_steps(dtype):
+    """Slides that begin with next to no acceleration and end at once, and onsets whose margin is
+    lost in roundings: nothing is repeated for ever, and a nudge makes no difference."""
+    status, after = jax.tree.map(np.asarray, held_from_the_edge(dtype))
+    assert set(status.ravel()) <= {Status.OK, Status.SLIP_ONSET, Status.LIFT_OFF}
+    walked = np.all(status <= Status.SLIP_ONSET, axis=1)
+    assert walked.sum() > 12
+    np.testing.assert_allclose(after.time[walked], 0.1, rtol=1e-6)
+    limit = 1e-4 if dtype == jnp.float64 else 5e-3  # of the nudge of 1e-6, and of roundings
+    assert np.max(np.ptp(after.crank_rate[walked], axis=1)) < limit
+
+
+@pytest.mark.long
+def test_walking_backwards_retraces_the_walk_forwards(dtype):
+    """A held foot has no friction work: turn the rate round and the walk runs back through its
+    exchanges to where it began, kinetic energy and all."""
+    counts, single = (50, 400, 800), dtype == jnp.float32
+    go = [Start(mu_static=1e6, crank_rate=20.0, dt=1e-3, count=n) for n in counts]
+    there = march(go, long_footed(dtype.name), dtype)
+    assert there.state.steps.max() >= 2
+    assert set(there.status) == {Status.OK}
+    back = [
+        Start(1e6, None, float(phase), -float(rate), dt=1e-3, count=n)
+        for phase, rate, n in zip(there.state.phase, there.state.crank_rate, counts, strict=True)
+    ]
+    again = march(back, long_footed(dtype.name), dtype)
+    assert set(again.status) == {Status.OK}
+    turned = again.state.phase + np.pi * (again.state.steps + there.state.steps)
+    np.testing.assert_allclose(turned, SUPPORT_START, atol=3e-4 if single else 2e-6)
+    np.testing.assert_allclose(again.state.crank_rate, -20.0, atol=3e-3 if single else 2e-5)
+
+
+BINARY = [
+    (1.0, 1.0, 1.0),
+    *[(4.0**k, 2.0**j, 1.0) for k in (-5, 0, 5) for j in (-20, 0, 20) if k or j],
+    (1.0, 1.0, 4.0**5),
+    (1.0, 1.0, 4.0**-5),
+]
+"""(length, mass, gravity) against the default robot: 4^5 = 1024, 2^20 = 1.05e6. These powers of two
+scale every number of a walk exactly, so that the results agree bit for bit."""
+
+
+WALKS = [
+    {"phase": 2.0, "crank_rate": 3.0, "torque": 0.9, "dt": 0.01, "count": 100},
+    {"phase": 3.0, "crank_rate": 3.0, "foot_velocity": -0.2, "torque": 0.5, "dt": 0.005,
+     "count": 60},
+    {"phase": 3.0, "crank_rate": -3.0, "torque": -0.8, "dt": 0.01, "count": 60},
+]  # fmt: skip
+FLOORS = [(0.06, 0.05), (0.1, 0.05), (0.3, 0.2)]
+
+
+def robot(length: float, mass: float, gravity: float, dtype: str) -> BipedParams:
+    """The default robot with its lengths, masses and gravity scaled."""
+    return BipedParams.from_bars(
+        0.03 * length,
+        1.48 * mass / length,
+        0.7 * mass,
+        0.3 * mass,
+        1e-3 * mass * length**2,
+        gravity=9.81 * gravity,
+        dtype=jnp.dtype(dtype),
+    )
+
+
+def scaled_walks(scales, dtype) -> dict[str, np.ndarray]:
+    """Every walk by every robot, in units of its length, mass and sqrt(length / gravity)."""
+    rows, units = [], []
+    for length, mass, gravity in scales:
+        model = model_of(robot(length, mass, gravity, dtype.name))
+        second = np.sqrt(length / gravity)
+        for walk, (mu_static, mu_kinetic) in zip(WALKS, FLOORS, strict=True):
+            start = Start(mu_static, mu_kinetic, **walk, model=model)
+            rows.append(
+                replace(
+                    start,
+                    crank_rate=start.crank_rate / second,
+                    foot_velocity=start.foot_velocity * length / second,
+                    torque=start.torque * mass * length * gravity,
+                    dt=start.dt * second,
+                )
+            )
+            units.append((length, second, mass * gravity))
+    end = march(rows, default_model(dtype=dtype.name), dtype)
+    assert np.all(end.sound)
+    length, second, force = np.array(units).T.astype(dtype)
+    state, contact = end.state, end.contact
+    return {
+        "phase": state.phase,
+        "steps": state.steps,
+        "crank_rate": state.crank_rate * second,
+        "foot_position": state.foot_position / length,
+        "foot_velocity": state.foot_velocity * second / length,
+        "time": state.time / second,
+        "friction_force": contact.friction_force / force,
+        "normal_force": contact.normal_force / force,
+        "zmp": contact.zmp / length,
+        "work": end.work / (force * length),
+        "path": end.path / length,
+        "switches": end.switches,
+        "status": contact.status,
+    }
+
+
+@pytest.mark.long
+def test_size_mass_and_gravity_scale_out_bit_for_bit(dtype):
+    """Time scales with sqrt(length / gravity), force with mass gravity, torque with length, too."""
+    found = scaled_walks(BINARY, dtype)
+    assert found["switches"].max() > 5
+    assert found["path"].max() > 0.1
+    for name, values in found.items():
+        by_robot = values.reshape(len(BINARY), len(WALKS))
+        np.testing.assert_array_equal(by_robot, by_robot[:1].repeat(len(BINARY), 0), name)
