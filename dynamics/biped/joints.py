@@ -39,27 +39,17 @@ LEG_LINKS = (1, 2, 3, 4, 5, 6, 7, 9, 10, 11, 12)
 """The 11 links that each leg has of its own."""
 
 LEG_PINS = (
-    (1, 2, "E"),
-    (1, 11, "ankle_bar"),
-    (2, 3, "K"),
-    (2, 5, "K"),
-    (5, 11, "knee_bar"),
-    (5, 12, "knee_bar"),
-    (10, 12, "C_bar"),
-    (7, 3, "C"),
-    (7, 10, "C"),
-    (3, 6, "F"),
-    (6, 13, "D"),
-    (4, 13, "D"),
-    (4, 2, "H"),
-    (7, 8, "crank_pin"),
-    (7, 9, "rod_pin"),
-    (9, 13, "B"),
+    *((1, 2, "E"), (1, 11, "ankle_bar"), (2, 3, "K"), (2, 5, "K")),
+    *((5, 11, "knee_bar"), (5, 12, "knee_bar"), (10, 12, "C_bar"), (7, 3, "C"), (7, 10, "C")),
+    *((3, 6, "F"), (6, 13, "D"), (4, 13, "D"), (4, 2, "H")),
+    *((7, 8, "crank_pin"), (7, 9, "rod_pin"), (9, 13, "B")),
 )
 """Pins of a leg: link `on`, link `by`, and the place: a field of LegPins, or the hip's B or D."""
 
 LEG_SLOT = (10, 13, "slot_pin")
 """The stabiliser's pin P in the hip's slot, which is parallel to A B."""
+
+LEG_JOINTS = (*LEG_PINS, LEG_SLOT)
 
 GROUPS = ((1, 11), (5, 12), (10,), (2, 4), (3, 6), (7, 9))
 """A leg's Assur groups from the foot to the crank: each one's joint forces follow from those of the
@@ -74,7 +64,7 @@ def _body_of(link: int, leg: int) -> int:
 
 def _joint_forces():
     for leg in (0, 1):
-        for on, by, place in (*LEG_PINS, LEG_SLOT):
+        for on, by, place in LEG_JOINTS:
             for axis in ("normal",) if place == "slot_pin" else ("x", "y"):
                 yield BODIES[_body_of(on, leg)], BODIES[_body_of(by, leg)], axis
     yield from (("8", "13", axis) for axis in "xy")
@@ -95,25 +85,20 @@ ALPHA, SQUARE, SLIDE, GRAVITY = range(4)
 
 
 class LinkMotion(NamedTuple):
-    """Positions of the 24 bodies and their derivatives by the crank angle; order of BODIES.
+    """Centres of mass [m] and angles [rad], modulo 2 pi, of the 24 bodies in the order of BODIES, and
+    their first and second derivatives by the crank angle; the pins as in Kinematics.
 
     Ground frame, origin at the supporting ankle; the slide x1 of eq. 16 is not included.
     """
 
     centres: Float[Array, "24 2"]
-    """Centres of mass [m]."""
     centre_slopes: Float[Array, "24 2"]
-    """Their first derivative X', y' [m/rad]."""
     centre_curvatures: Float[Array, "24 2"]
-    """Their second derivative X'', y'' [m/rad^2]."""
     angles: Float[Array, " 24"]
-    """Link angles [rad], modulo 2 pi."""
     angle_slopes: Float[Array, " 24"]
     angle_curvatures: Float[Array, " 24"]
     pins: LegPins
-    """Pins of both legs, each [2, 2] m."""
     hip_pins: Float[Array, "3 2"]
-    """A, B and D [m]."""
 
 
 def link_motion(
@@ -277,7 +262,7 @@ def _solution(motion: LinkMotion, loads: Float[Array, "24 3 k"]) -> tuple[Array,
     turns = jnp.sum(_moment(motion.pins.crank_pin - centre[None], pushes), axis=0)
     arm = motion.hip_pins[0] - centre
     torque = crank[2] + turns - (arm[0] * axis[1] - arm[1] * axis[0])
-    ordered = jnp.concatenate([legs[on, by] for on, by, _ in (*LEG_PINS, LEG_SLOT)], axis=1)
+    ordered = jnp.concatenate([legs[on, by] for on, by, _ in LEG_JOINTS], axis=1)
     return jnp.concatenate([*ordered, axis]), torque, ground
 
 
@@ -300,7 +285,7 @@ class _Group(NamedTuple):
 
 def _plan() -> tuple[_Group, ...]:
     """The joints of each group, by the pin table: which is solved where."""
-    joints = [(on, by) for on, by, _ in (*LEG_PINS, LEG_SLOT)]
+    joints = [(on, by) for on, by, _ in LEG_JOINTS]
     solved: set[Pin] = set()
     groups = []
     for members in GROUPS:
@@ -325,7 +310,7 @@ def _legs(motion: LinkMotion, loads: Float[Array, "2 11 3 k"]) -> dict[Pin, Arra
     """Force in every joint of both legs [2, components, k], group by group from the foot."""
     hip = {name: jnp.stack([p, p]) for name, p in zip("ABD", motion.hip_pins, strict=True)}
     places = motion.pins._asdict() | hip
-    at = {(on, by): places[place] for on, by, place in (*LEG_PINS, LEG_SLOT)}
+    at = {(on, by): places[place] for on, by, place in LEG_JOINTS}
     centres = motion.centres[LEG_BODIES]
     along = motion.hip_pins[1] - motion.hip_pins[0]
     normal = jnp.stack([-along[1], along[0]]) / jnp.sqrt(along @ along)

@@ -42,10 +42,23 @@ def test_statuses_after_slip_onset_are_terminal():
     assert [status.name for status in Status if not status.terminal] == ["OK", "SLIP_ONSET"]
 
 
-def walk_off(torque, floor=(0.5, 0.4)):
+def walk_off(torque, floor=(0.5, 0.4), dtype="float64"):
     """From rest for 0.8 s, a step's time at 1 N m."""
-    scene = Scene.uniform(*map(jnp.asarray, floor))
-    return simulate(default_model(), scene, state_of(), jnp.full(200, torque), 0.8, 0.004)
+    scene, torques = (
+        Scene.uniform(*(jnp.asarray(mu, dtype) for mu in floor)),
+        jnp.full(200, torque, dtype),
+    )
+    return simulate(default_model(dtype=dtype), scene, state_of(dtype), torques, 0.8, 0.004)
+
+
+def test_both_precisions_end_a_walk_alike(float64):
+    found = set()
+    for torque in (0.9, 1.1, 1.5, 3.0, -1.5):
+        single, double = (walk_off(torque, dtype=dtype) for dtype in ("float32", "float64"))
+        assert single.status == double.status
+        assert float(single.final.time) == pytest.approx(float(double.final.time), abs=1e-4)
+        found.add(double.status.terminal)
+    assert found == {True, False}
 
 
 def test_one_newton_metre_leans_to_the_heel_and_a_tenth_more_topples(float64):

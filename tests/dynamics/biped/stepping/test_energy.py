@@ -35,6 +35,16 @@ def test_energy_balance_over_ten_steps_of_walking(float64):
     assert np.max(np.abs(energy - energy[0] - work)) < 1e-9 * turned
 
 
+@pytest.mark.parametrize("index", range(6))
+def test_friction_creates_no_energy(float64, reference, index):
+    """In no step of a reference trajectory, but for the integrator's error."""
+    trajectory = walk(reference["trajectories"][index], 3200)
+    gained = np.diff(energies(trajectory.states)) - np.asarray(trajectory.contacts.work)
+    assert np.max(gained) < 1e-9
+    slid = np.asarray(trajectory.contacts.slide_distance) > 1e-9
+    assert np.all(gained[slid] < 0)
+
+
 @pytest.mark.long
 def test_energy_lost_in_slipping_is_the_work_of_friction(float64, reference):
     """Reference trajectory 3: slips, sticks, slips, sticks; friction power by trapezium rule."""

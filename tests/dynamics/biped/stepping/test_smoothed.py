@@ -99,6 +99,29 @@ def test_the_error_falls_in_proportion_to_the_slip_speed(float64, name):
     assert fine[1] < 1e-4
 
 
+@pytest.mark.parametrize("name", ["slides off, stops", "breaks loose, stops"])
+def test_derivatives_tend_to_those_of_dry_friction(float64, name):
+    """Of crank angle and slide by the torque; the dry ones go through the switches."""
+    torque, phase, rate, mu, duration = WALKS[name]
+    state = state_of(phase=phase, crank_rate=rate)
+
+    def dry_end(torque):
+        scene = Scene.uniform(mu, mu, outputs="state")
+        end, _ = step(default_model(), scene, state, torque, duration, integrator=EventExact())
+        return jnp.stack([end.crank_angle, end.foot_position])
+
+    want = np.asarray(jax.jit(jax.jacfwd(dry_end))(jnp.asarray(torque)))
+
+    def off(slip_speed):
+        numbers, rest = given(name, slip_speed)
+        found = jax.jvp(lambda at: roll(at, *rest), (numbers,), (jnp.eye(3)[0],))[1]
+        return np.abs(np.asarray(found) - want) / np.abs(want)
+
+    coarse, fine = off(3e-3), off(1e-3)
+    assert np.all(fine < coarse / 2)
+    assert np.all(fine < 0.05)
+
+
 @partial(jax.jit, static_argnums=0)
 def creep_left(integrator: str, phase, slip_speed, mu, size):
     """Creep after 60 steps over that at the start, on a robot held by its motor."""
