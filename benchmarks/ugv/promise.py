@@ -23,9 +23,10 @@ from stickslip.dynamics.ugv import (
     UGVParams,
     equilibrium,
 )
-from stickslip.dynamics.ugv.recommendation import UNPLACED
 from stickslip.dynamics.ugv.wheel import NEWTON, depth_allowed, penetration
 
+UNPLACED = (Status.NO_SOLUTION, Status.NON_FINITE, Status.NOT_CONVERGED, Status.HOLLOW_GROUND)
+"""Poses with one of these have no numbers to compare."""
 COUNT = 1 << 14
 """Poses of each class and place, and as many held out."""
 BLOCK = 512

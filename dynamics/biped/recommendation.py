@@ -119,10 +119,8 @@ def _measurements() -> Iterator[Measurement]:
     }
     for scene, index, batch, cost in MEASURED["costs"]:
         own, others = (errors[scene, index, robots] for robots in ("default", "others"))
-        for robots, (bounds, share) in (
-            ("default", own),
-            ("any", tuple(map(np.maximum, own, others))),
-        ):
+        for robots, found in (("default", own), ("any", map(np.maximum, own, others))):
+            bounds, share = found
             yield Measurement(scene, robots, _SETTINGS[index], batch, bounds, float(share), cost)
 
 
@@ -145,13 +143,11 @@ class Recommendation:
     angle's and the slide's error for each simulated second (a slide counting as the turn that walks
     as far) that a share `quantile` of all walks of the population keeps; an upper bound with
     `confidence`, out of `count` walks. angle_error [rad/s], slide_error [m/s]: the same for each
-    alone. typical_error: the bound for half of the walks. otherwise: share of the measured walks
-    that left the model where their reference did not, or the other way round. sensitive: share of
-    them that amplify what they start with more than a thousandfold. amplification: what 95 % of
-    them amplify it by at most; duration: how long they are [s]; see `covers`. population,
-    not_covered: what the promise is about, in words. cost: seconds for each simulated second and
-    environment, at `batch` environments. scene: the measured kind. measured_on: where costs come
-    from.
+    alone. typical_error: the bound for half of the walks. otherwise: share of the walks that left
+    the model where their reference did not, or the other way round. sensitive, amplification,
+    duration: as in Sample, and the walks' length [s]; see `covers`. population, not_covered: what
+    the promise is about, in words. cost: seconds for each simulated second and environment, at
+    `batch` environments. scene: the measured kind. measured_on: where costs come from.
     """
 
     setting: Setting
@@ -215,8 +211,8 @@ def recommend(
     robots = "default" if params is None and not loaded else "any"
     points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
     nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
-    points = [p for p in points if p.batch == nearest]
-    answers = [_recommendation(point, _place(quantile), own) for point in points]
+    place = _place(quantile)
+    answers = [_recommendation(p, place, own) for p in points if p.batch == nearest]
     good = [answer for answer in answers if answer.promised_error <= tolerance]
     if good:
         return min(good, key=lambda answer: (answer.cost, answer.promised_error))
@@ -253,11 +249,10 @@ def scene_class(scene: Scene | str) -> str:
 
 
 def _place(quantile: float) -> int:
-    require_number("quantile", quantile, accepted=", ".join(map(str, QUANTILES)))
+    accepted = ", ".join(map(str, QUANTILES))
+    require_number("quantile", quantile, accepted=accepted)
     if quantile not in QUANTILES:
-        raise ValueError(
-            f"quantile = {quantile:g} is not measured; accepted: {', '.join(map(str, QUANTILES))}"
-        )
+        raise ValueError(f"quantile = {quantile:g} is not measured; accepted: {accepted}")
     return QUANTILES.index(quantile)
 
 

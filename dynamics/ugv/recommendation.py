@@ -11,7 +11,7 @@ import json
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import numpy as np
@@ -23,16 +23,13 @@ from stickslip.dynamics.checks import (
     require_memory,
     require_number,
 )
-from stickslip.dynamics.status import Status
+from stickslip.dynamics.pytrees import settle
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import PoseSolver
-
-if TYPE_CHECKING:
-    pass
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
 """What `python -m benchmarks.ugv --update` wrote: settings without a wrong status in their sample,
@@ -53,8 +50,6 @@ Rounding grows with the coordinates."""
 DTYPES = ("float32", "float64")
 PIECE_BYTES = 512
 """Working memory of a table for each piece while it is computed, about [bytes]."""
-UNPLACED = (Status.NO_SOLUTION, Status.NON_FINITE, Status.NOT_CONVERGED, Status.HOLLOW_GROUND)
-"""Poses with one of these have no numbers to compare."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +70,7 @@ class Setting:
         if self.pieces is not None:
             accepted = "None, or an integer >= 1"
             pieces = require_integer("pieces", self.pieces, accepted=accepted)
-            object.__setattr__(self, "pieces", pieces)
+            settle(self, pieces=pieces)
 
     def prepared(self, track: Track | str, params: UGVParams | None = None) -> Track:
         """The track in this precision, and as a table where the setting has one.
@@ -155,15 +150,15 @@ class Recommendation:
 
 
 def _measurements() -> tuple[Measurement, ...]:
-    found = []
-    for ground, place, index, poses, torque, contact in MEASURED["promises"]:
-        options, dtype, pieces = MEASURED["settings"][index]
-        setting = (PoseSolver(**options), dtype, pieces)
-        errors = tuple(map(max, torque, contact))
-        for priced, of, batch, cost in MEASURED["costs"]:
-            if (priced, of) == (ground, index):
-                found.append(Measurement(ground, place, *setting, poses, errors, batch, cost))
-    return tuple(found)
+    settings = [(PoseSolver(**options), *rest) for options, *rest in MEASURED["settings"]]
+    return tuple(
+        Measurement(
+            ground, place, *settings[index], poses, tuple(map(max, torque, contact)), batch, cost
+        )
+        for ground, place, index, poses, torque, contact in MEASURED["promises"]
+        for priced, of, batch, cost in MEASURED["costs"]
+        if (priced, of) == (ground, index)
+    )
 
 
 MEASUREMENTS = _measurements()
@@ -194,10 +189,8 @@ def recommend(
     finest feature is not known. Raises ValueError with the best promise if none meets the
     tolerance, and for ground that nothing was measured on.
     """
-    accepted = "a finite error > 0"
-    require_number(
-        "tolerance", tolerance, low=0.0, strict=True, accepted=accepted, dtype=np.float64
-    )
+    rule = {"low": 0.0, "strict": True, "accepted": "a finite error > 0", "dtype": np.float64}
+    require_number("tolerance", tolerance, **rule)
     params = UGVParams() if params is None else params
     require_kind("params", params, UGVParams, "UGVParams, or None for the default vehicle")
     batch = require_integer("batch", batch)
@@ -207,18 +200,16 @@ def recommend(
     place = place_of(track, float(np.min(np.asarray(params.wheel_radius))))
     points = _measured_near(batch, ground, place, dtype, checks, isinstance(track, Track))
     good = [point for point in points if point.errors[1] <= tolerance]
-    if not good:
-        best = min(points, key=lambda point: point.errors[1], default=None)
-        raise ValueError(
-            f"tolerance = {tolerance:g}: no measured setting promises it on ground {ground!r}, "
-            f"{place} the origin; accepted: "
-            + (
-                "other ground, precision or checks: no setting was free of wrong statuses here"
-                if best is None
-                else f"from {best.errors[1]:.2g} ({Setting(best.solver, best.dtype)})"
-            )
-        )
-    return _recommendation(min(good, key=lambda point: (point.cost, point.errors[1])), track)
+    if good:
+        return _recommendation(min(good, key=lambda point: (point.cost, point.errors[1])), track)
+    accepted = "other ground, precision or checks: no setting was free of wrong statuses here"
+    if points:
+        best = min(points, key=lambda point: point.errors[1])
+        accepted = f"from {best.errors[1]:.2g} ({Setting(best.solver, best.dtype)})"
+    raise ValueError(
+        f"tolerance = {tolerance:g}: no measured setting promises it on ground {ground!r}, "
+        f"{place} the origin; accepted: {accepted}"
+    )
 
 
 def _measured_near(
@@ -283,17 +274,12 @@ def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
     typical, promised, worst = point.errors
     words = drawn["grounds"][point.ground], drawn["everywhere"], drawn["places"][point.place]
     return Recommendation(
-        Setting(point.solver, point.dtype, pieces),
-        promised,
-        typical,
-        worst,
-        MEASURED["quantile"],
-        MEASURED["confidence"],
-        point.poses,
-        3 / point.poses,
-        "; ".join([*words, drawn["vehicles"]]),
-        point.cost,
-        point.ground,
-        point.batch,
-        MEASURED["measured_on"],
+        setting=Setting(point.solver, point.dtype, pieces),
+        error=promised,
+        typical_error=typical,
+        worst_error=worst,
+        population="; ".join([*words, drawn["vehicles"]]),
+        wrong_rate=3 / point.poses,
+        **{name: getattr(point, name) for name in ("poses", "cost", "ground", "batch")},
+        **{name: MEASURED[name] for name in ("quantile", "confidence", "measured_on")},
     )
