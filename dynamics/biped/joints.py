@@ -85,7 +85,7 @@ ALPHA, SQUARE, SLIDE, GRAVITY = range(4)
 
 
 class LinkMotion(NamedTuple):
-    """Centres of mass [m] and angles [rad], modulo 2 pi, of the 24 bodies in the order of BODIES, and
+    """Centres of mass [m] and angles [rad], modulo 2 pi, of the bodies in the order of BODIES, and
     their first and second derivatives by the crank angle; the pins as in Kinematics.
 
     Ground frame, origin at the supporting ankle; the slide x1 of eq. 16 is not included.

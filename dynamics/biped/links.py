@@ -155,24 +155,19 @@ def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
 def as_batch(params: Any) -> tuple[tuple[int, ...], Any]:
     """The batch's shape, () for one robot, and every field as an array with its axes first."""
     leaves, structure = jax.tree.flatten(params)
-    tails = [
-        np.shape(leaf)[np.ndim(leaf) - n :] for leaf, n in zip(leaves, PLAIN_NDIM, strict=True)
-    ]
-    heads = [
-        np.shape(leaf)[: np.ndim(leaf) - n] for leaf, n in zip(leaves, PLAIN_NDIM, strict=True)
-    ]
+    cuts = [(np.shape(of), np.ndim(of) - n) for of, n in zip(leaves, PLAIN_NDIM, strict=True)]
+    heads = [shape[:cut] for shape, cut in cuts]
     try:
         batch = np.broadcast_shapes(*heads)
     except ValueError:
-        given = {
-            field.name: head for field, head in zip(fields(params), heads, strict=True) if head
-        }
+        names = (field.name for field in fields(params))
+        given = {name: head for name, head in zip(names, heads, strict=True) if head}
         raise ValueError(
             f"batch axes do not broadcast: {given}; accepted: none, or the same in every field"
         ) from None
     whole = [
-        jnp.broadcast_to(jnp.asarray(leaf), batch + tail)
-        for leaf, tail in zip(leaves, tails, strict=True)
+        jnp.broadcast_to(jnp.asarray(leaf), batch + shape[cut:])
+        for leaf, (shape, cut) in zip(leaves, cuts, strict=True)
     ]
     return batch, structure.unflatten(whole)
 

@@ -17,7 +17,6 @@ from stickslip.dynamics.checks import (
     is_concrete,
     require_integer,
     require_memory,
-    require_number,
     shown,
 )
 from stickslip.dynamics.compilation import as_one_program, run_once
@@ -30,7 +29,7 @@ from stickslip.dynamics.pytrees import (
     short_repr,
 )
 from stickslip.dynamics.ugv.ground.near import in_two, locate, parts_of
-from stickslip.dynamics.ugv.ground.shapes import as_floats
+from stickslip.dynamics.ugv.ground.shapes import as_floats, require_ends
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.track import Track, track_of
 
@@ -104,10 +103,7 @@ class Odometer:
             require_memory(f"cells = {shown(cells)}", "cells of an odometer", cells, BYTES_A_CELL)
         start = track.start if start is None else start
         end = track.end if end is None else end
-        for name, value in (("start", start), ("end", end)):
-            require_number(name, value, accepted="a finite position [m]")
-        if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
-            raise ValueError(f"start = {start}, end = {end}; accepted: start < end [m]")
+        require_ends(start, end)
         return _integrated(track, start, end, cells)
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:

@@ -37,6 +37,7 @@ from stickslip.dynamics.ugv.ground.shapes import (
     Sinusoid,
     Step,
     as_floats,
+    require_ends,
     require_function,
     require_numbers,
 )
@@ -317,7 +318,7 @@ class Track:
             require_one(name, at, accepted="a finite position [m]")
             for name, at in (("start", start), ("end", end))
         )
-        _require_ends(first, last)
+        require_ends(first, last)
         return _placed(rough_table(key, level, first - margin, last + margin), start, end)
 
     def resampled(self, start: Number, end: Number, pieces: int) -> Track:
@@ -350,12 +351,5 @@ def _placed(shape: Shape, start: Number, end: Number) -> Track:
     """A track whose numbers have been checked: they are kept as they are given."""
     if not isinstance(shape, Function):
         require_numbers(shape)
-    _require_ends(start, end)
+    require_ends(start, end)
     return Track(shape, start, end)
-
-
-def _require_ends(start: Number, end: Number) -> None:
-    for name, value in (("start", start), ("end", end)):
-        require_number(name, value, accepted="a finite position [m]")
-    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
-        raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")

@@ -1,4 +1,4 @@
-"""A wheel on the ground (eq. 38), and the search for the rear contact: where the path of the wheel's
+"""A wheel on the ground (eq. 38), and the search for the rear contact: where the path of the rear
 centre meets the circle about the front one (eq. 39)."""
 
 from __future__ import annotations

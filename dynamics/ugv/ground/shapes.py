@@ -87,6 +87,14 @@ class Closed:
         return sum(parts), slope, second  # pyright: ignore[reportReturnType]
 
 
+def require_ends(start: Numeric, end: Numeric) -> None:
+    """Raise ValueError unless both are finite positions [m] and start < end."""
+    for name, value in (("start", start), ("end", end)):
+        require_number(name, value, accepted="a finite position [m]")
+    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
+        raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
+
+
 def require_numbers(shape: Shape) -> None:
     """Raise ValueError unless every field is finite, and > 0 where the class says so."""
     positive = getattr(shape, "POSITIVE", ())

@@ -16,13 +16,12 @@ from stickslip.dynamics.checks import (
     require_choice,
     require_integer,
     require_memory,
-    require_number,
     shown,
 )
 from stickslip.dynamics.numeric import Numeric, read_only
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv.ground.near import in_two, locate
-from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
+from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, require_ends
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -169,10 +168,7 @@ def hermite_table(
     """
     pieces = require_integer("pieces", pieces)
     require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, BYTES_A_PIECE)
-    require_number("start", start, accepted="a finite position [m]")
-    require_number("end", end, accepted="a finite position [m]")
-    if is_concrete(start, end) and not np.all(np.asarray(start) < np.asarray(end)):
-        raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
+    require_ends(start, end)
     owner = getattr(profile, "__self__", None)
     if owner is None or not is_concrete(owner, start, end):
         first, last = as_floats(start, end)
