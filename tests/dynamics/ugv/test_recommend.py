@@ -1,10 +1,10 @@
-"""Recommendations are the cheapest settings that keep a promise; check_poses measures one."""
+"""Recommendations are the cheapest settings that keep a promise."""
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import PoseSolver, Setting, Track, UGVParams, check_poses
+from stickslip.dynamics.ugv import Setting, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.recommendation import (
@@ -21,7 +21,6 @@ from stickslip.dynamics.ugv.recommendation import (
 
 BATCHES = tuple(sorted({point.batch for point in MEASUREMENTS}))
 TOLERANCES = tuple(10.0**k for k in range(-17, 0))
-BARE = PoseSolver(samples=0)
 
 
 def three_sines(x):
@@ -53,10 +52,19 @@ def asked(tolerance: float, **options):
 def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
     track = as_waves() if kind == "waves" else SINES
     found = recommend(tolerance, 16384, track, checks=False)
-    own = check_poses(found.setting, UGVParams(), track, count=200)
-    assert (own.compared, own.other_statuses) == (200, 0)
-    assert own.torque_error <= found.error <= tolerance
-    assert own.contact_error <= found.error * UGVParams().wheel_radius
+    params, setting = UGVParams(), found.setting
+    random = np.random.default_rng(0)
+    x = random.uniform(0, 10, 200)
+    angles = random.uniform(params.leg_angle_min, params.leg_angle_max, (200, 2))
+    with jax.enable_x64(True):
+        truth = equilibrium(params, track.astype("float64"), x, angles)
+        given = (jnp.asarray(v, setting.dtype) for v in (x, angles))
+        own = equilibrium(params, setting.prepared(track), *given, solver=setting.solver)
+    np.testing.assert_array_equal(own.status, truth.status)
+    torque = np.max(np.abs(np.asarray(own.torque, float) - truth.torque))
+    contact = np.max(np.abs(np.asarray(own.pose.rear.x, float) - truth.pose.rear.x))
+    assert torque / (params.weight * params.wheel_radius) <= found.error <= tolerance
+    assert contact <= found.error * params.wheel_radius
 
 
 @pytest.mark.parametrize("checks", [True, False])
