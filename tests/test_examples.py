@@ -132,8 +132,6 @@ def learnt_in_a_loop(names: dict, printed: str) -> None:
 
 
 def learnt_gently(names: dict, printed: str) -> None:
-    policy = names["policy"]
-    np.testing.assert_allclose(names["x"], policy(np.zeros(8, np.float32)), atol=1e-6)
     assert Path("gentle.gif").stat().st_size > 10_000
     assert "mine" in printed
     assert names["found"].losses["return"].shape == (2, 1)
