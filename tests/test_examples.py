@@ -48,7 +48,7 @@ LONG = {
     "done = sweep(": "a sweep",
     "read_sweep(": "a sweep first",
     "env.default_params, policy, num_envs=4096": "docs/use.md collects, too",
-    "def way(mu_ice)": "patches under vmap, a program of its own",
+    "def slid(mu_ice)": "patches under vmap, a program of its own",
     "jax.vmap(env.step, (0, 0, 0, None))": "patches under vmap, a program of its own",
     "legs_only": "docs/use.md solves a posture problem, too",
     "def improved": "docs/use.md collects, too",
