@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -171,15 +172,22 @@ def _require_players(count: int) -> None:
 
 
 def _files(given: Options, who: str, place: str, task: str | None) -> dict[str, Path]:
-    """Files to write by flag. ValueError for files of another kind."""
+    """Files to write by flag, a page where Pillow is missing and no flag names a file.
+
+    ValueError for files of another kind.
+    """
     files = {name: Path(given[name]) for name in ("html", "plot") if given[name] is not None}
     for name, accepted in (("html", PAGES), ("plot", (".png",))):
         if name in files:
             require_suffix(files[name], accepted)
-    if "html" not in files and not given["window"]:
-        files["out"] = Path(given["out"] or _film_name(who, place, task))
-        require_format(files["out"])
-    return files
+    if files.keys() == {"html"} or given["window"]:
+        return files
+    out = Path(given["out"] or _film_name(who, place, task))
+    if not (given["out"] or files or find_spec("PIL")):
+        say_stage('films need Pillow (pip install "stickslip[viz]"): writing a page instead')
+        return {"html": out.with_suffix(".html")}
+    require_format(out)
+    return {**files, "out": out}
 
 
 def _film_name(who: str, place: str, task: str | None) -> str:

@@ -9,6 +9,7 @@ import pytest
 
 from stickslip.agents import ConstantTorque, CrankSpeedPI, rollout, show
 from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.pictures import view
 from stickslip.agents.pictures.view import TALL
 from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
@@ -59,6 +60,13 @@ def test_the_page_of_a_walk_holds_its_numbers():
     assert shown.drawing is not None
     place = shown.drawing.points[-1, :, 0]
     assert place.min() < float(played.info["episode_walked"][-1]) + 0.5 < place.max() + 1.0
+
+
+def test_without_pillow_a_page_is_written(monkeypatch: pytest.MonkeyPatch, capsys):
+    monkeypatch.setattr(view, "find_spec", lambda _: None)
+    assert main(["view", "constant-torque", "--seconds", "0.1"]) == OK
+    assert "Written: constant-torque-slippery.html" in capsys.readouterr().out
+    assert len(read_episodes("constant-torque-slippery.html")) == 1
 
 
 @pytest.mark.parametrize(
