@@ -23,12 +23,18 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.replay import Replay, replay
     from stickslip.optim.instances.instance import FAMILIES, Instance, instance, suite
     from stickslip.optim.instances.objective import BudgetSpent, Objective, Record
+    from stickslip.optim.posture import METHODS
     from stickslip.optim.posture.bounds.branch import DriveBound, bound_every_drive
-    from stickslip.optim.posture.criteria import CRITERIA, Criterion, Weighted, criterion_by_name
-    from stickslip.optim.posture.names import METHODS
+    from stickslip.optim.posture.criteria import (
+        CRITERIA,
+        Criterion,
+        Station,
+        Weighted,
+        criterion_by_name,
+        station,
+    )
+    from stickslip.optim.posture.evaluate import PostureResult
     from stickslip.optim.posture.problem import PostureProblem
-    from stickslip.optim.posture.result import PostureResult
-    from stickslip.optim.posture.station import Station, station
     from stickslip.optim.problem import FreeProblem, Method, Problem, Structure, methods_of, solve
     from stickslip.optim.result import Evaluation, OptimStatus, Result
 else:
@@ -39,11 +45,17 @@ else:
             "gait.problem": ("GaitProblem",),
             "gait.replay": ("Replay", "replay"),
             "posture.bounds.branch": ("DriveBound", "bound_every_drive"),
-            "posture.criteria": ("CRITERIA", "Criterion", "Weighted", "criterion_by_name"),
-            "posture.names": ("METHODS",),
+            "posture.criteria": (
+                "CRITERIA",
+                "Criterion",
+                "Station",
+                "Weighted",
+                "criterion_by_name",
+                "station",
+            ),
+            "posture": ("METHODS",),
             "posture.problem": ("PostureProblem",),
-            "posture.result": ("PostureResult",),
-            "posture.station": ("Station", "station"),
+            "posture.evaluate": ("PostureResult",),
             "problem": (
                 "FreeProblem",
                 "Method",

@@ -12,8 +12,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.numeric import read_only
-from stickslip.optim.options import as_floats, refuse_after_fork
-from stickslip.optim.problem import Problem, Structure
+from stickslip.optim.problem import Problem, Structure, as_floats, refuse_after_fork
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:

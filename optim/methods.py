@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.optimize import OptimizeResult, minimize
+from scipy.optimize import minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
-from stickslip.optim.options import COUNT, as_floats, require_scalar
+from stickslip.optim.problem import COUNT, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
 
@@ -48,7 +48,7 @@ def solve_gradient(
     iterations: int = 200,
     tolerance: float = 1e-8,
 ) -> Result:
-    """A local optimum from `start`, a decision vector; None: the middle of the bounds.
+    """A local optimum from `start`: see Problem.start_point.
 
     tolerance: SLSQP's ftol, of the objective in parts of its size: its value at the start, or what
     it changes by over the bounds (PROBES points) where that is far from it. The best of the points
@@ -65,12 +65,22 @@ def solve_gradient(
     require_memory(
         f"method = 'gradient' with n = {problem.n}", "rows", problem.n, DENSE * problem.n
     )
-    begun = begin(problem, "gradient", start, began)
+    begun = begin(problem, "gradient", start, progress, began)
     if isinstance(begun, Result):
         return begun
-    run = _Run(problem, *begun)
+    start, value, note = begun
+    run = _Run(problem, start, value)
     with Bar("gradient", iterations, "iteration", progress) as bar:
-        found = slsqp(run, run.free.reduce(begun[0]), iterations, tolerance, bar)
+        found = minimize(
+            run.objective,
+            run.free.reduce(start),
+            jac=run.gradient,
+            bounds=list(zip(*run.bounds, strict=True)),
+            constraints={"type": "ineq", "fun": run.constraints, "jac": run.jacobian},
+            method="SLSQP",
+            options={"maxiter": iterations, "ftol": tolerance},
+            callback=lambda x: bar.advance(),
+        )
     x, why = run.chosen(found.x)
     return problem.result(
         x,
@@ -78,32 +88,13 @@ def solve_gradient(
         began=began,
         status=SLSQP_STATUSES.get(found.status, OptimStatus.INACCURATE),
         evaluations=run.evaluations,
-        message=f"SLSQP: {found.message} after {found.nit} iterations{why}"
+        message=f"{note}SLSQP: {found.message} after {found.nit} iterations{why}"
         f"{problem.shortcomings(x)}",
         details={
             "status": int(found.status),
             "message": found.message,
             "iterations": int(found.nit),
         },
-    )
-
-
-def slsqp(
-    problem: Any, start: np.ndarray, iterations: int, tolerance: float, bar: Bar
-) -> OptimizeResult:
-    """scipy's SLSQP from a start; the bar advances with each iteration.
-
-    problem: bounds, and objective, gradient, constraints and jacobian as Problem has them.
-    """
-    return minimize(
-        problem.objective,
-        start,
-        jac=problem.gradient,
-        bounds=list(zip(*problem.bounds, strict=True)),
-        constraints={"type": "ineq", "fun": problem.constraints, "jac": problem.jacobian},
-        method="SLSQP",
-        options={"maxiter": iterations, "ftol": tolerance},
-        callback=lambda x: bar.advance(),
     )
 
 
@@ -156,9 +147,12 @@ def solve_cma(
 ) -> Result:
     """The best point that meets the constraints among those sampled, its start included.
 
-    start: a decision vector; None: the middle of the bounds, which must be finite. The others: see
-    Evolution; population: None for cma's 4 + 3 log(n) of the n numbers that are free; given ones
-    are not searched. The objective's scale is its value at the start, or what it changes by from
+    start: see Problem.start_point; bounds must be finite. seed: of the samples; nothing else is
+    random, and NumPy's global state is neither read nor written. evaluations: at most, to whole
+    generations, besides those before it begins. sigma: first standard deviation, as a part of each
+    number's range. population: of a generation; None for cma's 4 + 3 log(n) of the n numbers that
+    are free; given ones are not searched. penalty: price of a violated scaled margin, of the
+    objective's scale. The objective's scale is its value at the start, or what it changes by from
     there to one generation over the whole of the bounds where that is more.
 
     Nothing is proved: FEASIBLE where cma's own criteria stopped it, LIMIT at `evaluations`,
@@ -166,73 +160,32 @@ def solve_cma(
     begin with. evaluations: points, with the start's and that generation's. details: stop (cma's
     reasons), seed. ImportError without the package.
     """
-    package()
+    library = package()
     began = time.perf_counter()
-    search = evolution(problem, seed, evaluations, sigma, population, penalty)
-    size = f"population = {search.population} of {problem.n} numbers"
-    require_memory(size, "numbers", 2.0 * search.population * problem.n, SAMPLE)
-    require_memory(
-        f"method = 'cma' with n = {problem.n}", "rows", problem.n, COVARIANCE * problem.n
-    )
-    begun = begin(problem, "cma", start, began)
-    if isinstance(begun, Result):
-        return begun
-    x, value = begun
-    others = problem.objectives(scattered(problem, search.population))
-    scale = size_of(value, others, *CMA_SCALE)
-    return evolve(problem, search, (x, value, scale), began, progress, others=len(others))
-
-
-class Evolution(NamedTuple):
-    """Settings of cma. seed: of the samples; nothing else is random, and NumPy's global state is
-    neither read nor written. evaluations: of the objective, at most, to whole generations, besides
-    those before it begins. sigma: first standard deviation, as a part of each number's range.
-    population: of a generation. penalty: price of a violated scaled margin, of the objective's
-    scale."""
-
-    seed: int
-    evaluations: int
-    sigma: float
-    population: int
-    penalty: float
-
-
-def evolution(
-    problem: Problem[Any], seed: Any, evaluations: Any, sigma: Any, population: Any, penalty: Any
-) -> Evolution:
-    """The settings, checked; ValueError naming a bad one."""
-    for name, value in (("sigma", sigma), ("penalty", penalty)):
-        require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
+    for name, number in (("sigma", sigma), ("penalty", penalty)):
+        require_scalar(name, number, low=0.0, strict=True, accepted="a number > 0")
     evaluations = require_integer("evaluations", evaluations, high=COUNT)
     seed = require_integer("seed", seed, low=0, high=2**64)
-    size = 4 + int(3 * np.log(max(problem.free.n, 1)))
-    if population is not None:
-        accepted = "None, or an integer >= 2"
-        size = require_integer("population", population, low=2, high=COUNT, accepted=accepted)
-    return Evolution(seed, evaluations, float(sigma), size, float(penalty))
-
-
-def evolve(
-    problem: Problem[Any],
-    search: Evolution,
-    begin: tuple[np.ndarray, float, float],
-    began: float,
-    progress: bool,
-    *,
-    others: int = 0,
-    note: str = "",
-) -> Any:
-    """The problem's result of sampling in the unit box of the numbers that are free.
-
-    begin: a point, its value, and the objective's size, to divide it by. others: evaluations before
-    it. note: begins the message.
-    """
-    x, value, scale = begin
-    free, count, best = problem.free, 1, (value if problem.is_feasible(x) else np.inf)
+    free = problem.free
+    if population is None:
+        population = 4 + int(3 * np.log(max(free.n, 1)))
+    accepted = "None, or an integer >= 2"
+    population = require_integer("population", population, low=2, high=COUNT, accepted=accepted)
+    given = f"population = {population} of {problem.n} numbers"
+    require_memory(given, "numbers", 2.0 * population * problem.n, SAMPLE)
+    given = f"method = 'cma' with n = {problem.n}"
+    require_memory(given, "rows", problem.n, COVARIANCE * problem.n)
+    begun = begin(problem, "cma", start, progress, began)
+    if isinstance(begun, Result):
+        return begun
+    x, value, note = begun
+    others = problem.objectives(scattered(problem, population))
+    scale = size_of(value, others, *CMA_SCALE)
+    count, best = 1, (value if problem.is_feasible(x) else np.inf)
     low, high = free.bounds
     first = np.clip((free.reduce(x) - low) / (high - low), 0, 1)
-    strategy = package().CMAEvolutionStrategy(first, search.sigma, _options(search))
-    with Bar("cma", search.evaluations, "evaluation", progress) as bar:
+    strategy = library.CMAEvolutionStrategy(first, sigma, _options(seed, evaluations, population))
+    with Bar("cma", evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
             asked = strategy.ask()
             X = free.expand(low + np.clip(np.array(asked), 0, 1) * (high - low))
@@ -242,7 +195,7 @@ def evolve(
             feasible = np.where(violation > 0, np.inf, values)
             if np.min(feasible) < best:
                 x, best = X[np.argmin(feasible)], float(np.min(feasible))
-            priced = values / scale + search.penalty * violation
+            priced = values / scale + penalty * violation
             strategy.tell(asked, list(np.where(np.isfinite(priced), priced, np.inf)))
             bar.advance(len(asked), f"{best:.6g}")
     stop = dict(strategy.stop())
@@ -251,19 +204,19 @@ def evolve(
         method="cma",
         began=began,
         status=OptimStatus.LIMIT if "maxfevals" in stop else OptimStatus.FEASIBLE,
-        evaluations=count + others,
+        evaluations=count + len(others),
         message=f"{note}stopped by {', '.join(stop)} after {count} evaluations"
         f"{problem.shortcomings(x)}",
-        details={"stop": stop, "seed": search.seed},
+        details={"stop": stop, "seed": seed},
     )
 
 
-def _options(search: Evolution) -> dict[str, Any]:
+def _options(seed: int, evaluations: int, population: int) -> dict[str, Any]:
     """Options of cma: quiet, within the unit box."""
-    return own_draws(search.seed) | {
+    return own_draws(seed) | {
         "bounds": [0.0, 1.0],
-        "maxfevals": search.evaluations,
-        "popsize": search.population,
+        "maxfevals": evaluations,
+        "popsize": population,
         "verbose": -9,
         "verb_log": 0,
         "verb_disp": 0,
@@ -292,30 +245,22 @@ def package() -> Any:
 
 
 def begin(
-    problem: Problem[Any], method: str, start: Any, began: float
-) -> tuple[Float[np.ndarray, "n"], float] | Result:
-    """A point within the bounds and its value: `start`, or for None the bounds' middle. Or the
+    problem: Problem[Any], method: str, start: Any, progress: bool, began: float
+) -> tuple[Float[np.ndarray, "n"], float, str] | Result:
+    """A point within the bounds, its value, and a note on it: see Problem.start_point. Or the
     result, where there is no value at it, or no choice. ValueError without finite bounds."""
-    low, high = problem.bounds
-    if not (np.all(np.isfinite(low)) and np.all(np.isfinite(high))):
+    if not np.all(np.isfinite(problem.bounds)):
         raise ValueError("bounds are not finite; accepted by methods that search: finite bounds")
-    if start is None:
-        x = (low + high) / 2
-    else:
-        accepted = f"None, or {problem.n} finite numbers"
-        x = as_floats("start", start, accepted)
-        if x.shape != (problem.n,):
-            raise ValueError(f"start has shape {x.shape}; accepted: {accepted}")
-        x = np.clip(x, low, high)
+    x, note = problem.start_point(start, progress)
     value = problem.objective(x)
     if problem.free.n == 0:
         status, why = OptimStatus.FEASIBLE, "every number is given"
     elif not np.isfinite(value):
         status, why = OptimStatus.FAILED, "where it begins there is no value"
     else:
-        return x, value
+        return x, value, note
     result = {"method": method, "began": began, "status": status, "evaluations": 1}
-    return problem.result(x, message=why + problem.shortcomings(x), **result)
+    return problem.result(x, message=note + why + problem.shortcomings(x), **result)
 
 
 def scattered(problem: Problem[Any], count: int) -> Float[np.ndarray, "count n"]:

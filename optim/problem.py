@@ -8,21 +8,22 @@ Methods ask for what they need by Structure; scipy, pymoo, cma, nevergrad take a
 from __future__ import annotations
 
 import inspect
+import os
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, wraps
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, cast
 
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_kind, require_known
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
+from stickslip.dynamics.numeric import read_only, require_one
 from stickslip.optim import GENERAL_METHODS
-from stickslip.optim.options import as_floats
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ R = TypeVar("R", bound=Result)
 
 FEASIBLE = 1e-6
 """Tolerated violation of a scaled constraint, or of a bound."""
+COUNT = 10**12
+"""The greatest number of iterations, edges and the like that may be asked for."""
 
 
 def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
@@ -162,8 +165,8 @@ class Problem(ABC, Generic[R]):
         """Text of the constraints that a point violates and by how much; empty for none."""
         if self.is_feasible(x):
             return ""
-        violated = {name: by for name, by in self.residuals(x).items() if by > 0}
-        return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated.items())
+        violated = ((name, by) for name, by in self.residuals(x).items() if by > 0)
+        return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated)
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
         """A batch of decision vectors; ValueError for a wrong length or what is no number."""
@@ -171,6 +174,20 @@ class Problem(ABC, Generic[R]):
         if array.ndim != 2 or array.shape[1] != self.n:
             raise ValueError(f"x has shape {array.shape[1:]}; accepted: ({self.n},)")
         return array
+
+    def start_point(self, start: Any, progress: bool) -> tuple[Float[np.ndarray, "n"], str]:
+        """Where a local method begins, within the bounds, and a note for its message.
+
+        start: a decision vector, else ValueError; None: the middle of the bounds.
+        """
+        low, high = self.bounds
+        if start is None:
+            return (low + high) / 2, ""
+        accepted = f"None, or {self.n} finite numbers"
+        x = as_floats("start", start, accepted)
+        if x.shape != (self.n,):
+            raise ValueError(f"start has shape {x.shape}; accepted: {accepted}")
+        return np.clip(x, low, high), ""
 
     def result(
         self,
@@ -241,7 +258,7 @@ class FreeProblem(Problem[Result]):
         return _of_length(as_floats("x", x, "all numbers"), self.problem.n)[..., self.which]
 
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
-        """See Problem; all constraints, those of given numbers alone being constant."""
+        """See Problem, as all below; constraints of given numbers alone are constant."""
         return self.problem.evaluate(self.expand(x))
 
     def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
@@ -288,13 +305,9 @@ def _in_numpy(leaf: Any) -> Any:
     return np.asarray(leaf) if is_numbers else leaf
 
 
-GENERAL: dict[str, Method] = {
-    "gradient": Method(
-        GENERAL_METHODS["gradient"],
-        "stickslip.optim.methods:solve_gradient",
-        frozenset({Structure.SMOOTH}),
-    ),
-    "cma": Method(GENERAL_METHODS["cma"], "stickslip.optim.methods:solve_cma"),
+GENERAL = {
+    name: Method(GENERAL_METHODS[name], f"stickslip.optim.methods:solve_{name}", frozenset(needs))
+    for name, needs in (("gradient", {Structure.SMOOTH}), ("cma", set[Structure]()))
 }
 """The methods for every problem that has what they need."""
 
@@ -302,9 +315,7 @@ GENERAL: dict[str, Method] = {
 def methods_of(problem: Problem[Any]) -> dict[str, Method]:
     """The methods that take a problem, by name: its own, and those of GENERAL that it fits."""
     fitting = {name: one for name, one in GENERAL.items() if one.needs <= problem.structure}
-    return dict(problem.methods) | {
-        n: one for n, one in fitting.items() if n not in problem.methods
-    }
+    return {**problem.methods, **fitting, **problem.methods}
 
 
 def solve(
@@ -348,3 +359,55 @@ def options_of_method(method: Method) -> tuple[str, ...]:
 def _function(method: Method) -> Callable[..., Result]:
     module, name = method.function.split(":")
     return getattr(import_module(module), name)
+
+
+def require_scalar(name: str, value: Any, **rule: Any) -> None:
+    """`require_one` in double precision, whatever jax_enable_x64 says."""
+    require_one(name, value, dtype=np.float64, **rule)
+
+
+def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
+    """Numbers in double precision, or ValueError for what is none, or not finite there."""
+    usual = type(value) is np.ndarray and value.dtype == float and value.size > 0
+    if usual and np.isfinite(value).all():  # what optimisers ask with, again and again
+        return value
+    require_number(name, value, accepted=accepted, dtype=np.float64)
+    return np.asarray(value, dtype=float)
+
+
+_MADE_IN = os.getpid()
+_jax_ran = False
+FORKED = (
+    "this process was forked from one in which JAX had run, whose threads a fork leaves behind; "
+    'accepted: processes that are spawned, as multiprocessing.get_context("spawn").Pool has'
+)
+
+
+def _before_fork() -> None:
+    global _jax_ran
+    bridge = sys.modules.get("jax._src.xla_bridge")
+    _jax_ran = bool(getattr(bridge, "_backends", True))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_before_fork)
+
+
+def refuse_after_fork() -> None:
+    """RuntimeError where JAX would wait for ever: in a fork of a process in which it has run."""
+    if _jax_ran and os.getpid() != _MADE_IN:
+        raise RuntimeError(FORKED)
+
+
+def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function; calls enter double precision, whatever jax_enable_x64 says, and return
+    NumPy arrays."""
+    program = jax.jit(function)
+
+    @wraps(function)
+    def run(*arguments: Any) -> Any:
+        refuse_after_fork()
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, program(*arguments))
+
+    return run

@@ -1,12 +1,13 @@
-"""Result of a method, with its bound and status."""
+"""Result of a method, with its bound and status; outcomes of cvxpy's solver by the same names."""
 
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from stickslip.dynamics.numeric import read_only
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
+    import cvxpy as cp
     from jaxtyping import Float
 
 
@@ -137,3 +139,51 @@ class Result:
         """The result of a method that found no point."""
         seconds = time.perf_counter() - began
         return cls(method, status, None, np.inf, seconds=seconds, message=message, **others)
+
+
+STATUSES = {
+    "optimal": OptimStatus.OPTIMAL,
+    "optimal_inaccurate": OptimStatus.INACCURATE,
+    "user_limit": OptimStatus.LIMIT,
+    "infeasible": OptimStatus.INFEASIBLE,
+}
+"""cvxpy's statuses as named outcomes, whatever the objective; all others are FAILED. Inaccurate is
+never passed off as optimal, nor as a proof that there is no point."""
+
+ANSWERED = (OptimStatus.OPTIMAL, OptimStatus.INACCURATE, OptimStatus.LIMIT)
+"""Outcomes with a point to look at."""
+
+
+class Ended(NamedTuple):
+    """Outcome of a solver, with the solver's or cvxpy's message."""
+
+    status: OptimStatus
+    message: str
+
+    @property
+    def answered(self) -> bool:
+        """True if there is a point to look at."""
+        return self.status in ANSWERED
+
+
+def solve_quietly(problem: cp.Problem, *, bounded: bool = False, **settings: float) -> Ended:
+    """Solve with Clarabel, and name the outcome; FAILED where the solver gave up.
+
+    bounded: the objective has a floor, so that "infeasible or unbounded" means INFEASIBLE.
+    settings: the solver's own. No solve leaves anything to the next: a solver that is kept scales
+    other numbers as it scaled the first, and may then fail. cvxpy's warning that a solution may be
+    inaccurate is left out: the status says it.
+    """
+    import cvxpy as cp
+
+    solver = "CLARABEL"
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Solution may be inaccurate")
+        try:
+            problem.solve(solver=solver, warm_start=False, **settings)
+        except cp.SolverError as error:
+            return Ended(OptimStatus.FAILED, f"{solver}: {error}")
+    message = f"{solver} ended with status {problem.status}"
+    if bounded and problem.status == "infeasible_or_unbounded":
+        return Ended(OptimStatus.INFEASIBLE, message)
+    return Ended(STATUSES.get(problem.status, OptimStatus.FAILED), message)

@@ -17,7 +17,7 @@ from stickslip.commands import EXAMPLES, GROUPS
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, METHODS
-from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+from stickslip.optim.posture import CRITERIA_IN_WORDS
 from stickslip.optimise.flags import TRACK_OPTIONS, PostureOptions
 from stickslip.paper.figure import FIGURES
 from stickslip.parser import options_of

@@ -21,7 +21,7 @@ from stickslip.envs.collecting import cores_here
 from stickslip.envs.rendering.extras import require
 from stickslip.optim.instances.instance import suite
 from stickslip.optim.instances.objective import OUTSIDE
-from stickslip.optim.options import require_scalar
+from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 from stickslip.agents.training.configuration import Configuration, entry, shared
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.names import RANDOM_TRACKS
-from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
     from stickslip.agents.untrusted import Json

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.machine import Machine, Option, defined_in
 from stickslip.agents.ugv.config import GROUND, TRACK_NAMES, UGVTrainConfig
-from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

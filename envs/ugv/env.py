@@ -38,9 +38,16 @@ from stickslip.envs.ugv.state import (
     info_of,
     observe,
 )
-from stickslip.optim.posture.criteria import CRITERIA, Criterion, increase, step_cost
+from stickslip.optim.posture.criteria import (
+    CRITERIA,
+    Criterion,
+    Station,
+    increase,
+    station_of,
+    step_cost,
+    torque_left,
+)
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.station import Station, station_of, torque_left
 from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
-    from stickslip.optim.posture.station import Station
+    from stickslip.optim.posture.criteria import Station
 
     Array: TypeAlias = jax.Array | np.ndarray
     Sampled: TypeAlias = tuple[Pose, Array, Array, Array, Array | None]

@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.ugv import Odometer
     from stickslip.envs.ugv.params import UGVEnvParams
-    from stickslip.optim.posture.criteria import Criterion
-    from stickslip.optim.posture.station import Station
+    from stickslip.optim.posture.criteria import Criterion, Station
 
 MAX_SLOPE = 1.6
 """Clip of slope angle and pitch [rad]."""

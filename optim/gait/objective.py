@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from stickslip.dynamics.checks import require_choice, require_known, shown
 from stickslip.optim.gait import OBJECTIVES
-from stickslip.optim.options import require_scalar
+from stickslip.optim.problem import require_scalar
 
 TIME, TORQUE, WORK, STRAIN = "time", "torque", "work", "torque_over_phase"
 """Terms of an objective: time [s]; torque^2 over time [(N m)^2 s]; positive work [J]; torque^2 over

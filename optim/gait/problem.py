@@ -16,8 +16,7 @@ from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Limits,
 from stickslip.optim.gait.gait import GaitResult
 from stickslip.optim.gait.objective import goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
-from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure
+from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from stickslip.dynamics.biped.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.numeric import read_only
-from stickslip.optim.options import float64_program
+from stickslip.optim.problem import float64_program
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

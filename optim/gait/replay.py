@@ -22,7 +22,7 @@ from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.objective import WORK
-from stickslip.optim.options import require_scalar
+from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int

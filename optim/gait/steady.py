@@ -21,8 +21,7 @@ from scipy.optimize import minimize_scalar
 
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.gait.profile import robot_of
-from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import solve
+from stickslip.optim.problem import require_scalar, solve
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedParams

@@ -20,8 +20,7 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
-from stickslip.optim.options import refuse_after_fork
-from stickslip.optim.problem import given_state
+from stickslip.optim.problem import given_state, refuse_after_fork
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -15,8 +15,14 @@ from stickslip.dynamics.checks import as_real, require_choice, require_integer
 from stickslip.dynamics.numeric import read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.processes import RECORDS, Evaluated, Home, arriving, reported
-from stickslip.optim.options import require_scalar
-from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, given_state, shortfall
+from stickslip.optim.problem import (
+    AnyProblem,
+    FreeProblem,
+    Structure,
+    given_state,
+    require_scalar,
+    shortfall,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable

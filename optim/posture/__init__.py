@@ -1,1 +1,29 @@
-"""The UGV's leg angles over a track: the problem, its criteria, and the methods made for it."""
+"""Criteria and methods by name, with a few words for each: known without JAX and any solver."""
+
+from stickslip.optim import GENERAL_METHODS
+
+CRITERIA_IN_WORDS: dict[str, str] = {
+    "wheel_energy": (
+        "work that the wheels' motors put in, none recovered; trapezoid rule over each step"
+    ),
+    "total_energy": (
+        "the same with both leg actuators: positive work of the motors and of each actuator"
+    ),
+    "peak_torque": "largest |M| of all stations",
+    "torque_variation": (
+        "most constant torque: the integral of (dM/dx)^2, M straight between stations"
+    ),
+    "grip": "minus the least mu N - |F| of both wheels",
+    "normal_force": "minus the least normal force",
+    "friction_demand": "largest |F| / N of both wheels",
+}
+"""The names of stickslip.optim.CRITERIA, in its order, with their descriptions."""
+
+METHODS: dict[str, str] = {
+    "grid": "every pair of angles at each waypoint, the best one chosen point by point",
+    "dp": "dynamic programming over the grid: the best path of all, proved",
+    "branch": "dp and scp, and branch and bound over cells of angles: what no drive can beat",
+    "scp": "sequential convex programming in cvxpy, from a feasible path",
+    **GENERAL_METHODS,
+}
+"""The methods of a posture problem; `methods_of` tells those of any problem."""

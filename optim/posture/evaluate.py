@@ -9,8 +9,9 @@ one array: a call costs as much as a hundred stations, and more for each array i
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, reduce
+from functools import lru_cache, partial, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -21,25 +22,27 @@ from stickslip.dynamics.numeric import Numeric
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.optim.options import float64_program
-from stickslip.optim.posture.criteria import Criterion, Weighted, drive_cost
-from stickslip.optim.posture.station import Station, rows_of, station, torque_left
+from stickslip.optim.posture.criteria import (
+    Criterion,
+    Station,
+    Weighted,
+    drive_cost,
+    rows_of,
+    station,
+    torque_left,
+)
+from stickslip.optim.problem import FEASIBLE, float64_program
+from stickslip.optim.result import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool, Float, Int
+
+    from stickslip.optim.posture.waypoints import PostureData
 
 SIZES = (40, 128, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
-LIMITS = (
-    "leg_rate",
-    "min_normal",
-    "min_grip",
-    "min_clearance",
-    "min_wheel_clearance",
-    "max_torque",
-)
+LIMITS = ("leg_rate", "min_normal", "min_grip", "min_clearance", "min_wheel_clearance")
+LIMITS += ("max_torque",)
 """Fields of a posture that limit it."""
 A_CALL = 170
 """Stations that take as long as a call takes beside its stations."""
@@ -168,24 +171,21 @@ def _rows(
     return Rows(at, status, [of[angle] for angle in range(2) for of in slopes])
 
 
-def _packed(sloped: bool) -> Callable[..., np.ndarray]:
-    """The program of `_rows`, in one kernel and one array that Station reads."""
-
-    def stations(
-        posture: Posture,
-        x: Float[Array, "count"],
-        friction: Float[Array, "count"],
-        angles: Float[Array, "count 2"],
-    ) -> Float[Array, "rows count"]:
-        given = posture.params, posture.odometer, x, angles, friction
-        found = over_poses(_rows, (posture.solver, sloped), *given)
-        status = found.status.astype(found.numbers[0].dtype)
-        return jnp.stack([*found.numbers, status, *found.slopes])
-
-    return float64_program(stations)
+def _packed(
+    sloped: bool,
+    posture: Posture,
+    x: Float[Array, "count"],
+    friction: Float[Array, "count"],
+    angles: Float[Array, "count 2"],
+) -> Float[Array, "rows count"]:
+    """`_rows` in one kernel and one array that Station reads."""
+    given = posture.params, posture.odometer, x, angles, friction
+    found = over_poses(_rows, (posture.solver, sloped), *given)
+    status = found.status.astype(found.numbers[0].dtype)
+    return jnp.stack([*found.numbers, status, *found.slopes])
 
 
-PACKED = {sloped: _packed(sloped) for sloped in (False, True)}
+PACKED = {sloped: float64_program(partial(_packed, sloped)) for sloped in (False, True)}
 
 
 class Waypoints(NamedTuple):
@@ -370,3 +370,111 @@ def margins_and_slopes(
         each.append(jax.jvp(margins, at.numbers, along))
     both = jax.tree.map(lambda rear, front: jnp.stack([rear, front], -1), each[0][1], each[1][1])
     return each[0][0], {name: jnp.where(jnp.isfinite(of), of, 0) for name, of in both.items()}
+
+
+@dataclass(frozen=True)
+class PostureResult(Result):
+    """The outcome of `solve` for a posture problem: see Result; and of the same drive on waypoints
+    `fine_spacing` [m] apart, ten times closer, the legs moving evenly from one to the next
+    (`evaluate_finer`), fine_value, fine_feasible and fine_residuals: what the problem, and so every
+    bound, knows nothing of.
+    """
+
+    fine_value: float = np.inf
+    fine_spacing: float = np.nan
+    fine_feasible: bool = False
+    fine_residuals: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def leg_angles(self) -> Float[np.ndarray, "K 2"] | None:
+        """x as pairs, rear and front leg at each waypoint [rad]."""
+        return None if self.x is None else self.x.reshape(-1, 2)
+
+    @property
+    def discretisation(self) -> float:
+        """Relative difference of fine_value from the value; infinite where there is none.
+
+        Where it is not small, the waypoints are too far apart.
+        """
+        if not (np.isfinite(self.value) and np.isfinite(self.fine_value)):
+            return np.inf
+        off = self.fine_value - self.value
+        return off / max(abs(self.value), np.finfo(float).tiny) if off else 0.0
+
+
+def violations(
+    problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station
+) -> dict[str, float]:
+    """Largest violation of each constraint, 0 where it is met: see
+    PostureProblem.residuals. at: the stations [K] at these angles."""
+    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
+    missed: dict[str, list[Any]] = {"leg_range": [low - angles, angles - high]}
+    for name, k in (("start_angles", 0), ("end_angles", -1)):
+        if getattr(problem, name) is not None:
+            missed[name] = [np.abs(angles[k] - getattr(problem, name))]
+    if problem.leg_rate is not None:
+        rate = np.abs(np.diff(angles, axis=0)) / np.diff(problem.x)[:, None]
+        missed["leg_rate"] = [rate - problem.leg_rate]
+    missed["grip"] = [problem.min_grip - at.grip]
+    missed["normal"] = [problem.min_normal - at.N_rear, problem.min_normal - at.N_front]
+    if problem.solver.samples:
+        missed["clearance"] = [problem.min_clearance - at.clearance]
+    if not problem.solver.overlap:
+        missed["wheels"] = [problem.min_wheel_clearance - at.wheel_clearance]
+    if problem.max_torque is not None:
+        missed["torque"] = [np.abs(at.torque) - problem.max_torque]
+    worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
+    worst["pose"] = float(np.sum(~np.asarray(at.placed)))
+    return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
+
+
+def tolerated(problem: PostureData, name: str) -> float:
+    """Tolerance of a residual of that name, FEASIBLE in the scale of its constraint."""
+    sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
+    sizes |= dict.fromkeys(("clearance", "wheels"), problem.params.leg_length)
+    sizes |= {"leg_rate": problem.leg_rate}
+    sizes |= {"torque": problem.params.weight * problem.params.wheel_radius}
+    return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)
+
+
+# Stations are computed in double precision from the problem's own numbers. By other means
+# (bisection, other equations, other quadrature) torques and turns differ by 1e-15 to 2e-13 of
+# themselves, on ground 1 km long and 1500 m high, too; next to nothing, by roundings of the
+# vehicle's weight. A bound that is called proved is lowered by more than both.
+RELATIVE = 5e-13
+"""Relative rounding error of the value."""
+ROUNDINGS = 4 * float(np.finfo(float).eps)
+"""Rounding error relative to the vehicle's weight."""
+
+
+def natural(problem: PostureData, criterion: Criterion | Weighted) -> float:
+    """Natural scale from the vehicle's weight, in the criterion's unit."""
+    if isinstance(criterion, Weighted):
+        return sum(float(weight) * natural(problem, one) for one, weight in criterion.parts)
+    weight, length = float(problem.params.weight), float(problem.x[-1] - problem.x[0])
+    torque = weight * float(problem.params.wheel_radius)
+    of = {"J": weight * length, "N m": torque, "N^2 m": torque**2 / length, "N": weight}
+    return of.get(criterion.unit, 1.0)
+
+
+def below(problem: PostureData, value: float) -> float:
+    """A number that the exact value is not below, where `value` was computed."""
+    return value - slack(problem, value, problem.criterion)
+
+
+def slack(problem: PostureData, value: float, criterion: Criterion | Weighted) -> float:
+    """Rounding error of a drive's computed value, in the criterion's unit."""
+    if isinstance(criterion, Weighted):
+        parts = ((one, float(weight)) for one, weight in criterion.parts)
+        return sum(w * slack(problem, abs(value) / w, one) for one, w in parts if w > 0)
+    absolute = ROUNDINGS * natural(problem, criterion)
+    if criterion.unit == "N^2 m":
+        # Of a sum of (dM)^2 / dx, each M being off by `torque`, by Cauchy and Schwarz.
+        torque = ROUNDINGS * float(problem.params.weight) * float(problem.params.wheel_radius)
+        length = float(problem.x[-1] - problem.x[0])
+        least_step = float(np.min(np.diff(problem.x)))
+        rest = torque * length / least_step
+        absolute = (2 * np.sqrt(abs(value) * length) + rest) * torque / least_step
+    elif criterion.unit == "-":
+        absolute *= 1 + value * value
+    return RELATIVE * abs(value) + float(absolute)

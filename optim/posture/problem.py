@@ -12,13 +12,16 @@ import numpy as np
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
 from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.optim.options import as_floats, refuse_after_fork
+from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.criteria import Criterion, Weighted, criterion_by_name
-from stickslip.optim.posture.evaluate import Posture, Waypoints
-from stickslip.optim.posture.names import METHODS as IN_WORDS
-from stickslip.optim.posture.result import PostureResult, tolerated, violations
-from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.criteria import Criterion, Station, Weighted, criterion_by_name
+from stickslip.optim.posture.evaluate import (
+    Posture,
+    PostureResult,
+    Waypoints,
+    tolerated,
+    violations,
+)
 from stickslip.optim.posture.waypoints import (
     STATION,
     PostureData,
@@ -27,7 +30,7 @@ from stickslip.optim.posture.waypoints import (
     require_stations,
     waypoints_along,
 )
-from stickslip.optim.problem import Method, Problem, Structure
+from stickslip.optim.problem import Method, Problem, Structure, as_floats, refuse_after_fork, solve
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
@@ -45,21 +48,11 @@ LEAST_PAD, MOST = 1024, 2**17
 """For the value stations are padded to a power of two, so that few sizes are compiled; no more than
 MOST are looked at, by a lower factor."""
 
-_MODULES = {
-    "grid": "graph.search",
-    "dp": "graph.search",
-    "lp": "graph.lp",
-    "branch": "bounds.branch",
-    "scp": "local.scp",
-    "gradient": "local.gradient",
-    "cma": "local.gradient",
-}
+_MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}
 METHODS = {
     name: Method(IN_WORDS[name], f"stickslip.optim.posture.{module}:solve_{name}")
     for name, module in _MODULES.items()
 }
-""""gradient" splits the criterion at its kinks (epigraph form), and both it and "cma" begin where a
-method of the grid ends; else they are the methods for all problems."""
 
 
 @dataclass(frozen=True)
@@ -262,6 +255,19 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """See Problem.result: the drive is evaluated between its waypoints, too."""
         x = np.array(x, dtype=float).reshape(-1)
         return super().result(x, **evaluate_finer(self, x), **others)
+
+    def start_point(self, start: Any, progress: bool) -> tuple[Float[np.ndarray, "n"], str]:
+        """See Problem; None: dp's path, or the middle where there is none or dp does not take the
+        criterion."""
+        x, note = super().start_point(start, progress)
+        if start is not None:
+            return x, note
+        if self.criterion.kind == "mixed":
+            return x, "began in the middle: dp takes no weighted sum with a worst station in it; "
+        found = solve(self, "dp", polish=False, progress=progress)
+        if found.x is None:
+            return x, f"began in the middle, since dp found nothing ({found.message}); "
+        return np.clip(found.x, *self.bounds), ""
 
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""

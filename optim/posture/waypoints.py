@@ -9,12 +9,18 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_kind, require_memory, require_number, shown
+from stickslip.dynamics.checks import (
+    require_integer,
+    require_kind,
+    require_memory,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.numeric import Numeric, read_only
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
-from stickslip.optim.options import as_floats, require_scalar
+from stickslip.optim.problem import COUNT, as_floats, require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -28,14 +34,8 @@ NODE = 360
 """Bytes of a grid's station, kept, and copied by the recursion."""
 MOVE = 300
 """Bytes of one of the moves that a leg pair may make on a grid."""
-EDGE = 1_800
-"""Bytes of an edge of lp's graph, in the linear program."""
 CONVEX = 150_000
-"""Bytes of a waypoint in scp's convex program, which gradient uses too."""
-DENSE = 900
-"""Bytes of a pair of waypoints in SLSQP's matrices, which are dense."""
-COVARIANCE = 160
-"""Bytes of a pair of waypoints in the matrices of cma."""
+"""Bytes of a waypoint in scp's convex program."""
 
 _slope = run_once(Track.slope)
 
@@ -234,10 +234,114 @@ def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> Non
     require_stations(given, K * each, NODE + STATION * at_once)
 
 
-def require_waypoint_matrices(
-    problem: PostureData, method: str, linear: float = 0.0, square: float = 0.0
-) -> None:
-    """Refuse more waypoints than a method's matrices have room for: bytes of each, and of each pair
-    of waypoints."""
-    K = len(problem.x)
-    require_memory(f"method = {method!r} with {K} waypoints", "rows", K, linear + square * K)
+LEAST = 31
+"""Default least number of angles of each leg in a grid."""
+FINEST = 96
+"""Angles of each leg that a fitting grid has at most."""
+USED = 0.95
+"""Share of the legs' rate that moves over the grid should be able to use."""
+ROUNDING = 1e-9
+"""Part of a grid step, or of an allowed move, by which a move may seem too long."""
+
+
+def grid_angles(
+    problem: PostureData, angles: Any, least: Any, chunk: int
+) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
+    """The angles of each leg on a grid [rad]: see `build_grid`; ValueError for bad counts, or more
+    stations than fit, evaluated so many at a time."""
+    least = require_integer("least", least, low=2, high=COUNT)
+    if angles is None:
+        rear, front = fitting_grid(problem, least)
+        require_grid(problem, len(rear), len(front), chunk)
+        return rear, front
+    accepted = "None, or an integer >= 2, or one for each leg"
+    both = angles if isinstance(angles, tuple | list) else (angles, angles)
+    if len(both) != 2:
+        raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
+    R, F = (require_integer("angles", of, low=2, accepted=accepted) for of in both)
+    require_grid(problem, R, F, chunk)
+    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
+    rear, front = (np.linspace(low, high, of if low < high else 1) for of in (R, F))
+    return rear, front
+
+
+def fitting_grid(
+    problem: PostureData, least: int = LEAST
+) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
+    """Evenly spaced angles of the rear and of the front leg [rad], at least so many each.
+
+    On a grid a leg moves by whole steps alone: with steps of 70 % of what the rate allows between
+    waypoints, 30 % of the rate lie idle, and all of it with steps of 101 %. So the step is a whole
+    part of leg_rate times the shortest spacing, and the angles run through the given start and
+    end (through the start alone where no such step leads from one to the other; through the middle
+    of the range where neither is given). Less than a step is left out at the ends of the range.
+    Where FINEST angles do not suffice, only those within reach of the given ends are taken; and
+    where even these are too many, or the rate has no limit, `least` over the whole range.
+    """
+    ends = [of for of in (problem.start_angles, problem.end_angles) if of is not None]
+    rear, front = (_of_leg(problem, [float(at[leg]) for at in ends], least) for leg in (0, 1))
+    return rear, front
+
+
+def _of_leg(problem: PostureData, ends: list[float], least: int) -> np.ndarray:
+    """One leg's angles; ends: its angles where the first or the last pair is given."""
+    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
+    if low == high:
+        return np.array([low])
+    whole = np.linspace(low, high, least)
+    if problem.leg_rate is None:
+        return whole
+    spacing = np.diff(problem.x)
+    limit = float(problem.leg_rate) * float(np.min(spacing))
+    reach = float(problem.leg_rate) * float(np.sum(spacing))
+    near = max([low, *(at - reach for at in ends)]), min([high, *(at + reach for at in ends)])
+    most = max(FINEST, least)
+    for below, above in ((low, high), near):
+        width = above - below
+        if not 0 < width <= limit * (most - 1) * (1 + ROUNDING):
+            continue
+        parts = max(int(np.ceil(limit * least / width - ROUNDING)), 1)
+        finest = max(int(limit * (most - 1) / width + ROUNDING), parts)
+        step = _step(limit, range(parts, finest + 1), ends)
+        at = ends[0] if ends else (below + above) / 2
+        first, last = -int((at - below) / step + ROUNDING), int((above - at) / step + ROUNDING)
+        return np.clip(at + step * np.arange(first, last + 1), below, above)
+    return whole
+
+
+def _step(limit: float, parts: range, ends: list[float]) -> float:
+    """The longest step that uses the rate well and leads from the one given angle to the other;
+    or the longest that uses the rate."""
+    between = abs(ends[-1] - ends[0]) if ends else 0.0
+    for part in parts:
+        longest = limit / part
+        if between <= ROUNDING * longest:
+            return longest
+        step = between / np.ceil(between / longest - ROUNDING)
+        if step >= USED * longest:
+            return float(step)
+    return limit / parts[0]
+
+
+def step_of(angles: Float[np.ndarray, "n"]) -> float:
+    """The distance of neighbouring angles [rad]; 0 for one angle."""
+    return float(angles[-1] - angles[0]) / max(len(angles) - 1, 1)
+
+
+def windows_of(
+    angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]
+) -> Float[np.ndarray, "k"]:
+    """Grid steps that a leg may move in each step of the drive; limits: the longest [rad]."""
+    most = len(angles) - 1
+    if most == 0:
+        return np.zeros(limits.shape)
+    return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most)
+
+
+def rate_used(angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]) -> float:
+    """The share of its rate that a leg can use on these angles, 0 to 1; 1 where it can reach
+    every one of them in a single step."""
+    windows = windows_of(angles, limits)
+    if np.all(windows == len(angles) - 1):
+        return 1.0
+    return float(min(np.sum(windows) * step_of(angles) / np.sum(limits), 1.0))

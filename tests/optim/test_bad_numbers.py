@@ -55,7 +55,6 @@ def test_options_of_methods(bad):
     problem = over_bump()
     options = {
         "dp": ("angles",),
-        "lp": ("angles",),
         "branch": ("start",),
         "scp": ("iterations", "radius", "tolerance", "start"),
         "gradient": ("iterations", "tolerance", "start"),
@@ -63,8 +62,7 @@ def test_options_of_methods(bad):
     }
     for method, names in options.items():
         for name in names:
-            field = "x" if name == "start" and not isinstance(bad, str) else name
-            refused(field, lambda m=method, n=name: solve(problem, m, **{n: bad}))
+            refused(name, lambda m=method, n=name: solve(problem, m, **{n: bad}))
     refused("problem", lambda: solve(bad))
     refused("method", lambda: solve(problem, bad))
     if bad is not True:

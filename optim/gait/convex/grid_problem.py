@@ -15,7 +15,7 @@ from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.optim.gait.convex.program import Numbers, Structure, program_of
 from stickslip.optim.gait.gait import Gait, friction_uses, terms_on_grid
 from stickslip.optim.gait.objective import FRICTION, STRAIN, TIME, TORQUE, WORK
-from stickslip.optim.options import as_floats, float64_program
+from stickslip.optim.problem import as_floats, float64_program
 
 if TYPE_CHECKING:
     from collections.abc import Callable

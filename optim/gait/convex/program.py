@@ -20,9 +20,8 @@ import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.optim.cvx import solve_quietly
 from stickslip.optim.gait.objective import STRAIN, TIME, TORQUE, WORK
-from stickslip.optim.result import OptimStatus
+from stickslip.optim.result import OptimStatus, solve_quietly
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -184,7 +183,7 @@ class Program:
         """Solve with these numbers."""
         with self._lock:
             self._set(numbers)
-            ended = solve_quietly(self.problem, cp.CLARABEL, bounded=True, **ACCURACY)
+            ended = solve_quietly(self.problem, bounded=True, **ACCURACY)
             if not ended.answered or self._b.value is None:
                 return Solved(ended.status, ended.message)
             return self._solved(ended.status, ended.message)

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
-from stickslip.optim.options import COUNT, require_scalar
+from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.optim.posture.bounds.cells import StationCells, Surveyor, most_friction
 from stickslip.optim.posture.bounds.ground import ground_of
 from stickslip.optim.posture.bounds.lattice import NONE, first_axis, given_axis, shapes
 from stickslip.optim.posture.bounds.sweep import Sums, bottleneck, place
 from stickslip.optim.posture.criteria import LEAST_NORMAL
-from stickslip.optim.posture.graph.search import solve_dp
+from stickslip.optim.posture.evaluate import PostureResult, below
+from stickslip.optim.posture.grid import solve_dp
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.result import PostureResult, below
+from stickslip.optim.problem import COUNT, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 
@@ -300,12 +300,9 @@ def solve_branch(
     if start is None:
         drive = solve_dp(problem, progress=progress, polish=True)
     else:
-        if isinstance(start, str):
-            raise ValueError(f"start = {shown(start)}; accepted: None, or a drive's angles [2K]")
-        x = problem.batch([start])[0]
-        drive = problem.result(
-            x, method="branch", status=OptimStatus.FEASIBLE, began=began, evaluations=1
-        )
+        x = problem.start_point(start, progress)[0]
+        given = {"method": "branch", "status": OptimStatus.FEASIBLE, "evaluations": 1}
+        drive = problem.result(x, began=began, **given)
     found = bound_every_drive(
         problem,
         drive.x if drive.feasible else None,

@@ -20,11 +20,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.options import float64_program
 from stickslip.optim.posture.bounds.lattice import AHEAD, BACK, NONE, shapes
 from stickslip.optim.posture.bounds.steps import FOUR, Side, Term, kappas, roundings, terms_of
-from stickslip.optim.posture.criteria import Criterion, Weighted, step_cost, steps
-from stickslip.optim.posture.station import Station
+from stickslip.optim.posture.criteria import Criterion, Station, Weighted, step_cost, steps
+from stickslip.optim.problem import float64_program
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int

@@ -12,7 +12,7 @@ from stickslip.dynamics.checks import shown
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
-from stickslip.optim.options import require_scalar
+from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.flags import GaitOptions
 from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.names import TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
-from stickslip.optim.posture.names import CRITERIA_IN_WORDS, METHODS
+from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS
 from stickslip.parser import add_options, add_tables, limit, option, set_option
 
 if TYPE_CHECKING:

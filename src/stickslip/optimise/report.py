@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.status import Status
 from stickslip.optim import PostureProblem, PostureResult
-from stickslip.optim.posture.result import tolerated
+from stickslip.optim.posture.evaluate import tolerated
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stickslip.dynamics.names import SCENES
-from stickslip.optim.posture.names import CRITERIA_IN_WORDS
+from stickslip.optim.posture import CRITERIA_IN_WORDS
 from stickslip.optimise.flags import TRACK_TABLE, TrackOptions
 from stickslip.parser import add_options, add_tables, option, set_option
 

@@ -1,7 +1,9 @@
 """Sequential convex programming: convexify about a point, solve, repeat.
 
-The objective is a convex outer function of smooth terms (a prox-linear problem): replacing terms
-and margins by their linear models leaves a convex program,
+The objective is a convex outer function (sum of positive parts, sum of squares, largest) of smooth
+terms, each of the leg angles of one waypoint or of two neighbours, so that two directional
+derivatives of all stations at once give the whole sparse Jacobian J. Replacing terms and margins by
+their linear models leaves a convex program,
 
     minimise outer(c + J step) / scale + penalty * (what the linear margins are missed by)
 
@@ -16,23 +18,147 @@ import time
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cvxpy as cp
+import jax
+import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer
-from stickslip.optim.cvx import solve_quietly
-from stickslip.optim.options import COUNT, require_scalar
-from stickslip.optim.posture.local.linearise import Linear, Near, begin
-from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.waypoints import CONVEX, require_waypoint_matrices
+from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.optim.posture import evaluate
+from stickslip.optim.posture.criteria import Criterion, Station, Weighted, parts_of, steps
+from stickslip.optim.posture.evaluate import PostureResult
+from stickslip.optim.posture.waypoints import CONVEX
+from stickslip.optim.problem import COUNT, float64_program, require_scalar
 from stickslip.optim.progress import Bar
-from stickslip.optim.result import OptimStatus
+from stickslip.optim.result import OptimStatus, solve_quietly
 
 if TYPE_CHECKING:
+    from jaxtyping import Float
+
     from stickslip.optim.posture.problem import PostureProblem
 
+SMOOTH = ("grip", "normal", "clearance", "wheels", "torque")
+"""The constraints that have slopes. leg_rate is linear; pose is a yes or no."""
 
-PRICE = 100.0
-"""Default penalty of a violated margin of one weight, in parts of the objective's scale."""
+
+class Linear(NamedTuple):
+    """Values and slopes at one point; one entry of terms and term_slopes for each criterion.
+
+    terms: [K-1, m] of sums over steps, [K, m] of worst stations. term_slopes: [K-1, m, 4] in the
+    rear and front angle where the step begins, then where it ends; [K, m, 2] of stations. margins,
+    margin_slopes: by name, [K, m] and [K, m, 2], satisfied where >= 0. placed: whether the vehicle
+    has a pose at every waypoint, and all terms are finite.
+    """
+
+    terms: list[Float[np.ndarray, "rows m"]]
+    term_slopes: list[Float[np.ndarray, "rows m d"]]
+    margins: dict[str, Float[np.ndarray, "K m"]]
+    margin_slopes: dict[str, Float[np.ndarray, "K m 2"]]
+    placed: np.ndarray
+
+    @property
+    def shortfall(self) -> float:
+        """Sum of the violated margins."""
+        return sum(float(np.sum(np.maximum(-of, 0))) for of in self.margins.values())
+
+
+class Near:
+    """Linear models of a problem in float64, remembering the last point; counts evaluations."""
+
+    def __init__(self, problem: PostureProblem):
+        self.problem, self.evaluations = problem, 0
+        parts = parts_of(problem.criterion)
+        self.criteria = [one for one, _ in parts]
+        self.weights = [float(weight) for _, weight in parts]
+        self._at: np.ndarray | None = None
+        self._linear: Linear | None = None
+
+    def __call__(self, x: Float[np.ndarray, "n"]) -> Linear:
+        """The linear model at x [2K], as NumPy arrays."""
+        if self._linear is None or self._at is None or not np.array_equal(x, self._at):
+            self._linear = self._linearised(self.problem.angles(x))
+            self._at = np.array(x)
+            self.evaluations += 1
+        return self._linear
+
+    def _linearised(self, angles: np.ndarray) -> Linear:
+        rows = self.problem.waypoints.stations(angles, sloped=True)
+        terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, rows)
+        margins, slopes = evaluate.margins_and_slopes(self.problem.limits, rows)
+        # In SMOOTH's order, which a solver's last digits depend on.
+        names = [name for name in SMOOTH if name in margins]
+        kept = [{name: of[name] for name in names} for of in (margins, slopes)]
+        return Linear(terms, term_slopes, kept[0], kept[1], placed)
+
+    def value(self, at: Linear) -> float:
+        """The objective, from the terms; infinite where there is none."""
+        if not at.placed:
+            return np.inf
+        each = zip(self.criteria, self.weights, at.terms, strict=True)
+        return float(sum(weight * outer(one, terms) for one, weight, terms in each))
+
+    def scale(self, at: Linear) -> float:
+        """A positive size of the objective near there, to divide it by."""
+        each = zip(self.criteria, self.weights, at.terms, strict=True)
+        small = max(w * outer(one, np.abs(terms)) for one, w, terms in each)
+        value = self.value(at)
+        return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
+
+
+def outer(criterion: Criterion, terms: np.ndarray) -> float:
+    """The criterion's value, from all its terms."""
+    if criterion.kind == "max":
+        return float(np.max(terms))
+    return float(np.sum(terms**2 if criterion.outer == "square" else np.maximum(terms, 0)))
+
+
+@float64_program
+def linear_terms(criterion: Criterion | Weighted, rows: Float[jax.Array, "rows K"]):
+    """Terms of each criterion and their slopes, as in Linear, and whether all terms are finite.
+
+    rows: the stations with their slopes, packed.
+    """
+    at, slopes = Station.unpacked_with_slopes(rows)
+    numbers = at._replace(status=jnp.zeros_like(at.torque))
+    each = jax.tree.map(lambda of: jnp.moveaxis(of, -1, 0), slopes)
+    none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)
+    begin = jax.tree.map(lambda of, zero: jnp.concatenate([of[:, :-1], zero]), each, none)
+    end = jax.tree.map(lambda of, zero: jnp.concatenate([zero, of[:, 1:]]), each, none)
+    pushed = [
+        _pushed(single.terms, steps(numbers), (begin, end))
+        if single.kind == "sum"
+        else _pushed(single.terms, (numbers,), (each,))
+        for single, _ in parts_of(criterion)
+    ]
+    terms, term_slopes = map(list, zip(*pushed, strict=True))
+    finite = jnp.stack([jnp.all(jnp.isfinite(of)) for of in terms])
+    return terms, term_slopes, jnp.all(at.placed & at.finite) & jnp.all(finite)
+
+
+def _pushed(function, at: tuple[Station, ...], each: tuple[Station, ...]):
+    """The function's value, and its slopes in each direction as a new last axis; 0 where not
+    finite."""
+    slopes = jax.vmap(lambda *d: jax.jvp(function, at, d)[1], out_axes=-1)(*each)
+    return function(*at), jax.tree.map(lambda v: jnp.where(jnp.isfinite(v), v, 0), slopes)
+
+
+def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarray | None:
+    """x, or a point near it within the bounds and the leg rates; None if there is none."""
+    angles = problem.angles(x).copy()
+    low, high = (side.reshape(-1, 2).copy() for side in problem.bounds)
+    most = np.full(len(low) - 1, np.inf)
+    if problem.leg_rate is not None:
+        most = problem.leg_rate * np.diff(problem.x) * (1 + 1e-9)
+    for k, move in reversed(list(enumerate(most))):  # from where the rest can be reached
+        low[k] = np.maximum(low[k], low[k + 1] - move)
+        high[k] = np.minimum(high[k], high[k + 1] + move)
+    for k in range(len(low)):
+        if k:
+            low[k] = np.maximum(low[k], angles[k - 1] - most[k - 1])
+            high[k] = np.minimum(high[k], angles[k - 1] + most[k - 1])
+        if np.any(low[k] > high[k]):
+            return None
+        angles[k] = np.clip(angles[k], low[k], high[k])
+    return angles.reshape(-1)
 
 
 class _Block:
@@ -99,16 +225,6 @@ class ConvexModel:
             constraints += [moves <= most, moves >= -most]
         self.problem = cp.Problem(cp.Minimize(goal + self.penalty * missed), constraints)
 
-    def promised(self, near: Near, x: np.ndarray, radius: float) -> float:
-        """The relative decrease of the objective that the model promises within a box about a
-        point, misses priced at PRICE: zero where it is stationary; infinite for a failed solver."""
-        at = near(x)
-        found = self.solve(x, at, radius, PRICE)
-        if found is None:
-            return np.inf
-        value = near.value(at) / self.scale + PRICE * at.shortfall
-        return max(value - found[1], 0.0) / max(abs(value), 1e-300)
-
     def solve(
         self, x: np.ndarray, at: Linear, radius: float, penalty: float
     ) -> tuple[np.ndarray, float] | None:
@@ -124,7 +240,7 @@ class ConvexModel:
             block.set(terms / factor, slopes / factor)
         for name, block in self.margins.items():
             block.set(at.margins[name], at.margin_slopes[name])
-        if not solve_quietly(self.problem, cp.CLARABEL).answered:
+        if not solve_quietly(self.problem).answered:
             return None
         return np.asarray(self.step.value).reshape(-1), float(np.asarray(self.problem.value))
 
@@ -155,13 +271,12 @@ def solve_scp(
     problem: PostureProblem,
     *,
     progress: bool = False,
-    start: Any = "dp",
-    angles: Any = None,
+    start: Any = None,
     iterations: int = 60,
     radius: float = 0.2,
     tolerance: float = 1e-7,
 ) -> PostureResult:
-    """A local optimum off the grid, from `start`: see start_point, to which angles goes too.
+    """A local optimum off the grid, from `start`, a decision vector; None: dp's path.
 
     iterations: of all prices together. radius: the first box [rad]. It stops where the model
     predicts a decrease below `tolerance`, relative to the merit, or where the box is below
@@ -177,8 +292,9 @@ def solve_scp(
     for name, value in (("radius", radius), ("tolerance", tolerance)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
     iterations = require_integer("iterations", iterations, low=0, high=COUNT)
-    require_waypoint_matrices(problem, "scp", CONVEX)
-    begun = begin(problem, "scp", start, angles, progress, began)
+    K = len(problem.x)
+    require_memory(f"method = 'scp' with {K} waypoints", "rows", K, CONVEX)
+    begun = _begin(problem, start, progress, began)
     if isinstance(begun, PostureResult):
         return begun
     near, x, note = begun
@@ -272,3 +388,29 @@ class _Search:
             self.radius *= 2
         value = self.near.value(self.near(self.x))
         self.history.append(Step(value, predicted, before - after, self.radius, taken))
+
+
+def _begin(
+    problem: PostureProblem, start: Any, progress: bool, began: float
+) -> tuple[Near, Float[np.ndarray, "n"], str] | PostureResult:
+    """The problem's linear models, a point within bounds and leg rates, and a note on it. Or the
+    result, where there is no such point, no pose at it, or no choice."""
+    x, note = problem.start_point(start, progress)
+    x = within_rates(problem, x)
+    if x is None:
+        return PostureResult.without_point(
+            method="scp", status=OptimStatus.INFEASIBLE, began=began,
+            message="leg_rate lets no path lead from start_angles to end_angles in this range",
+        )  # fmt: skip
+    near = Near(problem)
+    if problem.free.n == 0:
+        status, message = OptimStatus.FEASIBLE, f"{note}every angle is given"
+    elif not near(x).placed:
+        status = OptimStatus.FAILED
+        message = f"{note}where it begins there is no pose, or no forces"
+    else:
+        return near, x, note
+    message += problem.shortcomings(x)
+    return problem.result(
+        x, method="scp", status=status, began=began, evaluations=1, message=message
+    )

@@ -10,8 +10,8 @@ import pytest
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture.criteria import CRITERIA
-from stickslip.optim.posture.graph.grid import build_grid
-from stickslip.optim.posture.result import below
+from stickslip.optim.posture.evaluate import below
+from stickslip.optim.posture.grid import build_grid
 from tests.dynamics.ugv.slow import Slow
 from tests.optim.posture.helpers import tiny
 
@@ -45,11 +45,10 @@ def problem(**fields) -> PostureProblem:
 def test_a_bound_called_proved_holds_against_every_drive_looked_at(wide, truth):
     """On 1 km of points 0.1 m apart, 1500 m up; at the place once called infeasible."""
     with jax.enable_x64(wide):
-        for method in ("dp", "lp"):
-            found = solve(problem(), method, polish=False, angles=3)
-            assert found.status is OptimStatus.FEASIBLE
-            np.testing.assert_allclose(found.value, truth, rtol=1e-12)
-            assert truth * (1 - 1e-8) <= found.details["grid_bound"] <= truth
+        found = solve(problem(), "dp", polish=False, angles=3)
+        assert found.status is OptimStatus.FEASIBLE
+        np.testing.assert_allclose(found.value, truth, rtol=1e-12)
+        assert truth * (1 - 1e-8) <= found.details["grid_bound"] <= truth
 
 
 def test_the_value_of_any_drive_is_that_of_a_slow_calculation(slow):
@@ -78,7 +77,7 @@ def test_every_value_is_the_same_wherever_the_ground_lies(criterion):
 
 def test_what_postures_ended_with_is_told_by_every_method_of_the_grid():
     ditch = replace(tiny(leg_rate=None, friction=3.0), track=Track.ditch(0.25, 3.35, 0.3, 0.15))
-    for method in ("dp", "lp", "grid"):
+    for method in ("dp", "grid"):
         found = solve(ditch, method, angles=3)
         assert found.status is OptimStatus.FAILED
         assert "pose rules out 9 of 9" in found.message

@@ -1,4 +1,9 @@
-"""Every pair of leg angles at every waypoint: the grid that `grid`, `dp` and `lp` search."""
+"""The methods `grid` and `dp`: every pair of leg angles at every waypoint, and a path over them.
+
+The path is chosen point by point, or by dynamic programming. Its costs of arriving, y, are
+potentials that bound all paths: y_head <= y_tail + cost for every edge, so no path costs less than
+y at its end. That is the dual of the shortest path, without a linear program.
+"""
 
 from __future__ import annotations
 
@@ -11,29 +16,37 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_memory, shown
+from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.status import Status
-from stickslip.optim.options import COUNT
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.result import PostureResult
-from stickslip.optim.posture.station import PLACED, Station
-from stickslip.optim.posture.waypoints import CONVEX, MOVE, require_grid
+from stickslip.optim.posture.criteria import (
+    PLACED,
+    Criterion,
+    Station,
+    Weighted,
+    pointwise_cost,
+    station_cost,
+    step_cost,
+)
+from stickslip.optim.posture.evaluate import PostureResult, below, natural
+from stickslip.optim.posture.waypoints import (
+    CONVEX,
+    LEAST,
+    MOVE,
+    ROUNDING,
+    rate_used,
+    step_of,
+    windows_of,
+)
+from stickslip.optim.problem import float64_program
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float, Int
+    from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.optim.posture.problem import PostureProblem
 
-LEAST = 31
-"""Default least number of angles of each leg in a grid."""
-FINEST = 96
-"""Angles of each leg that a fitting grid has at most."""
-USED = 0.95
-"""Share of the legs' rate that moves over the grid should be able to use."""
-ROUNDING = 1e-9
-"""Part of a grid step, or of an allowed move, by which a move may seem too long."""
 CHUNK = evaluate.SIZES[-1]
 """Stations evaluated in one call, about: what bounds the memory."""
 BETTER = 1e-9
@@ -183,12 +196,6 @@ class PostureGrid:
         count = sum(len(layer.admissible) for layer in self.layers)
         return {"method": self.method, "began": self.began, "evaluations": count}
 
-    def without_answer(
-        self, message: str, status: OptimStatus = OptimStatus.FAILED
-    ) -> PostureResult:
-        """The result without a path."""
-        return PostureResult.without_point(status=status, message=message, **self._common)
-
     def without_path(self, k: int, reason: str) -> PostureResult:
         """The result where no path leads to waypoint k.
 
@@ -209,7 +216,7 @@ class PostureGrid:
             message += listed
         elif len(unplaced) == 1 and not layer.admissible[0]:
             status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
-        return self.without_answer(message, status)
+        return PostureResult.without_point(status=status, message=message, **self._common)
 
 
 def build_grid(
@@ -221,7 +228,7 @@ def build_grid(
     `fitting_grid`, with `least` of each leg.
     """
     began = time.perf_counter()
-    rear, front = _angles(problem, angles, least)
+    rear, front = grid_angles(problem, angles, least, CHUNK)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
@@ -247,108 +254,6 @@ def _evaluate(
     return [jax.tree.map(lambda of, i=i: of[i], whole) for i in range(len(at))]
 
 
-def _angles(
-    problem: PostureProblem, angles: Any, least: Any
-) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
-    """The angles of each leg [rad]; ValueError for bad counts, or more stations than fit."""
-    least = require_integer("least", least, low=2, high=COUNT)
-    if angles is None:
-        rear, front = fitting_grid(problem, least)
-        require_grid(problem, len(rear), len(front), CHUNK)
-        return rear, front
-    accepted = "None, or an integer >= 2, or one for each leg"
-    both = angles if isinstance(angles, tuple | list) else (angles, angles)
-    if len(both) != 2:
-        raise ValueError(f"angles = {shown(angles)}; accepted: {accepted}")
-    R, F = (require_integer("angles", of, low=2, accepted=accepted) for of in both)
-    require_grid(problem, R, F, CHUNK)
-    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
-    rear, front = (np.linspace(low, high, of if low < high else 1) for of in (R, F))
-    return rear, front
-
-
-def fitting_grid(
-    problem: PostureProblem, least: int = LEAST
-) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
-    """Evenly spaced angles of the rear and of the front leg [rad], at least so many each.
-
-    On a grid a leg moves by whole steps alone: with steps of 70 % of what the rate allows between
-    waypoints, 30 % of the rate lie idle, and all of it with steps of 101 %. So the step is a whole
-    part of leg_rate times the shortest spacing, and the angles run through the given start and
-    end (through the start alone where no such step leads from one to the other; through the middle
-    of the range where neither is given). Less than a step is left out at the ends of the range.
-    Where FINEST angles do not suffice, only those within reach of the given ends are taken; and
-    where even these are too many, or the rate has no limit, `least` over the whole range.
-    """
-    ends = [of for of in (problem.start_angles, problem.end_angles) if of is not None]
-    rear, front = (_of_leg(problem, [float(at[leg]) for at in ends], least) for leg in (0, 1))
-    return rear, front
-
-
-def _of_leg(problem: PostureProblem, ends: list[float], least: int) -> np.ndarray:
-    """One leg's angles; ends: its angles where the first or the last pair is given."""
-    low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
-    if low == high:
-        return np.array([low])
-    whole = np.linspace(low, high, least)
-    if problem.leg_rate is None:
-        return whole
-    spacing = np.diff(problem.x)
-    limit = float(problem.leg_rate) * float(np.min(spacing))
-    reach = float(problem.leg_rate) * float(np.sum(spacing))
-    near = max([low, *(at - reach for at in ends)]), min([high, *(at + reach for at in ends)])
-    most = max(FINEST, least)
-    for below, above in ((low, high), near):
-        width = above - below
-        if not 0 < width <= limit * (most - 1) * (1 + ROUNDING):
-            continue
-        parts = max(int(np.ceil(limit * least / width - ROUNDING)), 1)
-        finest = max(int(limit * (most - 1) / width + ROUNDING), parts)
-        step = _step(limit, range(parts, finest + 1), ends)
-        at = ends[0] if ends else (below + above) / 2
-        first, last = -int((at - below) / step + ROUNDING), int((above - at) / step + ROUNDING)
-        return np.clip(at + step * np.arange(first, last + 1), below, above)
-    return whole
-
-
-def _step(limit: float, parts: range, ends: list[float]) -> float:
-    """The longest step that uses the rate well and leads from the one given angle to the other;
-    or the longest that uses the rate."""
-    between = abs(ends[-1] - ends[0]) if ends else 0.0
-    for part in parts:
-        longest = limit / part
-        if between <= ROUNDING * longest:
-            return longest
-        step = between / np.ceil(between / longest - ROUNDING)
-        if step >= USED * longest:
-            return float(step)
-    return limit / parts[0]
-
-
-def step_of(angles: Float[np.ndarray, "n"]) -> float:
-    """The distance of neighbouring angles [rad]; 0 for one angle."""
-    return float(angles[-1] - angles[0]) / max(len(angles) - 1, 1)
-
-
-def windows_of(
-    angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]
-) -> Float[np.ndarray, "k"]:
-    """Grid steps that a leg may move in each step of the drive; limits: the longest [rad]."""
-    most = len(angles) - 1
-    if most == 0:
-        return np.zeros(limits.shape)
-    return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most)
-
-
-def rate_used(angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]) -> float:
-    """The share of its rate that a leg can use on these angles, 0 to 1; 1 where it can reach
-    every one of them in a single step."""
-    windows = windows_of(angles, limits)
-    if np.all(windows == len(angles) - 1):
-        return 1.0
-    return float(min(np.sum(windows) * step_of(angles) / np.sum(limits), 1.0))
-
-
 def polished(
     problem: PostureProblem, polish: bool, progress: bool, search: Callable[[], PostureResult]
 ) -> PostureResult:
@@ -358,14 +263,13 @@ def polished(
     details: those of the grid, whose grid_bound a drive off it may be below; grid_value and
     grid_angles, of the grid's path; polish, how scp ended. Without a path nothing is polished.
     """
-    if not polish:
-        return search()
     K = len(problem.x)
-    require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
+    if polish:
+        require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
     grid = search()
-    if grid.x is None:
+    if not polish or grid.x is None:
         return grid
-    from stickslip.optim.posture.local.scp import solve_scp
+    from stickslip.optim.posture.scp import solve_scp
 
     local = solve_scp(problem, start=grid.x, progress=progress)
     details = dict(grid.details) | {
@@ -388,3 +292,208 @@ def polished(
         f"whose value is {grid.value:.8g}.{stuck}",
         details=details,
     )
+
+
+AGREEMENT, NOTHING = 1e-8, 1e-12
+"""Relative differences of the recursion's value and the objective above which it is no proof: to
+the value, or, where that is near 0, to what the vehicle's weight would give."""
+OVER_GRID = "proved: the best of all {}, not of all drives"
+EDGES = 1 << 18
+"""About the number of edges whose costs are computed in one call."""
+
+
+def solve_grid(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    polish: bool = False,
+    angles: Any = None,
+    least: int = LEAST,
+) -> PostureResult:
+    """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
+
+    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
+    steps are not known of one station; in their place stands, for wheel_energy and total_energy,
+    |M|, and for torque_variation |M - M'|, M' being the choice before (0 at the first waypoint);
+    in weighted sums the weighted sum of these. So nothing says that such a choice is good.
+
+    angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
+    result may break it (VIOLATED; its residuals say by how much). For single worst-station
+    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
+    grid is below it. evaluations: stations. details: grid, rate_used, grid_bound (None for sums).
+    polish: see `polished`.
+    """
+
+    def search() -> PostureResult:
+        grid = build_grid(problem, angles, least, "grid", progress)
+        nodes, costs = _choose(grid)
+        if len(nodes) < len(grid.layers):
+            return grid.without_path(len(nodes), grid.why_none(len(nodes)))
+        bound = below(problem, max(costs)) if problem.criterion.kind == "max" else None
+        message = "chosen point by point, leg_rate not looked at"
+        return grid.result(np.array(nodes), OptimStatus.FEASIBLE, message, grid_bound=bound)
+
+    return polished(problem, polish, progress, search)
+
+
+def _choose(grid: PostureGrid) -> tuple[list[int], list[float]]:
+    """The node at each waypoint, as far as there is one, and its cost."""
+    criterion = grid.problem.criterion
+    before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
+    nodes: list[int] = []
+    least: list[float] = []
+    for layer in grid.layers:
+        here, good = layer.stations, layer.admissible
+        if not np.any(good):
+            break
+        cost = np.where(good, _pointwise(criterion, here, before), np.inf)
+        least.append(float(np.min(cost)))
+        nodes.append(int(np.argmin(cost)))
+        before = here.map(lambda of, node=nodes[-1]: of[[node]])
+    return nodes, least
+
+
+_pointwise = float64_program(pointwise_cost)
+
+
+def solve_dp(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    polish: bool = False,
+    angles: Any = None,
+    least: int = LEAST,
+) -> PostureResult:
+    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
+
+    angles: of each leg, an integer or a pair, evenly spaced over its range; None: those of
+    fitting_grid, `least` of each leg at least.
+
+    Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
+    criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
+    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
+    sum is accepted where all its parts are sums over steps. Time: K n^2 w^2, w being the angles
+    within reach; without a rate limit w is n, so keep the grid coarse.
+
+    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is the
+    value less its rounding and that of the stations (`below`): no path over the grid is better.
+    INACCURATE where the objective is not within 1e-8 of the value, nor within 1e-12 of what the
+    vehicle's weight would give. It bounds no drive off the grid, so that lower_bound is None;
+    `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
+    `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
+    each leg can use on it), grid_bound, edges (moves looked at). polish: see `polished`.
+    """
+    if problem.criterion.kind == "mixed":
+        raise ValueError(
+            f"criterion = {problem.criterion.name} holds a worst station; accepted: single "
+            "criteria, and weighted sums of sums over steps"
+        )
+
+    def search() -> PostureResult:
+        grid = build_grid(problem, angles, least, "dp", progress)
+        costs, back, edges = _arrivals(grid)
+        if not np.any(np.isfinite(costs[-1])):
+            return grid.without_path(len(costs) - 1, grid.why_stuck(len(costs) - 1))
+        nodes = [int(np.argmin(costs[-1]))]
+        for came in back[::-1]:
+            nodes.append(int(came[nodes[-1]]))
+        found = grid.result(
+            np.array(nodes[::-1]),
+            OptimStatus.FEASIBLE,
+            grid.stuck or OVER_GRID.format(grid.what),
+            grid_bound=_bound(problem, costs),
+            edges=edges,
+        )
+        return _agreed(problem, found, float(np.min(costs[-1])))
+
+    return polished(problem, polish, progress, search)
+
+
+def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
+    """The result, INACCURATE and without the grid's bound where the objective is not `value`."""
+    low, high = sorted((value, result.value))
+    if high - low <= AGREEMENT * abs(high) + NOTHING * natural(problem, problem.criterion):
+        return result
+    details = {name: of for name, of in result.details.items() if name != "grid_bound"}
+    message = f"the objective is {result.value!r} where {value!r} was computed"
+    return replace(result, status=OptimStatus.INACCURATE, details=details, message=message)
+
+
+def _bound(problem: PostureProblem, costs: list[np.ndarray]) -> float:
+    """A number that no path over the grid is below, whatever its sums and stations round."""
+    every = np.concatenate(costs)
+    size = float(np.max(np.abs(every[np.isfinite(every)]), initial=0.0))
+    rounding = 4 * np.finfo(float).eps * size * (len(costs) + 1)
+    return below(problem, float(np.min(costs[-1])) - rounding)
+
+
+def _arrivals(grid: PostureGrid) -> tuple[list[np.ndarray], list[np.ndarray], int]:
+    """Least cost of arriving at each node of each waypoint, infinite where none arrives, up to the
+    first waypoint where none does at all; the nodes before; how many moves the rate and the
+    constraints allow."""
+    costs, back, count = [_first_costs(grid)], [], 0
+    for step in range(len(grid.layers) - 1):
+        if not np.any(np.isfinite(costs[-1])):
+            break
+        cost, came, edges = _arrive(grid, step, costs[-1])
+        costs.append(cost)
+        back.append(came)
+        count += edges
+    return costs, back, count
+
+
+def _first_costs(grid: PostureGrid) -> np.ndarray:
+    """The cost of beginning at each node of the first waypoint."""
+    begin, criterion = grid.layers[0], grid.problem.posture.criterion
+    cost = station_costs(criterion, begin.stations) if criterion.kind == "max" else 0.0
+    return np.where(begin.admissible, cost, np.inf)
+
+
+def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+    """Least costs of arriving at the next waypoint's nodes, the nodes before, and the number of
+    moves; of equally good moves the first one in the order of `PostureGrid.edges`."""
+    join = np.maximum if grid.problem.criterion.kind == "max" else np.add
+    a, b = (layer.stations for layer in grid.layers[step : step + 2])
+    best, came, count = np.full(b.x.shape, np.inf), np.zeros(b.x.shape, dtype=int), 0
+    for tail, head in _batches(grid.edges(step)):
+        size = 1 << max(len(tail) - 1, 0).bit_length()  # few programs, whatever is admissible
+        ends = (np.resize(of, size).astype(np.int32) for of in (tail, head))
+        cost = edge_costs(grid.problem.posture.criterion, a, b, *ends)[: len(tail)]
+        total = join(before[tail], cost)
+        total = np.where(np.isnan(total), np.inf, total)
+        last = best.copy()
+        np.minimum.at(best, head, total)
+        better = np.flatnonzero((total == best[head]) & (total < last[head]))[::-1]
+        came[head[better]] = tail[better]
+        count += len(tail)
+    return best, came, count
+
+
+station_costs = float64_program(station_cost)
+
+
+@float64_program
+def edge_costs(
+    criterion: Criterion | Weighted,
+    a: Station,
+    b: Station,
+    tail: Int[Array, "E"],
+    head: Int[Array, "E"],
+) -> Float[Array, "E"]:
+    """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
+    stations of the station where it ends."""
+    if isinstance(criterion, Criterion) and criterion.kind == "max":
+        return station_cost(criterion, b)[head]
+    return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
+
+
+def _batches(parts: Iterator[tuple[np.ndarray, np.ndarray]]) -> Iterator[np.ndarray]:
+    """The same edges [2, n], about EDGES at a time; none that are empty."""
+    waiting: list[np.ndarray] = []
+    for part in parts:
+        waiting.append(np.stack(part))
+        if sum(of.shape[1] for of in waiting) >= EDGES:
+            yield np.concatenate(waiting, axis=1)
+            waiting = []
+    if sum(of.shape[1] for of in waiting):
+        yield np.concatenate(waiting, axis=1)

@@ -23,7 +23,7 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
                 ("grid", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
-                ("cma", {"population": 10**9}, "population = 1000000000 at 10 waypoints"),
+                ("cma", {"population": 10**9}, "population = 1000000000 of 20 numbers"),
             )
         ),
     ],
@@ -37,8 +37,8 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
 @pytest.mark.parametrize(
     ("method", "options", "said"),
     [
-        ("scp", {"start": "middle"}, "method = 'scp' with 10 waypoints"),
-        ("cma", {"start": "middle"}, "population = 12 at 10 waypoints makes 240 stations"),
+        ("scp", {"start": np.full(20, 1.5)}, "method = 'scp' with 10 waypoints"),
+        ("cma", {"start": np.full(20, 1.5)}, "X of 12 drives makes 160 stations"),
         ("dp", {}, "polish = True with 10 waypoints"),
         (
             "dp",

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import linprog
 
 from stickslip.optim import OptimStatus, Weighted, solve
-from stickslip.optim.posture.local.linearise import Near
+from stickslip.optim.posture.scp import Near
 from tests.optim.posture.helpers import over_bump, random_x
 
 GRID = 9
@@ -51,6 +51,10 @@ def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
     assert np.all(np.diff(objectives) <= 1e-9 * np.abs(objectives[:-1]))
 
 
+def middle(problem):
+    return np.mean(problem.bounds, axis=0)
+
+
 def least_promised(problem, x, radius):
     """The least linear model of the objective in a box about x, by an LP that is written out here.
 
@@ -81,7 +85,7 @@ def least_promised(problem, x, radius):
 def test_where_it_ends_no_linear_model_promises_more(criterion):
     """First-order optimality, by another solver and another way to write the model."""
     problem = over_bump(criterion)
-    found = solve(problem, "scp", start="middle", tolerance=1e-9)
+    found = solve(problem, "scp", start=middle(problem), tolerance=1e-9)
     promised = least_promised(problem, found.x, 1e-4)
     begun = least_promised(problem, random_x(problem, 3), 1e-4)
     gain = problem.objective(random_x(problem, 3)) - begun
@@ -101,14 +105,15 @@ def test_given_ends_and_leg_rates_are_kept_from_any_start():
 
 def test_ends_that_the_rate_cannot_join_are_infeasible_and_said_to_be():
     problem = over_bump(leg_rate=0.01, start_angles=(0.6, 0.6), end_angles=(2.5, 2.5))
-    found = solve(problem, "scp", start="middle")
+    found = solve(problem, "scp", start=middle(problem))
     assert found.status is OptimStatus.INFEASIBLE
     assert "leg_rate" in found.message
     assert found.x is None
 
 
 def test_a_floor_too_slippery_is_violated_and_says_what_is_missed():
-    found = solve(over_bump("wheel_energy", friction=0.01), "scp", start="middle")
+    problem = over_bump("wheel_energy", friction=0.01)
+    found = solve(problem, "scp", start=middle(problem))
     assert found.status is OptimStatus.VIOLATED
     assert not found.feasible
     assert "grip" in found.message
@@ -116,6 +121,7 @@ def test_a_floor_too_slippery_is_violated_and_says_what_is_missed():
 
 
 def test_a_limit_of_iterations_is_no_solution():
-    found = solve(over_bump("wheel_energy"), "scp", start="middle", iterations=2)
+    problem = over_bump("wheel_energy")
+    found = solve(problem, "scp", start=middle(problem), iterations=2)
     assert found.status is OptimStatus.LIMIT
     assert len(found.details["history"]) == 2

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.optim import OptimStatus, solve
-from stickslip.optim.posture.graph.grid import FINEST, fitting_grid, rate_used
+from stickslip.optim.posture.waypoints import FINEST, fitting_grid, rate_used
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, tiny
 
 ANGLE = st.floats(LOW, HIGH)
@@ -95,7 +95,7 @@ def test_a_path_that_cannot_be_polished_stays_proved(monkeypatch):
     problem = tiny("torque_variation")
     grid = solve(problem, "dp", polish=False, angles=3)
     same = solve(problem, "scp", start=grid.x, iterations=0)
-    monkeypatch.setattr("stickslip.optim.posture.local.scp.solve_scp", lambda *of, **options: same)
+    monkeypatch.setattr("stickslip.optim.posture.scp.solve_scp", lambda *of, **options: same)
     found = solve(problem, "dp", angles=3)
     assert (found.status, found.message) == (grid.status, grid.message)
     np.testing.assert_array_equal(found.x, grid.x)

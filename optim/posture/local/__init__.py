@@ -1,1 +1,0 @@
-"""Local improvement of a drive: convex models, gradients, evolution."""
