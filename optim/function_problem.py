@@ -72,17 +72,14 @@ class FunctionProblem(Problem[Result]):
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """See `kind`."""
         return self.kind
 
     @property
     def n(self) -> int:
-        """See Problem."""
         return len(self.low)
 
     @property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """See Problem."""
         return self.low, self.high
 
     def drawn(self, draw: int) -> FunctionProblem:
@@ -132,7 +129,6 @@ class FunctionProblem(Problem[Result]):
         return _sound(values[:count], margins[:count])
 
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
-        """See Problem."""
         values, margins = self.at(x)
         x = np.asarray(x, float)
         missed = float(max(0.0, -np.min(margins, initial=0.0)))
@@ -148,7 +144,6 @@ class FunctionProblem(Problem[Result]):
         return values[:, self.goal], margins
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """See Problem."""
         self._require_slopes()
         at, draw = self.batch([x])[0], np.uint32(self.draw)
         return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))

@@ -46,7 +46,6 @@ class Interval:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Shape of both ends."""
         return np.shape(self.lo)
 
     @property
@@ -65,12 +64,10 @@ class Interval:
 
     @property
     def size(self) -> Array:
-        """The largest |x|."""
         return np.maximum(np.abs(self.lo), np.abs(self.hi))
 
     @property
     def least_size(self) -> Array:
-        """The least |x|."""
         return np.maximum(np.maximum(self.lo, -self.hi), 0.0)
 
     def __getitem__(self, key: Index) -> Interval:
@@ -81,7 +78,6 @@ class Interval:
         return (self.lo <= x) & (x <= self.hi)
 
     def map(self, function: Callable[[Array], Array]) -> Interval:
-        """Both ends through a function that moves entries and computes nothing."""
         return Interval(function(self.lo), function(self.hi))
 
     def __neg__(self) -> Interval:
@@ -123,7 +119,6 @@ class Interval:
 
     @_unbounded
     def reciprocal(self) -> Interval:
-        """1 / x."""
         zero = (self.lo <= 0) & (self.hi >= 0)
         lo, hi = np.where(zero, 1.0, self.lo), np.where(zero, 1.0, self.hi)
         found = _down(1 / hi), _up(1 / lo)
@@ -144,20 +139,16 @@ class Interval:
 
     @_unbounded
     def exp(self) -> Interval:
-        """e^x."""
         low, high = (_off(np.exp(v)) for v in (self.lo, self.hi))
         return Interval(np.maximum(low.lo, 0.0), high.hi)
 
     def arctan(self) -> Interval:
-        """Arctangent, in (-pi/2, pi/2)."""
         return Interval(_off(np.arctan(self.lo)).lo, _off(np.arctan(self.hi)).hi)
 
     def cos(self) -> Interval:
-        """The cosine."""
         return self._wave(np.cos, 0.0)
 
     def sin(self) -> Interval:
-        """The sine."""
         return self._wave(np.sin, 0.25)
 
     @_unbounded
@@ -172,7 +163,6 @@ class Interval:
         )
 
     def clip(self, low: float, high: float) -> Interval:
-        """min(max(x, low), high)."""
         return Interval(np.clip(self.lo, low, high), np.clip(self.hi, low, high))
 
 
@@ -277,33 +267,27 @@ class Jet:
         return Jet(value, self.first * slope, second)
 
     def square(self) -> Jet:
-        """x^2."""
         two = interval(2.0)
         return self.through(self.value.square(), self.value * 2.0, two)
 
     def reciprocal(self) -> Jet:
-        """1 / x."""
         inverse = self.value.reciprocal()
         square = inverse.square()
         return self.through(inverse, -square, square * inverse * 2.0)
 
     def sqrt(self) -> Jet:
-        """The root."""
         root = self.value.sqrt()
         slope = (root * 2.0).reciprocal()
         return self.through(root, slope, -(slope / (self.value * 2.0)))
 
     def arctan(self) -> Jet:
-        """The angle."""
         slope = (self.value.square() + 1.0).reciprocal()
         return self.through(self.value.arctan(), slope, -(self.value * slope.square() * 2.0))
 
     def sin(self) -> Jet:
-        """The sine."""
         sine, cosine = self.value.sin(), self.value.cos()
         return self.through(sine, cosine, -sine)
 
     def cos(self) -> Jet:
-        """The cosine."""
         sine, cosine = self.value.sin(), self.value.cos()
         return self.through(cosine, -sine, -cosine)

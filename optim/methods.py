@@ -120,7 +120,6 @@ class _Run:
         return at.value / self.scale
 
     def gradient(self, x: np.ndarray) -> np.ndarray:
-        """Of the objective."""
         return self.free.gradient(np.clip(x, *self.bounds)) / self.scale
 
     def chosen(self, x: np.ndarray) -> tuple[np.ndarray, str]:

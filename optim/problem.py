@@ -111,7 +111,6 @@ class Problem(ABC, Generic[R]):
         return self.value_and_margins(x)[1]
 
     def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
-        """The values of a batch."""
         return self.evaluate_all(X)[0]
 
     def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
@@ -236,12 +235,10 @@ class FreeProblem(Problem[Result]):
 
     @property
     def n(self) -> int:
-        """Number of free numbers."""
         return len(self.bounds[0])
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]
-        """Their least and greatest values."""
         low, high = self.problem.bounds
         return read_only(low[self.which]), read_only(high[self.which])
 
@@ -262,21 +259,17 @@ class FreeProblem(Problem[Result]):
         return self.problem.evaluate(self.expand(x))
 
     def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
-        """See Problem."""
         return self.problem.value_and_margins(self.expand(x))
 
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"]
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        """See Problem."""
         return self.problem.evaluate_all(self.expand(X))
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """See Problem."""
         return self.problem.gradient(self.expand(x))[self.which]
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """See Problem."""
         return self.problem.jacobian(self.expand(x))[:, self.which]
 
 
@@ -328,11 +321,10 @@ def solve(
 ) -> R:
     """Solve a problem by one of `methods_of` it; None: its default ("dp" of a posture problem).
 
-    polish: let a local method follow where a method has that choice (scp after those of a posture
-    problem's grid); False: the method's own point, of which alone is proved what it proves. The
-    other methods take no notice of it. progress: told on standard error.
-    options: the method's own, see its function's docstring; ValueError lists them where one is
-    unknown.
+    polish: let a local method follow where a method has that choice (scp after dp); False: the
+    method's own point, of which alone is proved what it proves. The other methods take no notice
+    of it. progress: told on standard error. options: the method's own, see its function's
+    docstring; ValueError lists them where one is unknown.
     """
     require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
     known = methods_of(problem)

@@ -104,7 +104,6 @@ class Bar:
         self.close()
 
     def close(self) -> None:
-        """Remove the bar."""
         if self._bar is not None:
             self._bar.close()
 

@@ -90,7 +90,6 @@ class Result:
 
     @property
     def status_in_words(self) -> str:
-        """The status and what it means."""
         return f"{self.status.name}: {self.status.value}"
 
     def _repr_html_(self) -> str:
@@ -162,7 +161,6 @@ class Ended(NamedTuple):
 
     @property
     def answered(self) -> bool:
-        """True if there is a point to look at."""
         return self.status in ANSWERED
 
 

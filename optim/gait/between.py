@@ -84,7 +84,6 @@ class Polynomials:
         self._coefficients = np.moveaxis(found, -1, 0)[..., None]
 
     def __call__(self, share: Float[np.ndarray, "... Q"]) -> np.ndarray:
-        """Values at shares of the cells."""
         return chebval(2 * share - 1, self._coefficients, tensor=False)
 
 

@@ -41,12 +41,10 @@ class Gait:
 
     @property
     def grid(self) -> Grid:
-        """Its nodes."""
         return self.profiles.grid
 
     @property
     def nodes(self) -> Profile:
-        """The robot's profile at the nodes."""
         return self.profiles.nodes
 
     @property
@@ -225,7 +223,6 @@ class Certificate:
 
     @property
     def gap(self) -> float:
-        """Value less bound."""
         return self.value - self.bound
 
 

@@ -42,11 +42,9 @@ class Goal:
 
     @property
     def is_friction(self) -> bool:
-        """True if the friction demand is minimised."""
         return not self.weights
 
     def of(self, spent: Mapping[str, float]) -> float:
-        """Value of a gait from its terms."""
         return sum(weight * spent[term] for term, weight in self.weights.items())
 
 

@@ -148,7 +148,6 @@ class GaitProblem(Problem[GaitResult]):
 
     @cached_property
     def on_grid(self) -> GridProblem:
-        """The problem in numbers."""
         from_rest, to_rest = self.start_rate == 0.0, self.end_rate == 0.0
         grid = Grid(self.steps_taken, self.cells, from_rest, to_rest)
         profiles = Profiles(self.params, self.__dict__["_robot"], grid)
@@ -177,7 +176,6 @@ class GaitProblem(Problem[GaitResult]):
 
     @property
     def n(self) -> int:
-        """Length of the decision vector."""
         return 1 + self.steps_taken * (self.cells + 1)
 
     @property
@@ -207,7 +205,6 @@ class GaitProblem(Problem[GaitResult]):
         return problem, found
 
     def gait(self, x: Float[np.ndarray, "n"]) -> Gait:
-        """The gait of a decision vector."""
         x = self.batch([x])[0]
         return self.on_grid.gait(x[1:].reshape(self.steps_taken, -1), float(x[0]))
 
@@ -221,7 +218,6 @@ class GaitProblem(Problem[GaitResult]):
         return self.on_grid.gradient(self.batch([x])[0])
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """See Problem."""
         return self.on_grid.jacobian(self.batch([x])[0])
 
     def evaluate_gait(self, gait: Gait) -> Evaluation:
@@ -284,17 +280,14 @@ class Interpolated(Problem[Result]):
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """See GaitProblem."""
         return self.fine.structure
 
     @property
     def n(self) -> int:
-        """See GaitProblem."""
         return self.cells + 2
 
     @property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """See GaitProblem."""
         low, high = self.fine.bounds
         return low[self.kept], high[self.kept]
 
@@ -313,19 +306,15 @@ class Interpolated(Problem[Result]):
         return found
 
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
-        """See GaitProblem."""
         return self.fine.evaluate(self.matrix @ self.batch([x])[0])
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """See GaitProblem."""
         return self.fine.gradient(self.matrix @ self.batch([x])[0]) @ self.matrix
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """See GaitProblem."""
         return self.fine.jacobian(self.matrix @ self.batch([x])[0]) @ self.matrix
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
-        """See GaitProblem."""
         import cvxpy as cp
 
         problem, found = self.fine.in_cvxpy()

@@ -68,7 +68,6 @@ class Grid:
 
     @cached_property
     def h(self) -> Float[np.ndarray, "n K"]:
-        """Length of each cell [rad]."""
         return read_only(np.diff(self.theta, axis=1))
 
     @cached_property
@@ -119,7 +118,6 @@ class Robot:
 
     @property
     def weight(self) -> float:
-        """[N]"""
         return self.mass * self.gravity
 
 
@@ -188,17 +186,14 @@ class Profiles:
 
     @cached_property
     def nodes(self) -> Profile:
-        """At the nodes [n, K+1]."""
         return self.at(self.grid.theta)
 
     @cached_property
     def inside(self) -> Profile:
-        """At `grid.inside` [n, K, Q]."""
         return self.at(self.grid.theta[:, :-1, None] + self.grid.inside[0])
 
     @cached_property
     def samples(self) -> Profile:
-        """At `grid.samples` [n, K, D+1]."""
         return self.at(self.grid.samples)
 
     def at(self, theta: Float[np.ndarray, "..."]) -> Profile:

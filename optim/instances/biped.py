@@ -296,7 +296,6 @@ class Gains:
         return jnp.mean(jax.vmap(partial(self.one, data, x))(keys))[None], jnp.zeros(0)
 
     def one(self, model: PyTree, x: Float[Array, "n"], key: Array) -> Array:
-        """The cost of one walk."""
         low, high = np.log(FRICTION)
         of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
         mu = jnp.exp(low + (high - low) * of_floor)

@@ -99,7 +99,6 @@ class Instance:
 
     @property
     def problem(self) -> AnyProblem:
-        """The first of them, or the only one."""
         return self.problems[0]
 
     def value(self, x: Float[np.ndarray, "n"]) -> tuple[Float[np.ndarray, "k"], bool]:

@@ -114,7 +114,6 @@ class Record:
         return self.improvements[-1].value if self.improvements else np.inf
 
     def count(self, name: str) -> None:
-        """Add one to a counter."""
         setattr(self, name, getattr(self, name) + 1)
         if not self.home.here:
             self.home.counts[name] = self.home.counts.get(name, 0) + 1
@@ -204,7 +203,6 @@ class Objective:
 
     @cached_property
     def free(self) -> tuple[FreeProblem, ...]:
-        """The problems in their free numbers."""
         return tuple(one.free for one in self.problems)
 
     @property
@@ -249,7 +247,6 @@ class Objective:
         return all(Structure.SMOOTH in one.structure for one in self.problems)
 
     def expand(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "whole"]:
-        """The problem's own decision vector."""
         return self.free[0].expand(x)
 
     @reported
@@ -259,7 +256,6 @@ class Objective:
         values = np.full(self.k, np.inf) if seen is None else seen.values
         return float(values[0]) if self.k == 1 else values.copy()
 
-    @reported
     def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
         """Values of a batch: [B], or [B, k]."""
         return self.batch_with_constraints(X)[0]
@@ -267,21 +263,19 @@ class Objective:
     @reported
     def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
         """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
-        X = np.atleast_2d(_numbers(X))
-        inside = [self._inside(x) for x in X]
-        left = self._left(len(X))
+        inside = [self._inside(x) for x in np.atleast_2d(_numbers(X))]
+        left = self._left(len(inside))
         points = np.array([x for x, _ in inside[:left]]).reshape(-1, self.n)
-        sound = np.array([ok for _, ok in inside[:left]], bool)
-        values = np.full((left, self.k), np.inf)
-        margins = np.full((left, self.m), -1.0)
+        sound = np.flatnonzero([ok for _, ok in inside[:left]])
+        values, margins = np.full((left, self.k), np.inf), np.full((left, self.m), -1.0)
         self.record.count("batches")
-        if np.any(sound):
-            values[sound], margins[sound] = self._all(points[sound], np.flatnonzero(sound))
-        for x, value, margin, ok in zip(points, values, margins, sound, strict=True):
+        if len(sound):
+            values[sound], margins[sound] = self._all(points[sound], sound)
+        for i, x in enumerate(points):
             self.record.count("values")
-            if ok:
-                self._note(x, value, margin)
-        if left < len(X):
+            if i in sound:
+                self._note(x, values[i], margins[i])
+        if left < len(inside):
             raise self._spent()
         return (values[:, 0] if self.k == 1 else values), margins
 
@@ -289,12 +283,11 @@ class Objective:
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The first goal's slope; NotImplementedError where the instance has none."""
         x, sound = self._inside(x)
-        draw = self._draw(x)
+        draw, seen = self._draw(x), self._seen_at(x)
         self._left(1)
         self.record.count("gradients")
         if not sound:
             return np.zeros(self.n)
-        seen = self._seen_at(x)
         return self._drawn(self.free[0], draw if seen is None else seen.draw).gradient(x)
 
     @reported
@@ -327,7 +320,6 @@ class Objective:
 
     @reported
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
-        """The same of a batch."""
         values, margins = self.batch_with_constraints(X)
         return values + PENALTY * shortfall(margins)
 
@@ -338,26 +330,23 @@ class Objective:
         return self.record
 
     def _inside(self, x: object) -> tuple[np.ndarray, bool]:
-        """A point within the bounds, and whether it is one."""
-        x = _numbers(x).reshape(-1)
+        x, refuse = _numbers(x).reshape(-1), self.outside == "refuse"
         if x.shape != (self.n,):
             raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
         if not np.all(np.isfinite(x)):
             self.record.count("not_numbers")
-            if self.outside == "refuse":
+            if refuse:
                 raise ValueError("x holds what is no finite number; accepted: finite numbers")
             return x, False
         low, high = self.bounds
         out = (x < low) | (x > high)
         if not np.any(out):
             return x, True
-        if self.outside == "refuse":
-            self.record.count("refused")
-            i = int(np.argmax(out))
+        self.record.count("refused" if refuse else "clipped")
+        for i in np.flatnonzero(out)[: int(refuse)]:
             raise ValueError(
                 f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
             )
-        self.record.count("clipped")
         return np.clip(x, low, high), True
 
     def _value_at(self, x: object) -> _Last | None:
@@ -366,8 +355,7 @@ class Objective:
         if sound:
             return self._look(x, again=self.noisy)
         self._left(1)
-        self.record.count("values")
-        return None
+        return self.record.count("values")
 
     def _seen_at(self, x: np.ndarray) -> _Last | None:
         """Evaluation of the last point, if that is this one."""

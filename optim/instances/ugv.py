@@ -189,7 +189,6 @@ class SplitProblem(FunctionProblem):
     """The split of a drive; data: a Drive."""
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "K"]]]:
-        """See Problem."""
         import cvxpy as cp
 
         drive = jax.tree.map(np.asarray, self.data)

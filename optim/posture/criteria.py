@@ -70,7 +70,6 @@ class Station(NamedTuple):
     """Status of `balance`."""
 
     def map(self, function: Callable[[Any], Any]) -> Station:
-        """The same with a function applied to every entry."""
         return Station._make(function(of) for of in self)
 
     @property
@@ -238,8 +237,7 @@ class Criterion:
     kind "sum": terms(a, b) gives [..., m] smooth terms of the step from station a to station b;
     the value is the sum over steps and terms of outer(term), outer being "positive", max(0, t),
     or "square", t^2. kind "max": terms(a) gives [..., m] smooth terms of one station; the value is
-    the largest over stations and terms. unit: of the value. pointwise(a, before): for sums, what
-    stands for it where each station is judged alone, `before` being the station chosen before it.
+    the largest over stations and terms. unit: of the value.
     """
 
     name: str
@@ -248,7 +246,6 @@ class Criterion:
     about: str
     terms: Callable[..., Array]
     outer: str | None = None
-    pointwise: Callable[[Station, Station], Array] | None = None
 
 
 @register_pytree
@@ -289,12 +286,10 @@ class Weighted:
 
     @property
     def name(self) -> str:
-        """Its parts' names with their weights."""
         return " + ".join(f"{weight:.4g} {one.name}" for one, weight in self.parts)
 
     @property
     def unit(self) -> str:
-        """Unit of the weighted sum, which depends on the weights."""
         return "-"
 
     @property
@@ -334,14 +329,6 @@ def _demand(a: Station) -> Array:
     return jnp.stack([rear, -rear, front, -front], -1)
 
 
-def _torque_size(a: Station, before: Station) -> Array:
-    return jnp.abs(a.torque)
-
-
-def _torque_change(a: Station, before: Station) -> Array:
-    return jnp.abs(a.torque - before.torque)
-
-
 def _in_words(name: str, kind: str, unit: str, *terms: Any) -> Criterion:
     """The criterion with the words that are kept beside its name."""
     return Criterion(name, kind, unit, CRITERIA_IN_WORDS[name], *terms)
@@ -350,10 +337,10 @@ def _in_words(name: str, kind: str, unit: str, *terms: Any) -> Criterion:
 CRITERIA: dict[str, Criterion] = {
     one.name: one
     for one in (
-        _in_words("wheel_energy", "sum", "J", _wheel_work, "positive", _torque_size),
-        _in_words("total_energy", "sum", "J", _total_work, "positive", _torque_size),
+        _in_words("wheel_energy", "sum", "J", _wheel_work, "positive"),
+        _in_words("total_energy", "sum", "J", _total_work, "positive"),
         _in_words("peak_torque", "max", "N m", _torque),
-        _in_words("torque_variation", "sum", "N^2 m", _torque_slope, "square", _torque_change),
+        _in_words("torque_variation", "sum", "N^2 m", _torque_slope, "square"),
         _in_words("grip", "max", "N", _grip_missing),
         _in_words("normal_force", "max", "N", _load),
         _in_words("friction_demand", "max", "-", _demand),
@@ -389,15 +376,6 @@ def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[
 def station_cost(criterion: Criterion, a: Station) -> Float[Array, "..."]:
     """The largest of a station's terms; for criteria whose kind is "max"."""
     return largest(criterion.terms(a), -1)
-
-
-def pointwise_cost(
-    criterion: Criterion | Weighted, a: Station, before: Station
-) -> Float[Array, "..."]:
-    """A station judged alone: its cost, or what stands for it where the criterion is a sum."""
-    if isinstance(criterion, Weighted):
-        return _weighted(criterion, [pointwise_cost(one, a, before) for one, _ in criterion.parts])
-    return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
 
 
 def drive_cost(

@@ -76,7 +76,6 @@ class Posture:
 
     @property
     def track(self) -> Track:
-        """The ground."""
         return self.odometer.track
 
     def stations(self, angles: Float[Array, "K 2"]) -> Station:

@@ -1,15 +1,15 @@
-"""The methods `grid` and `dp`: every pair of leg angles at every waypoint, and a path over them.
+"""The method `dp`: every pair of leg angles at every waypoint, and the best path over them.
 
-The path is chosen point by point, or by dynamic programming. Its costs of arriving, y, are
-potentials that bound all paths: y_head <= y_tail + cost for every edge, so no path costs less than
-y at its end. That is the dual of the shortest path, without a linear program.
+The costs of arriving, y, are potentials that bound all paths: y_head <= y_tail + cost for every
+edge, so no path costs less than y at its end. That is the dual of the shortest path, without a
+linear program.
 """
 
 from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,7 +24,6 @@ from stickslip.optim.posture.criteria import (
     Criterion,
     Station,
     Weighted,
-    pointwise_cost,
     station_cost,
     step_cost,
 )
@@ -69,14 +68,13 @@ class Layer(NamedTuple):
 class PostureGrid:
     """The stations of K waypoints and N pairs of angles, as NumPy arrays.
 
-    method, began: who searches it, and since when. rear, front: the angles of each leg [rad]; the
+    began: when it was. rear, front: the angles of each leg [rad]; the
     pairs are all of one with all of the other, the front leg's running faster. layers: the choices
     at each waypoint; one, which need not lie on the grid, where the first or the last pair is
     given.
     """
 
     problem: PostureProblem
-    method: str
     began: float
     rear: Float[np.ndarray, "R"]
     front: Float[np.ndarray, "F"]
@@ -84,7 +82,6 @@ class PostureGrid:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Numbers of angles of the rear and the front leg."""
         return len(self.rear), len(self.front)
 
     @property
@@ -122,8 +119,7 @@ class PostureGrid:
             "more angles or wider spacing of the waypoints would let them."
         )
 
-    def angles_at(self, nodes: np.ndarray) -> Float[np.ndarray, "K 2"]:
-        """The angles of a path given by its nodes."""
+    def angles_at(self, nodes: Sequence[int]) -> Float[np.ndarray, "K 2"]:
         each = zip(self.layers, nodes, strict=True)
         return np.stack([layer.stations.leg_angles[node] for layer, node in each])
 
@@ -153,21 +149,16 @@ class PostureGrid:
         both = [(r, f) for r in range(-rear, rear + 1) for f in range(-front, front + 1)]
         return sorted(both, key=lambda move: (abs(move[0]) + abs(move[1]), move))
 
-    def why_none(self, k: int) -> str:
-        """Text of the constraints that leave no pair at waypoint k; empty where some are left."""
-        met, good = self.layers[k].met, self.layers[k].admissible
-        if np.any(good):
-            return ""
-        broken = {name: int(np.sum(~of)) for name, of in met.items() if not np.all(of)}
-        each = ", ".join(f"{name} rules out {n} of {len(good)}" for name, n in broken.items())
-        where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
-        return f"{where} no pair of angles meets all constraints: {each}"
-
     def why_stuck(self, k: int) -> str:
         """Text of why no path reaches waypoint k, where one reaches k - 1."""
-        none = self.why_none(k)
-        if none or k == 0:
-            return none
+        met, good = self.layers[k].met, self.layers[k].admissible
+        if not np.any(good):
+            broken = {name: int(np.sum(~of)) for name, of in met.items() if not np.all(of)}
+            each = ", ".join(f"{name} rules out {n} of {len(good)}" for name, n in broken.items())
+            where = f"at waypoint {k} (x = {self.problem.x[k]:.6g} m)"
+            return f"{where} no pair of angles meets all constraints: {each}"
+        if k == 0:
+            return ""
         if self.problem.leg_rate is None:
             return f"the criterion is not finite at waypoint {k} on any of them"
         return (
@@ -176,15 +167,13 @@ class PostureGrid:
             f"(x = {self.problem.x[k]:.6g} m) on this grid. {self.stuck}"
         ).rstrip()
 
-    def result(
-        self, nodes: np.ndarray, status: OptimStatus, message: str, **details: Any
-    ) -> PostureResult:
+    def result(self, nodes: Sequence[int], message: str, **details: Any) -> PostureResult:
         """The result of a path. details: besides the number of angles of each leg and the share of
         its rate that it can use on them."""
         used = tuple(rate_used(angles, self.limits) for angles in (self.rear, self.front))
         return self.problem.result(
             self.angles_at(nodes),
-            status=status,
+            status=OptimStatus.FEASIBLE,
             message=message,
             details={"grid": self.shape, "rate_used": used} | details,
             **self._common,
@@ -192,18 +181,17 @@ class PostureGrid:
 
     @property
     def _common(self) -> dict[str, Any]:
-        """Fields of every result."""
         count = sum(len(layer.admissible) for layer in self.layers)
-        return {"method": self.method, "began": self.began, "evaluations": count}
+        return {"method": "dp", "began": self.began, "evaluations": count}
 
-    def without_path(self, k: int, reason: str) -> PostureResult:
-        """The result where no path leads to waypoint k.
+    def without_path(self, k: int) -> PostureResult:
+        """The result where no path leads to waypoint k, though one does to k - 1.
 
         INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint.
         Else FAILED: there are angles off the grid, and a posture that ends in a numerical status
         (NOT_CONVERGED, HOLLOW_GROUND, NO_SOLUTION, NON_FINITE) is not known to be impossible.
         """
-        layer = self.layers[k]
+        layer, reason = self.layers[k], self.why_stuck(k)
         unplaced = ~layer.met["pose"]
         status, message = OptimStatus.FAILED, f"no {self.what}: {reason}"
         if np.any(unplaced):
@@ -219,9 +207,7 @@ class PostureGrid:
         return PostureResult.without_point(status=status, message=message, **self._common)
 
 
-def build_grid(
-    problem: PostureProblem, angles: Any, least: int, method: str, progress: bool
-) -> PostureGrid:
+def build_grid(problem: PostureProblem, angles: Any, least: int, progress: bool) -> PostureGrid:
     """Evaluate all stations in float64.
 
     angles: how many for each leg, evenly spaced over its range, an integer or a pair; or None for
@@ -233,7 +219,7 @@ def build_grid(
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
     layers: list[Layer] = []
-    with Bar(method, K, "waypoint", progress) as bar:
+    with Bar("dp", K, "waypoint", progress) as bar:
         for begin in range(0, K, rows):
             at = np.arange(begin, min(begin + rows, K))
             layers += _evaluate(problem, at, pairs)
@@ -241,7 +227,7 @@ def build_grid(
     for k, pair in ((0, problem.start_angles), (K - 1, problem.end_angles)):
         if pair is not None:
             layers[k] = _evaluate(problem, np.array([k]), pair[None])[0]
-    return PostureGrid(problem, method, began, rear, front, layers)
+    return PostureGrid(problem, began, rear, front, layers)
 
 
 def _evaluate(
@@ -254,21 +240,67 @@ def _evaluate(
     return [jax.tree.map(lambda of, i=i: of[i], whole) for i in range(len(at))]
 
 
-def polished(
-    problem: PostureProblem, polish: bool, progress: bool, search: Callable[[], PostureResult]
-) -> PostureResult:
-    """The result of a search of the grid; with polish the better of it and of the local optimum
-    that scp finds from it.
+AGREEMENT, NOTHING = 1e-8, 1e-12
+"""Relative differences of the recursion's value and the objective above which it is no proof: to
+the value, or, where that is near 0, to what the vehicle's weight would give."""
+EDGES = 1 << 18
+"""About the number of edges whose costs are computed in one call."""
 
-    details: those of the grid, whose grid_bound a drive off it may be below; grid_value and
-    grid_angles, of the grid's path; polish, how scp ended. Without a path nothing is polished.
+
+def solve_dp(
+    problem: PostureProblem,
+    *,
+    progress: bool = False,
+    polish: bool = False,
+    angles: Any = None,
+    least: int = LEAST,
+) -> PostureResult:
+    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
+
+    angles: of each leg, an integer or a pair, evenly spaced over its range; None: those of
+    fitting_grid, `least` of each leg at least. polish: see `_polished`.
+
+    Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
+    criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
+    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
+    sum is accepted where all its parts are sums over steps. Time: K n^2 w^2, w being the angles
+    within reach; without a rate limit w is n, so keep the grid coarse.
+
+    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is the
+    value less its rounding and that of the stations (`below`): no path over the grid is better.
+    INACCURATE where the objective is not within 1e-8 of the value, nor within 1e-12 of what the
+    vehicle's weight would give. It bounds no drive off the grid, so that lower_bound is None;
+    `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
+    `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
+    each leg can use on it), grid_bound, edges (moves looked at).
     """
+    if problem.criterion.kind == "mixed":
+        raise ValueError(
+            f"criterion = {problem.criterion.name} holds a worst station; accepted: single "
+            "criteria, and weighted sums of sums over steps"
+        )
     K = len(problem.x)
     if polish:
         require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
-    grid = search()
-    if not polish or grid.x is None:
-        return grid
+    grid = build_grid(problem, angles, least, progress)
+    costs, back, edges = _arrivals(grid)
+    if not np.any(np.isfinite(costs[-1])):
+        return grid.without_path(len(costs) - 1)
+    nodes = [int(np.argmin(costs[-1]))]
+    for came in back[::-1]:
+        nodes.append(int(came[nodes[-1]]))
+    message = grid.stuck or f"proved: the best of all {grid.what}, not of all drives"
+    found = grid.result(nodes[::-1], message, grid_bound=_bound(problem, costs), edges=edges)
+    found = _agreed(problem, found, float(np.min(costs[-1])))
+    return _polished(problem, found, progress) if polish else found
+
+
+def _polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> PostureResult:
+    """The better of the grid's path and of the local optimum that scp finds from it.
+
+    details: those of the grid, whose grid_bound a drive off it may be below; grid_value and
+    grid_angles, of the grid's path; polish, how scp ended.
+    """
     from stickslip.optim.posture.scp import solve_scp
 
     local = solve_scp(problem, start=grid.x, progress=progress)
@@ -292,121 +324,6 @@ def polished(
         f"whose value is {grid.value:.8g}.{stuck}",
         details=details,
     )
-
-
-AGREEMENT, NOTHING = 1e-8, 1e-12
-"""Relative differences of the recursion's value and the objective above which it is no proof: to
-the value, or, where that is near 0, to what the vehicle's weight would give."""
-OVER_GRID = "proved: the best of all {}, not of all drives"
-EDGES = 1 << 18
-"""About the number of edges whose costs are computed in one call."""
-
-
-def solve_grid(
-    problem: PostureProblem,
-    *,
-    progress: bool = False,
-    polish: bool = False,
-    angles: Any = None,
-    least: int = LEAST,
-) -> PostureResult:
-    """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
-
-    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
-    steps are not known of one station; in their place stands, for wheel_energy and total_energy,
-    |M|, and for torque_variation |M - M'|, M' being the choice before (0 at the first waypoint);
-    in weighted sums the weighted sum of these. So nothing says that such a choice is good.
-
-    angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
-    result may break it (VIOLATED; its residuals say by how much). For single worst-station
-    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
-    grid is below it. evaluations: stations. details: grid, rate_used, grid_bound (None for sums).
-    polish: see `polished`.
-    """
-
-    def search() -> PostureResult:
-        grid = build_grid(problem, angles, least, "grid", progress)
-        nodes, costs = _choose(grid)
-        if len(nodes) < len(grid.layers):
-            return grid.without_path(len(nodes), grid.why_none(len(nodes)))
-        bound = below(problem, max(costs)) if problem.criterion.kind == "max" else None
-        message = "chosen point by point, leg_rate not looked at"
-        return grid.result(np.array(nodes), OptimStatus.FEASIBLE, message, grid_bound=bound)
-
-    return polished(problem, polish, progress, search)
-
-
-def _choose(grid: PostureGrid) -> tuple[list[int], list[float]]:
-    """The node at each waypoint, as far as there is one, and its cost."""
-    criterion = grid.problem.criterion
-    before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
-    nodes: list[int] = []
-    least: list[float] = []
-    for layer in grid.layers:
-        here, good = layer.stations, layer.admissible
-        if not np.any(good):
-            break
-        cost = np.where(good, _pointwise(criterion, here, before), np.inf)
-        least.append(float(np.min(cost)))
-        nodes.append(int(np.argmin(cost)))
-        before = here.map(lambda of, node=nodes[-1]: of[[node]])
-    return nodes, least
-
-
-_pointwise = float64_program(pointwise_cost)
-
-
-def solve_dp(
-    problem: PostureProblem,
-    *,
-    progress: bool = False,
-    polish: bool = False,
-    angles: Any = None,
-    least: int = LEAST,
-) -> PostureResult:
-    """The exact optimum over paths on a grid of leg angles, evenly spaced for each leg.
-
-    angles: of each leg, an integer or a pair, evenly spaced over its range; None: those of
-    fitting_grid, `least` of each leg at least.
-
-    Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
-    criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
-    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
-    sum is accepted where all its parts are sums over steps. Time: K n^2 w^2, w being the angles
-    within reach; without a rate limit w is n, so keep the grid coarse.
-
-    Given start and end angles are nodes of their own, on the grid or not. The grid's bound is the
-    value less its rounding and that of the stations (`below`): no path over the grid is better.
-    INACCURATE where the objective is not within 1e-8 of the value, nor within 1e-12 of what the
-    vehicle's weight would give. It bounds no drive off the grid, so that lower_bound is None;
-    `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
-    `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
-    each leg can use on it), grid_bound, edges (moves looked at). polish: see `polished`.
-    """
-    if problem.criterion.kind == "mixed":
-        raise ValueError(
-            f"criterion = {problem.criterion.name} holds a worst station; accepted: single "
-            "criteria, and weighted sums of sums over steps"
-        )
-
-    def search() -> PostureResult:
-        grid = build_grid(problem, angles, least, "dp", progress)
-        costs, back, edges = _arrivals(grid)
-        if not np.any(np.isfinite(costs[-1])):
-            return grid.without_path(len(costs) - 1, grid.why_stuck(len(costs) - 1))
-        nodes = [int(np.argmin(costs[-1]))]
-        for came in back[::-1]:
-            nodes.append(int(came[nodes[-1]]))
-        found = grid.result(
-            np.array(nodes[::-1]),
-            OptimStatus.FEASIBLE,
-            grid.stuck or OVER_GRID.format(grid.what),
-            grid_bound=_bound(problem, costs),
-            edges=edges,
-        )
-        return _agreed(problem, found, float(np.min(costs[-1])))
-
-    return polished(problem, polish, progress, search)
 
 
 def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:

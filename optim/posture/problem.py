@@ -48,7 +48,7 @@ LEAST_PAD, MOST = 1024, 2**17
 """For the value stations are padded to a power of two, so that few sizes are compiled; no more than
 MOST are looked at, by a lower factor."""
 
-_MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}
+_MODULES = {"dp": "grid", "branch": "bounds.branch", "scp": "scp"}
 METHODS = {
     name: Method(IN_WORDS[name], f"stickslip.optim.posture.{module}:solve_{name}")
     for name, module in _MODULES.items()
@@ -169,7 +169,6 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         )
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
-        """See Problem."""
         waypoints, angles = self.waypoints, self.angles(x)  # a fork is refused before the point
         return self._value_and_margins(waypoints.stations(angles), angles)
 
@@ -187,14 +186,6 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         criterion = self.posture.criterion
         found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
         return found[:count, 0], found[:count, 1:]
-
-    def objective(self, x: Vector) -> float:
-        """See Problem."""
-        return self.value_and_margins(x)[0]
-
-    def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
-        """See Problem."""
-        return self.value_and_margins(x)[1]
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
@@ -274,7 +265,6 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return self._batch(x[None] if isinstance(x, np.ndarray) else [x])[0]
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
-        """See Problem."""
         return self._batch(X).reshape(-1, self.n)
 
     def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:

@@ -57,7 +57,6 @@ class Linear(NamedTuple):
 
     @property
     def shortfall(self) -> float:
-        """Sum of the violated margins."""
         return sum(float(np.sum(np.maximum(-of, 0))) for of in self.margins.values())
 
 
@@ -342,11 +341,9 @@ class _Search:
 
     @property
     def settled(self) -> bool:
-        """True if nothing more is to be gained at this price."""
         return self.predicted <= self.tolerance or self.radius < SMALLEST
 
     def ended(self) -> tuple[OptimStatus, str]:
-        """Outcome of the search, with a message."""
         if not self.settled:
             return OptimStatus.LIMIT, "stopped"
         if self.predicted <= self.tolerance:
@@ -355,7 +352,6 @@ class _Search:
         return status, "no step in the smallest box helped"
 
     def missed(self) -> float:
-        """The largest scaled violation."""
         return max(0.0, *(float(-np.min(of)) for of in self.near(self.x).margins.values()))
 
     def merit(self, at: Linear) -> float:

@@ -183,7 +183,6 @@ class Polygons:
 
     @classmethod
     def of(cls, sample: Sample) -> Polygons:
-        """Polygons of rows in a and b."""
         on_a, of_b, rest = sample.torque
         per = sample.A / on_a
         on_T, on_b, most = per, sample.B - per * of_b, sample.C + per * rest + SLACK
@@ -238,7 +237,6 @@ class _LeastTorque:
         self._pull = np.maximum(-form.on_T - form.work, 0.0) - np.maximum(form.on_T, 0.0)
 
     def __call__(self, b: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
-        """The value at b >= 0."""
         form = self._form
         (at, per), (at_top, per_top) = self._floors, self._tops
         floor, top = np.max(at - per * b, axis=0), np.min(at_top - per_top * b, axis=0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -118,14 +118,15 @@ def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Solved
     if best is None:
         return solved
     gait, solved, at = best
-    bounds = [
-        _greatest_proved(
-            demand, lambda t, whole=whole: excluded(_with_friction(problem, t), solved, whole)
+
+    def proved(whole: bool) -> float:
+        return _greatest_proved(
+            demand, lambda t: excluded(_with_friction(problem, t), solved, whole)
         )
-        for whole in (False, True)[: 1 + every]
-    ]
-    certificate = certificate_of(at, gait, solved, demand, bounds[0])
-    return Answer(gait, certificate, bounds[1] if every else None, solved, at, solves, FRICTION)
+
+    certificate = certificate_of(at, gait, solved, demand, proved(False))
+    bound = proved(True) if every else None
+    return Answer(gait, certificate, bound, solved, at, solves, FRICTION)
 
 
 def relaxed(problem: GridProblem, limit: str) -> Solved:
@@ -138,10 +139,8 @@ def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
     or no gait whatever. solved: of `relaxed`, of this problem or one that differs in its rows."""
     if solved.duals is None or solved.a is None or solved.b is None:
         return False
-    numbers = replace(problem.numbers(), weights={})
-    if every:
-        return every_bound(problem, numbers, solved.duals) > 0
-    return grid_bound(problem, numbers, solved.duals, (solved.a, solved.b)) > 0
+    given = problem, replace(problem.numbers(), weights={}), solved.duals
+    return (every_bound(*given) if every else grid_bound(*given, (solved.a, solved.b))) > 0
 
 
 def nothing_left(problem: GridProblem) -> bool:
@@ -193,12 +192,12 @@ def solve_conic(
             method="conic", status=status, began=began, message=message, evaluations=solves
         )
     evaluation = problem.evaluate_gait(answer.gait)
-    held, held_value, more = (
-        held_between(answer.problem, answer.gait, answer.relaxed) if every else (None, np.inf, 0)
-    )
     status, message = _judged(answer, evaluation.feasible)
-    if every and held is None:
-        message += "; no gait was found that keeps its limits between the nodes, too"
+    held, held_value, more = None, np.inf, 0
+    if every:
+        held, held_value, more = held_between(answer.problem, answer.gait, answer.relaxed)
+        if held is None:
+            message += "; no gait was found that keeps its limits between the nodes, too"
     bound = answer.certificate.bound
     return GaitResult.of(
         np.concatenate([[answer.gait.b[0, 0]], answer.gait.a.ravel()]),
@@ -223,8 +222,7 @@ def _judged(answer: Answer, feasible: bool) -> tuple[OptimStatus, str]:
     certificate, solved = answer.certificate, answer.solved
     size = max(abs(certificate.value), 0.05 * answer.problem.scale)
     if not feasible:
-        message = f"{solved.message}; the gait misses a limit: see residuals"
-        return OptimStatus.VIOLATED, message
+        return OptimStatus.VIOLATED, f"{solved.message}; the gait misses a limit: see residuals"
     ended = solved.status in (OptimStatus.OPTIMAL, OptimStatus.INACCURATE)
     if certificate.gap <= GAP * size and ended:
         return OptimStatus.OPTIMAL, "proved by the dual"
@@ -253,28 +251,17 @@ def _too_fast(
     problem: GridProblem, longest: float, fastest: Answer
 ) -> tuple[OptimStatus, str, int]:
     """The mean rate is above the fastest one within the other limits."""
-    turn, limits = np.pi * problem.grid.steps, problem.limits
+    turn = np.pi * problem.grid.steps
     asked, most = turn / longest, turn / fastest.certificate.value
-    free: dict[str, dict[str, Any]] = {}
-    if limits.motor:
-        free["the torque limit"] = {"torque": limits.torque * FREE_TORQUE}
-    if limits.mu is not None:
-        free["the friction's limit"] = {"mu": None}
-    if limits.zmp:
-        free["the foot's edges"] = {"zmp": False}
-    rates = {name: _rate(problem.limited(**change)) for name, change in free.items()}
-    held_by = [f"{rate:.6g} rad/s without {name}" for name, rate in rates.items()
-               if rate is not None and rate > most * (1 + 1e-3)]  # fmt: skip
-    together = {name: value for change in free.values() for name, value in change.items()}
-    rate = _rate(problem.limited(**together)) if free else most
-    if rate is not None and rate < asked:
-        held_by = [f"above {rate:.6g} rad/s the foot lifts off whatever the motor and the floor"]
-    words, solves = f" ({', '.join(held_by)})" if held_by else "", 3 + len(free)
     if fastest.certificate.bound <= longest:
         text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
-        return OptimStatus.INACCURATE, text + words, solves
+        return OptimStatus.INACCURATE, text, 2
+    free = _rate(problem.limited(torque=problem.limits.torque * FREE_TORQUE, mu=None, zmp=False))
+    words = ""
+    if free is not None and free < asked:
+        words = f" (above {free:.6g} rad/s the foot lifts off whatever the motor and the floor)"
     text = f"mean_rate = {asked:.6g} rad/s cannot be met: at most {most:.6g} rad/s within the"
-    return OptimStatus.INFEASIBLE, f"{text} limits{words}", solves
+    return OptimStatus.INFEASIBLE, f"{text} limits{words}", 3
 
 
 def _fastest(problem: GridProblem) -> GridProblem:

@@ -199,17 +199,14 @@ class GridProblem:
 
     @property
     def grid(self) -> Grid:
-        """Its nodes."""
         return self.profiles.grid
 
     @cached_property
     def rows(self) -> Rows:
-        """The limits at the nodes, SI."""
         return rows_of(self.profiles.nodes, self.limits)
 
     @cached_property
     def rows_between(self) -> Rows:
-        """The limits at the grid's samples, SI."""
         return rows_of(self.profiles.samples, self.limits)
 
     @cached_property
@@ -229,7 +226,6 @@ class GridProblem:
         return max(w * self.units.of(term) for term, w in self.goal.weights.items())
 
     def structure(self, numbers: Numbers) -> Structure:
-        """Structure of the program with these numbers."""
         return Structure(
             self.grid.steps,
             self.grid.cells,
@@ -242,7 +238,6 @@ class GridProblem:
         )
 
     def solve(self, numbers: Numbers) -> Solved:
-        """Solve the program with these numbers."""
         return program_of(self.structure(numbers)).solve(numbers)
 
     def sample(self, inside: bool) -> Sample:
@@ -303,7 +298,6 @@ class GridProblem:
         return self.gait(a + (wanted - end) / (2 * np.pi * self.grid.steps), first)
 
     def limited(self, **changes: object) -> GridProblem:
-        """The same with some limits changed."""
         return replace(self, limits=replace(self.limits, **changes))
 
     def margins(self, a: Traced, b: Traced, time: Traced, xp: ModuleType = np) -> Traced:
@@ -325,7 +319,6 @@ class GridProblem:
 
     @cached_property
     def _slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-        """Programs of the gradient and of the jacobian."""
         p = self.profiles.nodes
 
         def walk(x: Traced) -> tuple[Traced, Traced, dict[str, Traced]]:

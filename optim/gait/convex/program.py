@@ -117,7 +117,6 @@ class Program:
         self.problem = cp.Problem(cp.Minimize(goal), self._constraints)
 
     def _limited(self) -> list[cp.Constraint]:
-        """The rows, one constraint for each kind."""
         found = []
         for i in range(self.kind.rows):
             taken = cp.multiply(self._A[i], self._a) + cp.multiply(self._B[i], self._b)
@@ -139,7 +138,6 @@ class Program:
         return found
 
     def _goal(self, sums: sp.csr_array) -> cp.Expression:
-        """The objective, with the cones that it takes."""
         terms = self.kind.terms
         parts: list[cp.Expression] = []
         on_a, on_b, rest = self._torque
@@ -180,7 +178,6 @@ class Program:
         return self._r
 
     def solve(self, numbers: Numbers) -> Solved:
-        """Solve with these numbers."""
         with self._lock:
             self._set(numbers)
             ended = solve_quietly(self.problem, bounded=True, **ACCURACY)

@@ -87,7 +87,6 @@ class Worst:
     def bound(
         self, cells: list[StationCells], least: float, enough: float, tick: Callable[[], None]
     ) -> tuple[float, list[StationCells], np.ndarray]:
-        """See Sums.bound."""
         name = self.problem.criterion.name
         costs = [at_least(name, of, self.friction[k]) for k, of in enumerate(cells)]
         legs = [

@@ -56,7 +56,6 @@ class StationCells:
 
     @property
     def size(self) -> int:
-        """Number of cells in `box`."""
         return int(np.prod([of.stop - of.start for of in self.box]))
 
     @property
@@ -89,7 +88,6 @@ class StationCells:
         return np.where(known, total * (1 + 1e-9) + self.radii[name], np.inf)
 
     def at_least(self, name: str, sign: int) -> np.ndarray:
-        """Lower bound of sign * field in each cell."""
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
 
     def grip_at_most(self, wheel: str, sign: int, mu: float) -> np.ndarray:
@@ -98,7 +96,6 @@ class StationCells:
         return corners + self.bulge("F", sign) + mu * self.bulge(wheel, -1)
 
     def range_of(self, name: str) -> Interval:
-        """Range of a field in each cell."""
         return Interval(self.at_least(name, 1), -self.at_least(name, -1))
 
 
@@ -127,7 +124,6 @@ class Surveyor:
             self.least += problem.min_wheel_clearance - 2 * FEASIBLE * self.vehicle.leg_length
 
     def first(self, k: int, rear: Axis, front: Axis) -> StationCells:
-        """The cells of waypoint k before any is halved."""
         bracket = Bracket.behind(
             self.ground, self.vehicle.wheel_radius, float(self.problem.x[k]), self.longest
         )

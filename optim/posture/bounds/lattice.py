@@ -47,15 +47,12 @@ class Axis:
 
     @property
     def widths(self) -> Float[np.ndarray, "n-1"]:
-        """Widths of its cells [rad]."""
         return np.diff(self.nodes)
 
     def part(self, cells: slice) -> Axis:
-        """The corners of a run of cells."""
         return Axis(self.nodes[cells.start : cells.stop + 1])
 
     def halved(self) -> Axis:
-        """Every cell cut in two."""
         middles = self.nodes[:-1] + np.diff(self.nodes) / 2
         both = np.empty(2 * len(self.nodes) - 1)
         both[::2], both[1::2] = self.nodes, middles

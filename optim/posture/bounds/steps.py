@@ -43,7 +43,6 @@ class Term(NamedTuple):
     Y: str | None
 
     def cost(self, p: Array, dx: float) -> Array:
-        """Cost of the term."""
         return self.weight * (np.maximum(p, 0.0) if self.Y is not None else p**2 / dx)
 
     def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:
@@ -100,7 +99,6 @@ class Field(NamedTuple):
     """Greatest error of a corner."""
 
     def of(self, cells: np.ndarray) -> Field:
-        """Field of those cells."""
         parts = (self.over[cells], self.first[:, cells], self.second[:, cells])
         return Field(self.corners[cells], *parts, self.radius)
 
@@ -122,7 +120,6 @@ class Side:
 
     @classmethod
     def of(cls, cells: StationCells, terms: list[Term]) -> Side:
-        """Side of a waypoint's cells; one of them at least is alive."""
         box = cells.box
         rear, front = (
             axis.part(of) for axis, of in zip((cells.rear, cells.front), box, strict=True)

@@ -65,7 +65,6 @@ class Step:
 
     @classmethod
     def of(cls, problem: PostureProblem, terms: list[Term], k: int, a: Side, b: Side) -> Step:
-        """The step from waypoint k."""
         legs = (shapes(problem, k, a.rear, b.rear), shapes(problem, k, a.front, b.front))
         return cls(terms, (a, b), legs, float(problem.x[k + 1] - problem.x[k]))
 
@@ -74,7 +73,6 @@ class Step:
         return _swept(self, after, cap, ahead=False)
 
     def on(self, before: Float[np.ndarray, "n 4"], cap: float) -> Float[np.ndarray, "m 4"]:
-        """Costs of arriving after it, likewise."""
         return _swept(self, before, cap, ahead=True)
 
     def products(self, term: Term, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
@@ -338,7 +336,6 @@ class Sums:
         return lossy(left, paid[-1] - paid)
 
     def _cap(self, steps: list[Step], least: float) -> float:
-        """Cap on costs to go."""
         size = 0.0
         for step in steps:
             for term in step.terms:

@@ -104,7 +104,6 @@ class Ranges:
 
     @classmethod
     def of(cls, rows: list[Interval]) -> Ranges:
-        """Ranges of rows of bins; nothing is known of a bin where a row has no number."""
         lo, hi = (np.stack([getattr(one, end) for one in rows]) for end in ("lo", "hi"))
         lost = np.isnan(lo) | np.isnan(hi)
         tables = [Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi))]
@@ -150,7 +149,6 @@ class Bracket:
 
     @classmethod
     def behind(cls, ground: Ground, radius: float, x_front: float, longest: float) -> Bracket:
-        """Bracket of the waypoint at x_front [m]; longest: the longest wheelbase [m]."""
         at = interval(np.asarray(x_front, float))
         origin = (x_front, ground.profile(at)[0])
         front = wheel_at(ground, radius, at, origin)

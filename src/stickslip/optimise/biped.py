@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from stickslip.commands import NOTHING_FOUND, OK
+import numpy as np
+
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
+from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optim.progress import say_stage
 from stickslip.optimise.flags import GaitOptions
-from stickslip.optimise.gait_report import GAIT_UNITS, gait_content, gait_csv, gait_rows
-from stickslip.optimise.report import table
-from stickslip.optimise.shared import require_folder, write_all
+from stickslip.optimise.shared import finished, require_folder
 from stickslip.parser import options_of
-from stickslip.records.table import Content, json_text
+from stickslip.records.table import Content, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from matplotlib.figure import Figure
 
-NODES, RESULT, PICTURE = "gait.csv", "result.json", "gait.png"
+    from stickslip.optim import Gait
+
+NODES, PICTURE = "gait.csv", "gait.png"
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
 FILES = ("out", "overwrite", "pictures")
@@ -33,6 +34,8 @@ NOT_WALKED = (
     "zmp and reserve keep away from it"
 )
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
+UNLOADED = 1e-3
+"""Share of the weight below which the ground counts as carrying nothing."""
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
@@ -50,31 +53,28 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         require("matplotlib.figure")
     result = solve(problem, progress=True)
     replays = _replays(problem, result, given)
-    print(table(gait_rows(problem, result, replays)), end="")
-    if replays and all(one.status > Status.SLIP_ONSET for one in replays.values()):
-        print(f"warning: {NOT_WALKED}", file=sys.stderr)
+    lost = bool(replays) and all(one.status > Status.SLIP_ONSET for one in replays.values())
     asked = {name: value for name, value in asdict(given).items() if name not in FILES}
     found = gait_content(problem, result, replays, asked)
-    files: dict[str, bytes | str] = {RESULT: json_text(found)}
-    if result.gait is not None:
-        files[NODES] = gait_csv(problem, result)
-        if given.pictures:
-            files[PICTURE] = _picture(problem, result)
-    write_all(out, files, (NODES, RESULT, PICTURE), given.overwrite)
-    written = {"files": [str(out / name) for name in files]}
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
-    status = OK if result.gait is not None else NOTHING_FOUND
-    return Content(facts=found | written, units=units, status=status)
+    tables, picture = {}, None
+    if result.gait is not None:
+        tables[NODES] = gait_csv(result)
+        picture = PICTURE, lambda: _picture(problem, result)
+    lines, said = gait_rows(problem, result, replays), [NOT_WALKED] * lost
+    return finished(out, given, lines, said, found, units, tables, (NODES, PICTURE), picture)
 
 
-def _picture(problem: GaitProblem, result: GaitResult) -> bytes:
-    from stickslip.envs.rendering.sheet import png
+def _picture(problem: GaitProblem, result: GaitResult) -> tuple[Figure, str]:
     from stickslip.optimise.picture import draw_gait
 
-    say_stage("drawing")
-    unit = "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
-    title = f"least {problem.goal.words}: {result.value:.5g}{unit}"
-    return png(draw_gait(problem, result), title)
+    title = f"least {problem.goal.words}: {result.value:.5g}{_unit(problem)}"
+    return draw_gait(problem, result), title
+
+
+def _unit(problem: GaitProblem) -> str:
+    """The value's unit behind a number."""
+    return "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
 
 
 def gait_problem_of(given: GaitOptions) -> GaitProblem:
@@ -87,15 +87,9 @@ def gait_problem_of(given: GaitOptions) -> GaitProblem:
         left = [one * (1 - given.reserve) for one in given.mu]
         mu = left[0] if len(left) == 1 else left
     objective = _objective(given.objective)
-    limits = {
-        "mu": mu,
-        "torque_limit": given.torque_limit,
-        "mean_rate": given.mean_rate,
-        "min_normal": given.min_normal,
-        "zmp": given.zmp,
-        "copper_loss": given.copper_loss,
-        "steps": given.cells,
-    }
+    names = ("torque_limit", "mean_rate", "min_normal", "zmp", "copper_loss")
+    limits: dict[str, Any] = {name: getattr(given, name) for name in names}
+    limits |= {"mu": mu, "steps": given.cells}
     if given.steps is not None:
         start = 0.0 if given.start is None else given.start
         ends = {"start_rate": start, "end_rate": given.end}
@@ -134,3 +128,132 @@ def _replays(problem: GaitProblem, result: GaitResult, given: GaitOptions) -> di
         )
         for name, gain in kinds.items()
     }
+
+
+def gait_rows(
+    problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
+) -> list[tuple[str, str]]:
+    """Rows of the printed report: a name and its value."""
+    unit = _unit(problem)
+    walk = "one periodic step" if problem.is_periodic else f"{problem.steps_taken} steps"
+    found = [
+        ("objective", problem.goal.words),
+        ("walk", f"{walk}, {problem.cells} cells each"),
+        ("status", result.status_in_words),
+        ("message", result.message),
+    ]
+    if result.gait is None:
+        return [*found, ("value", "no gait found"), ("time", f"{result.seconds:.3g} s")]
+    worst = {name: by for name, by in result.residuals.items() if by > 1e-12}
+    violated = ", ".join(f"{name} {by:.2g} {RESIDUAL_UNITS[name]}" for name, by in worst.items())
+    return [
+        *found,
+        ("value", f"{result.value:.8g}{unit}, limits kept at the nodes of this grid"),
+        ("lower bound", f"{_number(result.lower_bound, unit)}, of gaits of this grid"),
+        ("of all gaits", f"{_number(result.every_bound, unit)} or more"),
+        ("between nodes, too", _number(result.held_value, unit)),
+        ("violated", violated or "nothing"),
+        *_of_gait(problem, result.best),
+        *((f"replay, {name}", _replayed(one)) for name, one in replays.items()),
+        ("time", f"{result.seconds:.3g} s, {result.evaluations} programs solved"),
+    ]
+
+
+def presses(gait: Gait) -> np.ndarray:
+    """Mask of nodes where the normal force exceeds a share UNLOADED of the weight: elsewhere a
+    friction use or a zero-moment point is a quotient of nothing."""
+    return gait.normal_force > UNLOADED * gait.nodes.robot.weight
+
+
+def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
+    """The gait's own numbers."""
+    robot, spent = gait.nodes.robot, gait.spent
+    of = "a step" if gait.grid.steps == 1 else f"of all {gait.grid.steps} steps"
+    speed = gait.mean_rate / np.pi * robot.step_length
+    transport = gait.cost_of_transport(problem.copper_loss)
+    return [
+        ("mean crank rate", f"{gait.mean_rate:.6g} rad/s, {speed:.4g} m/s"),
+        ("crank rate", f"{_range(gait.crank_rate)} rad/s"),
+        ("torque", f"{_range(gait.torque)} N m"),
+        ("friction used", f"{gait.friction_use:.5g} of the normal force at most"),
+        ("normal force", f"{_range(gait.normal_force)} N"),
+        ("zero-moment point", f"{_range(gait.zmp[presses(gait)])} m"),
+        ("positive work", f"{spent['work']:.6g} J {of}"),
+        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J {of}"),
+        ("cost of transport", f"{transport:.5g}, copper included"),
+    ]
+
+
+def _range(values: np.ndarray) -> str:
+    return f"{np.min(values):.4g} to {np.max(values):.4g}"
+
+
+def _number(value: float | None, unit: str) -> str:
+    return "none" if value is None or not np.isfinite(value) else f"{value:.8g}{unit}"
+
+
+def _replayed(one: Replay) -> str:
+    floor = "foot held" if one.mu is None else f"mu {one.mu:g}"
+    slid = "no slip" if one.kept else f"slid {one.slid:.2g} m, {one.status.name}"
+    return (
+        f"{floor}: {slid}; {one.mean_rate:.6g} rad/s (promised {one.promised_mean_rate:.6g}), "
+        f"{one.work:.6g} J to exchange {one.steps} (promised {one.promised_work:.6g} in all), "
+        f"friction used {one.friction_use:.4g}"
+    )
+
+
+def gait_csv(result: GaitResult) -> str:
+    """A line a node, numbers in SI units and radians."""
+    gait = result.best
+    columns = {
+        "step": np.repeat(np.arange(gait.grid.steps), gait.grid.cells + 1),
+        "crank angle [rad]": gait.theta,
+        "time [s]": gait.clock,
+        "crank rate [rad/s]": gait.crank_rate,
+        "crank acceleration [rad/s^2]": gait.a,
+        "torque [N m]": gait.torque,
+        "friction force [N]": gait.friction_force,
+        "normal force [N]": gait.normal_force,
+        "zero-moment point [m]": gait.zmp,
+    }
+    return Table.of_columns({name: of.ravel() for name, of in columns.items()}).csv()
+
+
+GAIT_UNITS: dict[str, Any] = {
+    "residuals": RESIDUAL_UNITS,
+    "seconds": "s",
+    "mean_rate": "rad/s",
+    "friction_use": "-",
+    "cost_of_transport": "-",
+    "theta": "rad",
+    "crank_rate": "rad/s",
+    "torque": "N m",
+    "replays": {"slid": "m", "duration": "s", "work": "J"}
+    | dict.fromkeys(("mean_rate", "rate_error", "end_rate"), "rad/s"),
+}
+"""Of the result's numbers in `gait_content`; its value and bounds have a unit beside them."""
+
+
+STATED = ("status", "message", "value", "lower_bound", "every_bound", "held_value")
+STATED += ("feasible", "residuals", "seconds", "evaluations")
+OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque")
+"""Of a result and of its gait, as result.json holds them."""
+
+
+def gait_content(
+    problem: GaitProblem,
+    result: GaitResult,
+    replays: Mapping[str, Replay],
+    asked: Mapping[str, object],
+) -> dict[str, object]:
+    """Everything: what was asked for, the robot's numbers, the result."""
+    found: dict[str, object] = {name: getattr(result, name) for name in STATED}
+    found["unit"] = problem.goal.unit
+    if result.certificate is not None:
+        found["certificate"] = result.certificate
+    if result.gait is not None:
+        gait = result.best
+        found |= {name: getattr(gait, name) for name in OF_GAIT}
+        found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss)
+        found["replays"] = {name: asdict(one) | {"kept": one.kept} for name, one in replays.items()}
+    return {"asked": dict(asked), "robot": problem.params, "result": found}

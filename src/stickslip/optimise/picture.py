@@ -15,7 +15,7 @@ from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel
 from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import station_frames
-from stickslip.optimise.gait_report import presses
+from stickslip.optimise.biped import presses
 
 if TYPE_CHECKING:
     from jaxtyping import Float

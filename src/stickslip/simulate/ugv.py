@@ -14,7 +14,8 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
-from stickslip.optimise.report import (
+from stickslip.optimise.shared import track_of
+from stickslip.optimise.ugv import (
     FRONT_LEG,
     FRONT_WHEEL,
     REAR_LEG,
@@ -22,7 +23,6 @@ from stickslip.optimise.report import (
     UNITS,
     stations_table,
 )
-from stickslip.optimise.shared import track_of
 from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table

@@ -22,7 +22,7 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
         *(
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
-                ("grid", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
+                ("dp", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
                 ("cma", {"population": 10**9}, "population = 1000000000 of 20 numbers"),
             )
         ),

@@ -30,14 +30,12 @@ def test_a_motor_too_weak_to_start_is_named_with_what_it_takes():
     assert solve(transfer(1, torque_limit=0.86, steps=100)).status is OptimStatus.OPTIMAL
 
 
-def test_a_mean_rate_above_the_fastest_is_named_with_what_stands_in_its_way():
+def test_a_mean_rate_above_the_fastest_is_named_with_the_fastest():
     found = solve(periodic("energy", mu=0.06, mean_rate=9.0, steps=60))
     assert found.status is OptimStatus.INFEASIBLE
     fastest = np.pi / solved("time", mu=0.06, steps=60).value
-    said = re.search(r"at most ([0-9.]+) rad/s within the limits \((.+)\)", found.message)
+    said = re.search(r"at most ([0-9.]+) rad/s within the limits", found.message)
     assert float(said[1]) == pytest.approx(fastest, rel=1e-4)
-    assert "without the torque limit" in said[2]
-    assert "without the friction's limit" in said[2]
     lifted = solve(periodic("energy", mu=0.06, mean_rate=90.0, steps=60))
     assert "the foot lifts off whatever the motor and the floor" in lifted.message
 
