@@ -13,8 +13,7 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.optim.gait import METHODS
 from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Limits, friction_along
-from stickslip.optim.gait.gait import GaitResult
-from stickslip.optim.gait.objective import goal_of
+from stickslip.optim.gait.gait import GaitResult, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
 from stickslip.optim.result import Evaluation, OptimStatus, Result
@@ -27,8 +26,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Lists, Number
     from stickslip.dynamics.scene import Scene
-    from stickslip.optim.gait.gait import Gait
-    from stickslip.optim.gait.objective import Goal
+    from stickslip.optim.gait.gait import Gait, Goal
 
 NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""

@@ -21,7 +21,7 @@ from stickslip.dynamics.checks import require_integer, require_kind, require_mem
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
-from stickslip.optim.gait.objective import WORK
+from stickslip.optim.gait.gait import WORK
 from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from stickslip.dynamics.biped.links import (
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.gait.objective import UNITS
+from stickslip.optim.gait.gait import UNITS
 from stickslip.optim.gait.problem import GaitProblem, Interpolated
 from stickslip.optim.instances.instance import Flags, Instance, made
 from stickslip.optim.problem import FEASIBLE

@@ -260,16 +260,14 @@ class Weighted:
     parts: tuple[tuple[Criterion, Numeric], ...]
 
     def __post_init__(self):
+        accepted = "pairs of a single criterion or its name and a weight, one or more"
         try:
             pairs = [(one, weight) for one, weight in self.parts]
         except (TypeError, ValueError) as error:
-            raise ValueError(
-                f"parts = {shown(self.parts)}; accepted: pairs of a criterion or its name and "
-                "a weight"
-            ) from error
+            raise ValueError(f"parts = {shown(self.parts)}; accepted: {accepted}") from error
         parts = tuple((criterion_by_name(one), weight) for one, weight in pairs)
         if not parts or any(isinstance(one, Weighted) for one, _ in parts):
-            raise ValueError(f"parts = {shown(self.parts)}; accepted: one single criterion or more")
+            raise ValueError(f"parts = {shown(self.parts)}; accepted: {accepted}")
         object.__setattr__(self, "parts", parts)
 
     def validate(self) -> Weighted:
@@ -329,22 +327,18 @@ def _demand(a: Station) -> Array:
     return jnp.stack([rear, -rear, front, -front], -1)
 
 
-def _in_words(name: str, kind: str, unit: str, *terms: Any) -> Criterion:
-    """The criterion with the words that are kept beside its name."""
-    return Criterion(name, kind, unit, CRITERIA_IN_WORDS[name], *terms)
-
-
+_FORMS: dict[str, tuple[Any, ...]] = {
+    "wheel_energy": ("sum", "J", _wheel_work, "positive"),
+    "total_energy": ("sum", "J", _total_work, "positive"),
+    "peak_torque": ("max", "N m", _torque),
+    "torque_variation": ("sum", "N^2 m", _torque_slope, "square"),
+    "grip": ("max", "N", _grip_missing),
+    "normal_force": ("max", "N", _load),
+    "friction_demand": ("max", "-", _demand),
+}
 CRITERIA: dict[str, Criterion] = {
-    one.name: one
-    for one in (
-        _in_words("wheel_energy", "sum", "J", _wheel_work, "positive"),
-        _in_words("total_energy", "sum", "J", _total_work, "positive"),
-        _in_words("peak_torque", "max", "N m", _torque),
-        _in_words("torque_variation", "sum", "N^2 m", _torque_slope, "square"),
-        _in_words("grip", "max", "N", _grip_missing),
-        _in_words("normal_force", "max", "N", _load),
-        _in_words("friction_demand", "max", "-", _demand),
-    )
+    name: Criterion(name, kind, unit, CRITERIA_IN_WORDS[name], *terms)
+    for name, (kind, unit, *terms) in _FORMS.items()
 }
 """All criteria by name."""
 
@@ -386,9 +380,8 @@ def drive_cost(
     count: how many of them make up the drive, the others being the last one repeated.
     """
     if isinstance(criterion, Weighted):
-        return _weighted(
-            criterion, [drive_cost(one, stations, count) for one, _ in criterion.parts]
-        )
+        each = [drive_cost(one, stations, count) for one, _ in criterion.parts]
+        return _weighted(criterion, each)
     if criterion.kind == "max":
         return largest(station_cost(criterion, stations), 0)
     cost = step_cost(criterion, *steps(stations))

@@ -19,7 +19,6 @@ from stickslip.optim import (
     solve,
 )
 from stickslip.optim.problem import GENERAL
-from tests.optim.posture.helpers import tiny
 
 TARGET = np.array([3.0, 4.0])
 
@@ -170,15 +169,6 @@ def test_bad_options_are_refused_by_name(options, said):
         solve(Nearest(TARGET, 1), "gradient", **options)
 
 
-@pytest.mark.parametrize("method", ["grid", "dp", "lp"])
-def test_a_bound_over_a_grid_is_none_of_the_problem(method):
-    """Their drives are off the grid, some below the least of all paths over it; of the methods
-    that prove a bound of the problem, `branch` and `conic`, their own tests ask that it is one."""
-    found = solve(tiny("torque_variation"), method, angles=3)
-    assert found.feasible
-    assert (found.lower_bound, found.gap) == (None, np.inf)
-
-
 def test_a_posture_problem_is_one_of_them():
     problem = PostureProblem.along(Track.bump(), spacing=1.0)
     assert isinstance(problem, Problem)
@@ -187,7 +177,7 @@ def test_a_posture_problem_is_one_of_them():
     assert Structure.SMOOTH in problem.structure
     found = solve(problem, angles=5, polish=False)
     assert isinstance(found, PostureResult)
-    assert found.method == "dp"
+    assert (found.method, found.lower_bound, found.gap) == ("dp", None, np.inf)
     assert found.leg_angles is not None
     evaluation = problem.evaluate(found.x)
     assert evaluation.value == found.value == problem.objective(found.x)

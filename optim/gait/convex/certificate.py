@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.gait.objective import STRAIN, TIME, TORQUE, WORK
+from stickslip.optim.gait.gait import STRAIN, TIME, TORQUE, WORK
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -13,8 +13,16 @@ import numpy as np
 from stickslip.dynamics.numeric import read_only
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.optim.gait.convex.program import Numbers, Structure, program_of
-from stickslip.optim.gait.gait import Gait, friction_uses, terms_on_grid
-from stickslip.optim.gait.objective import FRICTION, STRAIN, TIME, TORQUE, WORK
+from stickslip.optim.gait.gait import (
+    FRICTION,
+    STRAIN,
+    TIME,
+    TORQUE,
+    WORK,
+    Gait,
+    friction_uses,
+    terms_on_grid,
+)
 from stickslip.optim.problem import as_floats, float64_program
 
 if TYPE_CHECKING:
@@ -25,7 +33,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.numeric import Lists, Number
     from stickslip.optim.gait.convex.program import Solved
-    from stickslip.optim.gait.objective import Goal
+    from stickslip.optim.gait.gait import Goal
     from stickslip.optim.gait.profile import Grid, Profile, Profiles
 
     Traced = Any  # an array of NumPy, or one of JAX that is traced

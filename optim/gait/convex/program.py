@@ -20,7 +20,7 @@ import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.optim.gait.objective import STRAIN, TIME, TORQUE, WORK
+from stickslip.optim.gait.gait import STRAIN, TIME, TORQUE, WORK
 from stickslip.optim.result import OptimStatus, solve_quietly
 
 if TYPE_CHECKING:

@@ -11,9 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
-from stickslip.optim.posture.bounds.cells import StationCells, Surveyor, most_friction
+from stickslip.optim.posture.bounds.cells import (
+    NONE,
+    StationCells,
+    Surveyor,
+    first_axis,
+    given_axis,
+    most_friction,
+    shapes,
+)
 from stickslip.optim.posture.bounds.ground import ground_of
-from stickslip.optim.posture.bounds.lattice import NONE, first_axis, given_axis, shapes
 from stickslip.optim.posture.bounds.sweep import Sums, bottleneck, place
 from stickslip.optim.posture.criteria import LEAST_NORMAL
 from stickslip.optim.posture.evaluate import PostureResult, below

@@ -6,7 +6,7 @@ wheels, or of a leg; or p^2 / dx, p = X_b - X_a, where Y is None. Both lie above
     s p, s from 0 to 1,    or    (2 s p - s^2) / dx, any s,
 
 and the best s, the slope, gives them. The moves from a point of one cell to one of another are, for
-each leg, a square of the two or a triangle of it (lattice.py). There p lies above its interpolant
+each leg, a square of the two or a triangle of it (cells.py). There p lies above its interpolant
 of the corners less
 
     kappa = sum over both legs of h^2 / 8 (max(p_aa, 0) + max(p_bb, p_aa + 2 p_ab + p_bb, 0)),
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
     from stickslip.optim.intervals import Interval
-    from stickslip.optim.posture.bounds.cells import StationCells
-    from stickslip.optim.posture.bounds.lattice import Axis
+    from stickslip.optim.posture.bounds.cells import Axis, StationCells
 
     Array = Float[np.ndarray, "..."]
 

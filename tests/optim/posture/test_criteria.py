@@ -120,13 +120,13 @@ def test_stations_follow_the_dtype_of_what_they_are_given(dtype):
 @pytest.mark.parametrize(
     ("parts", "message"),
     [
-        ((), "one single criterion or more"),
+        ((), "a single criterion or its name and a weight, one or more"),
         ((("wheel_energy", -1.0),), "weight of wheel_energy = -1.0"),
         ((("wheel_energy", float("nan")),), "weight of wheel_energy = nan"),
         ((("wheel_energy", 0.0), ("grip", 0)), "one of them > 0"),
         ((("speed", 1.0),), "'speed' is unknown; accepted: 'wheel_energy'"),
         (3, "accepted: pairs"),
-        (((MIXED, 1.0),), "one single criterion"),
+        (((MIXED, 1.0),), "a single criterion"),
     ],
 )
 def test_bad_weighted_sums_are_refused(parts, message: str):

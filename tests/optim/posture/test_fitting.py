@@ -60,20 +60,6 @@ def test_no_rate_no_choice_and_a_rate_too_low_for_any_fitting_grid():
     assert fitting_grid(replace(over_bump(), params=fixed))[0].tolist() == [1.5]
 
 
-@pytest.mark.parametrize(
-    ("angles", "said"),
-    [
-        ((5, 5, 5), "an integer >= 2, or one for each leg"),
-        ((5, np.array([0.6, 1.0])), "accepted: None, or an integer >= 2"),
-        (1, "angles = 1"),
-        ("31", "an integer >= 2"),
-    ],
-)
-def test_angles_that_make_no_grid_are_refused(angles, said: str):
-    with pytest.raises(ValueError, match=said):
-        solve(tiny(), "dp", angles=angles)
-
-
 def test_a_drive_off_the_grid_may_be_below_the_grids_bound_but_never_below_its_own():
     problem = tiny("torque_variation")
     grid = solve(problem, "dp", polish=False, angles=3)

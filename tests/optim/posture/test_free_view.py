@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import Bounds, minimize
 
 from stickslip.optim import OptimStatus, solve
 from tests.optim.posture.helpers import over_bump, random_x
@@ -47,22 +46,6 @@ def test_a_point_of_another_length_is_refused(problem):
             problem.free.expand(bad)
     with pytest.raises(ValueError, match=r"x has shape .*accepted: \(..., 20\)"):
         problem.free.reduce(np.zeros(16))
-
-
-def test_scipy_takes_it_as_it_is(problem):
-    free = problem.free
-    start = np.mean(free.bounds, axis=0) + 0.05 * np.sin(np.arange(free.n))
-    found = minimize(
-        free.objective,
-        start,
-        jac=free.gradient,
-        bounds=Bounds(*free.bounds),
-        constraints={"type": "ineq", "fun": free.constraints, "jac": free.jacobian},
-        method="SLSQP",
-        options={"maxiter": 200, "ftol": 1e-10},
-    )
-    assert found.fun < free.objective(start)
-    assert free.is_feasible(found.x, 1e-4)
 
 
 @pytest.mark.long

@@ -6,11 +6,12 @@ import pytest
 
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.bounds.branch import NAMES, at_least
-from stickslip.optim.posture.bounds.cells import FIELDS, Surveyor
-from stickslip.optim.posture.bounds.lattice import (
+from stickslip.optim.posture.bounds.cells import (
     AHEAD,
     BACK,
+    FIELDS,
     NONE,
+    Surveyor,
     first_axis,
     shapes,
 )
