@@ -60,8 +60,7 @@ class FunctionProblem(Problem[Result]):
         for name in ("low", "high"):
             array = as_floats(name, getattr(self, name), "finite numbers")
             object.__setattr__(self, name, read_only(array))
-        data = jax.tree.map(_kept, self.data)
-        object.__setattr__(self, "data", data)
+        object.__setattr__(self, "data", jax.tree.map(_kept, self.data))
         if self.low.ndim != 1 or self.low.shape != self.high.shape or np.any(self.low > self.high):
             raise ValueError(
                 f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
@@ -130,11 +129,9 @@ class FunctionProblem(Problem[Result]):
 
     def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
         values, margins = self.at(x)
-        x = np.asarray(x, float)
+        feasible = self.meets(np.asarray(x, float), margins)
         missed = float(max(0.0, -np.min(margins, initial=0.0)))
-        return Evaluation(
-            float(values[self.goal]), margins, self.meets(x, margins), {"margins": missed}
-        )
+        return Evaluation(float(values[self.goal]), margins, feasible, {"margins": missed})
 
     def evaluate_all(
         self, X: Float[np.ndarray, "B n"], draws: np.ndarray | None = None
@@ -201,9 +198,7 @@ def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[
     return values, margins
 
 
-@partial(jax.jit, static_argnums=0)
-def _at(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
-    return _computed(function, data, x, draw)
+_at = jax.jit(_computed, static_argnums=0)
 
 
 @partial(jax.jit, static_argnums=0)

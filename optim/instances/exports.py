@@ -60,7 +60,7 @@ def as_scipy_global(objective: Objective) -> dict[str, External]:
     one batch; or workers: the map of a pool whose processes are spawned."""
     _require_one_goal(objective)
     bounds = list(zip(*objective.bounds, strict=True))
-    return {"func": partial(_of_columns, objective), "bounds": bounds}
+    return {"func": partial(_penalised, objective, np.transpose), "bounds": bounds}
 
 
 def as_pymoo(objective: Objective) -> External:
@@ -142,25 +142,15 @@ def as_cvxpy(instance: Instance) -> tuple[External, Callable[[], Float[np.ndarra
 def _in_unit_box(objective: Objective) -> Callable[[External], External]:
     """The penalised value of a point, or values of rows, in a box of sides 1."""
     _require_one_goal(objective)
-    return partial(_of_unit_box, objective)
+    return partial(_penalised, objective, objective.from_unit)
 
 
 def _penalised(
-    objective: Objective, x: Float[np.ndarray, "n"] | Float[np.ndarray, "B n"]
+    objective: Objective, moved: Callable[[External], np.ndarray], x: Float[np.ndarray, "..."]
 ) -> External:
+    """The penalised value of a point, or of each row, that `moved` makes the objective's."""
+    x = moved(x)
     return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x)
-
-
-def _of_unit_box(
-    objective: Objective, u: Float[np.ndarray, "n"] | Float[np.ndarray, "B n"]
-) -> External:
-    return _penalised(objective, objective.from_unit(u))
-
-
-def _of_columns(
-    objective: Objective, x: Float[np.ndarray, "n"] | Float[np.ndarray, "n B"]
-) -> External:
-    return _penalised(objective, np.transpose(x))
 
 
 def _of_trial(objective: Objective, trial: External) -> External:
