@@ -16,7 +16,7 @@ from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Limits,
 from stickslip.optim.gait.gait import GaitResult, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
-from stickslip.optim.result import Evaluation, OptimStatus, Result
+from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -190,14 +190,14 @@ class GaitProblem(Problem[GaitResult]):
         """See Problem. ValueError for the objective "friction", which is no convex program."""
         if self.goal.is_friction:
             raise ValueError('objective = "friction" is no convex program; accepted: another')
-        from stickslip.optim.gait.convex.program import Program, Solved
+        from stickslip.optim.gait.convex.program import Program
 
         at, numbers = self.on_grid, self.on_grid.numbers()
         program = Program(at.structure(numbers))
         problem = program.filled(numbers)
 
         def found() -> Float[np.ndarray, "n"]:
-            gait = at.gait_of(Solved(OptimStatus.FEASIBLE, "", *program.read()))
+            gait = at.gait_of(*program.read())
             return np.concatenate([[gait.b[0, 0]], np.ravel(gait.a)])
 
         return problem, found

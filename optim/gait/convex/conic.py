@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_
 from stickslip.optim.gait.convex.grid_problem import NORMAL, STANDING, ZMP
 from stickslip.optim.gait.convex.program import Solved
 from stickslip.optim.gait.gait import FRICTION, TIME, TORQUE, Certificate, GaitResult, goal_of
-from stickslip.optim.result import OptimStatus
+from stickslip.optim.result import Ended, OptimStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -48,35 +48,35 @@ HALVINGS = 4
 
 @dataclass(frozen=True)
 class Answer:
-    """The gait on the grid, its certificate, a bound on every gait (None: none proved), how the
-    solver ended and how often it ran. problem: what was solved. relaxed: the limit that the
-    program minimised the excess of, if it did."""
+    """The gait on the grid, its certificate, a bound on every gait (None: none proved), and how the
+    solver ended. problem: what was solved. relaxed: the limit that the program minimised the excess
+    of, if it did."""
 
     gait: Gait
     certificate: Certificate
     every: float | None
     solved: Solved
     problem: GridProblem
-    solves: int = 1
     relaxed: str = ""
 
 
-def answered(problem: GridProblem, solves: int = 1, *, every: bool = True) -> Answer | Solved:
-    """Solve and certify; the bare outcome without a point. every: bound every gait, too."""
+def answered(problem: GridProblem, again: int = 2, *, every: bool = True) -> Answer | Ended:
+    """Solve and certify; the bare outcome without a point. every: bound every gait, too. again: so
+    often at most in other units."""
     numbers = problem.numbers()
     solved = problem.solve(numbers)
-    if solved.a is None or solved.b is None or solved.duals is None:
+    if isinstance(solved, Ended):
         return solved
     units, scale = problem.units, problem.scale
-    if solves < 3 and np.max(solved.b) < SLOW:
+    if again and np.max(solved.b) < SLOW:
         rate = units.rate * float(np.sqrt(max(np.max(solved.b), 1e-6)))
-        return answered(replace(problem, rate_unit=rate), solves + 1, every=every)
-    gait = problem.gait_of(solved)
+        return answered(replace(problem, rate_unit=rate), again - 1, every=every)
+    gait = problem.gait_of(solved.a, solved.b)
     value = problem.goal.of(gait.spent_on_grid)
     bound = grid_bound(problem, numbers, solved.duals, (solved.a, gait.b / units.b)) * scale
     proved = max(every_bound(problem, numbers, solved.duals) * scale, 0.0) if every else None
     certificate = certificate_of(problem, gait, solved, value, max(bound, 0.0))
-    return Answer(gait, certificate, proved, solved, problem, solves)
+    return Answer(gait, certificate, proved, solved, problem)
 
 
 def certificate_of(
@@ -85,8 +85,6 @@ def certificate_of(
     """The certificate of a value and a bound: with violation, sign and complementarity."""
     excess = problem.rows.scaled_excess(gait.a, gait.b)
     violation = max(float(np.max(excess)), 0.0)
-    if solved.duals is None:
-        return Certificate(value, bound, violation, -np.inf, np.inf)
     multipliers = solved.duals.rows
     total = max(1.0, float(np.sum(np.abs(multipliers))))
     products = float(np.max(np.abs(multipliers * -excess.reshape(multipliers.shape)))) / total
@@ -94,7 +92,7 @@ def certificate_of(
     return Certificate(value, bound, violation, sign, products)
 
 
-def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Solved:
+def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Ended:
     """The least |friction| / normal force, by Dinkelbach's method: at the demand t reached so far
     the gait with the least excess of |friction| over t N has a lower one, and these fall faster
     than geometrically to the least.
@@ -102,36 +100,31 @@ def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Solved
     The bound is the greatest t' tried for which the last multipliers prove that no gait gets by
     with t'. every: look for one on every gait, too.
     """
-    demand, best, solves = 1.0, None, 0
-    solved = Solved(OptimStatus.FAILED, "nothing was solved")
+    demand, best = 1.0, None
     for _ in range(ROUNDS):
         at = _with_friction(problem, demand)
         solved = relaxed(at, FRICTION)
-        solves += 1
-        if solved.a is None or solved.b is None:
+        if isinstance(solved, Ended):
+            if best is None:
+                return solved
             break
-        gait = at.gait_of(solved)
+        gait = at.gait_of(solved.a, solved.b)
         lower = gait.friction_at_nodes
         if best is not None and lower >= demand * (1 - 1e-9):
             break
         best, demand = (gait, solved, at), lower
         if demand < NO_DEMAND:
             break
-    if best is None:
-        return solved
-    gait, solved, at = best
+    gait, last, at = best  # ROUNDS > 0
 
     def proved(whole: bool) -> float:
-        return _greatest_proved(
-            demand, lambda t: excluded(_with_friction(problem, t), solved, whole)
-        )
+        return _greatest_proved(demand, lambda t: excluded(_with_friction(problem, t), last, whole))
 
-    certificate = certificate_of(at, gait, solved, demand, proved(False))
-    bound = proved(True) if every else None
-    return Answer(gait, certificate, bound, solved, at, solves, FRICTION)
+    certificate = certificate_of(at, gait, last, demand, proved(False))
+    return Answer(gait, certificate, proved(True) if every else None, last, at, FRICTION)
 
 
-def relaxed(problem: GridProblem, limit: str) -> Solved:
+def relaxed(problem: GridProblem, limit: str) -> Solved | Ended:
     """Least necessary violation r of a limit, in its unit of size, and the solution."""
     return problem.solve(problem.numbers(relaxed=limit))
 
@@ -139,16 +132,8 @@ def relaxed(problem: GridProblem, limit: str) -> Solved:
 def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
     """True if multipliers prove that no gait keeps to the problem's limits: no gait of the grid,
     or no gait whatever. solved: of `relaxed`, of this problem or one that differs in its rows."""
-    if solved.duals is None or solved.a is None or solved.b is None:
-        return False
     given = problem, replace(problem.numbers(), weights={}), solved.duals
     return (every_bound(*given) if every else grid_bound(*given, (solved.a, solved.b))) > 0
-
-
-def nothing_left(problem: GridProblem) -> bool:
-    """True if the limits leave no acceleration and no rate at all at some node."""
-    polygons = Polygons.of(problem.sample(inside=False))
-    return bool(np.any(polygons.low > polygons.high))
 
 
 def _with_friction(problem: GridProblem, demand: float) -> GridProblem:
@@ -186,29 +171,28 @@ def solve_conic(
     began = time.perf_counter()
     require_choice("certify", certify, CERTIFY)
     every = certify == "every"
-    solver = least_demand if problem.goal.is_friction else answered
-    answer = solver(problem.on_grid, every=every)
-    if isinstance(answer, Solved):
-        status, message, solves = _diagnosed(problem.on_grid, answer)
+    at = replace(problem.on_grid, programs=[0])
+    answer = (least_demand if problem.goal.is_friction else answered)(at, every=every)
+    common: dict[str, Any] = {"method": "conic", "began": began}
+    if isinstance(answer, Ended):
+        status, message = _diagnosed(at, answer)
         return GaitResult.without_point(
-            method="conic", status=status, began=began, message=message, evaluations=solves
+            status=status, message=message, evaluations=at.programs[0], **common
         )
     evaluation = problem.evaluate_gait(answer.gait)
     status, message = _judged(answer, evaluation.feasible)
-    held, held_value, more = None, np.inf, 0
+    held, held_value = None, np.inf
     if every:
-        held, held_value, more = held_between(answer.problem, answer.gait, answer.relaxed)
+        held, held_value = held_between(answer.problem, answer.gait, answer.relaxed)
         if held is None:
             message += "; no gait was found that keeps its limits between the nodes, too"
     bound = answer.certificate.bound
     return GaitResult.of(
         np.concatenate([[answer.gait.b[0, 0]], answer.gait.a.ravel()]),
         evaluation,
-        method="conic",
         status=status,
-        began=began,
         lower_bound=min(bound, evaluation.value) if np.isfinite(bound) else None,
-        evaluations=answer.solves + more,
+        evaluations=at.programs[0],
         message=message,
         gait=answer.gait,
         held=held,
@@ -216,6 +200,7 @@ def solve_conic(
         every_bound=answer.every,
         certificate=answer.certificate,
         details={"cells": problem.cells},
+        **common,
     )
 
 
@@ -233,37 +218,43 @@ def _judged(answer: Answer, feasible: bool) -> tuple[OptimStatus, str]:
     return status, f"{solved.message}; {values}"
 
 
-def _diagnosed(problem: GridProblem, ended: Solved) -> tuple[OptimStatus, str, int]:
-    """Status, message and how many programs were solved: the limit that fails, and the value that
-    it would need. INFEASIBLE only where it is proved."""
+def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
+    """Status and message: the limit that fails, and the value that it would need. INFEASIBLE only
+    where it is proved."""
     if ended.status is OptimStatus.LIMIT:
-        return ended.status, ended.message, 1
+        return ended
     if problem.longest is not None:
         fastest = answered(_fastest(problem), every=False)
         if isinstance(fastest, Answer):
             return _too_fast(problem, problem.longest, fastest)
-    needed, proved, solves = _needed_values(replace(problem, longest=None))
+    free = replace(problem, longest=None)
+    polygons = Polygons.of(free.sample(inside=False))
+    proved, needed = bool(np.any(polygons.low > polygons.high)), []
+    for limit in filter(free.limits.asks, (TORQUE, FRICTION, NORMAL, ZMP)):
+        solved = relaxed(free, limit)
+        if isinstance(solved, Solved):
+            proved |= excluded(free, solved, every=False)
+            needed.append(_needed(free, limit, solved))
+    needed = [text for text in (*needed, *_needed_rates(free)) if text]
     if not needed:
-        return OptimStatus.FAILED, f"{ended.message}; no limit alone is to blame", solves
+        return OptimStatus.FAILED, f"{ended.message}; no limit alone is to blame"
     status = OptimStatus.INFEASIBLE if proved else OptimStatus.FAILED
-    return status, f"no gait keeps within the limits: {'; or '.join(needed)}", solves
+    return status, f"no gait keeps within the limits: {'; or '.join(needed)}"
 
 
-def _too_fast(
-    problem: GridProblem, longest: float, fastest: Answer
-) -> tuple[OptimStatus, str, int]:
+def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[OptimStatus, str]:
     """The mean rate is above the fastest one within the other limits."""
     turn = np.pi * problem.grid.steps
     asked, most = turn / longest, turn / fastest.certificate.value
     if fastest.certificate.bound <= longest:
         text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
-        return OptimStatus.INACCURATE, text, 2
+        return OptimStatus.INACCURATE, text
     free = _rate(problem.limited(torque=problem.limits.torque * FREE_TORQUE, mu=None, zmp=False))
     words = ""
     if free is not None and free < asked:
         words = f" (above {free:.6g} rad/s the foot lifts off whatever the motor and the floor)"
     text = f"mean_rate = {asked:.6g} rad/s cannot be met: at most {most:.6g} rad/s within the"
-    return OptimStatus.INFEASIBLE, f"{text} limits{words}", 3
+    return OptimStatus.INFEASIBLE, f"{text} limits{words}"
 
 
 def _fastest(problem: GridProblem) -> GridProblem:
@@ -273,53 +264,40 @@ def _fastest(problem: GridProblem) -> GridProblem:
 def _rate(problem: GridProblem) -> float | None:
     """Greatest mean rate within the limits [rad/s]."""
     found = answered(_fastest(problem), every=False)
-    if isinstance(found, Solved):
-        return None
-    return np.pi * problem.grid.steps / found.certificate.value
+    return (
+        np.pi * problem.grid.steps / found.certificate.value if isinstance(found, Answer) else None
+    )
 
 
-def _needed_values(problem: GridProblem) -> tuple[list[str], bool, int]:
-    """Needed value of each limit alone, whether infeasibility is proved, and how many programs that
-    took."""
-    found, proved, solves = [], nothing_left(problem), 0
-    for limit in (TORQUE, FRICTION, NORMAL, ZMP):
-        if limit not in problem.limits.names or (limit == TORQUE and not problem.limits.motor):
-            continue
-        text, also, more = _needed(problem, limit)
-        proved, solves = proved or also, solves + more
-        found += [text] if text else []
+def _needed_rates(problem: GridProblem) -> list[str]:
+    """Texts of the walk's given ends without which there is a gait."""
+    found = []
     for name, which in (("first", "start_rate"), ("last", "end_rate")):
         low, high = getattr(problem, name)
         if low == high and low > 0 and not problem.periodic:
             free = replace(problem, **{name: (0.0, problem.limits.cap**2)})
-            solves += 1
             if _rate(free) is not None:
                 found.append(f"{which} = {np.sqrt(low):.6g} rad/s: none such within the limits")
-    return found, proved, solves
+    return found
 
 
-def _needed(problem: GridProblem, limit: str) -> tuple[str, bool, int]:
-    """Needed value of a limit at the nodes, empty where it alone changes nothing; see
-    `_needed_values`."""
+def _needed(problem: GridProblem, limit: str, solved: Solved) -> str:
+    """Text of the needed value of a limit at the nodes, empty where it alone changes nothing.
+    solved: of `relaxed`."""
     limits = problem.limits
-    solved = relaxed(problem, limit)
-    if solved.a is None or solved.b is None:
-        return "", False, 1
-    proved = excluded(problem, solved, every=False)
     if limit == ZMP:
-        return "zmp: the foot's edges cannot hold the robot", proved, 1
+        return "zmp: the foot's edges cannot hold the robot"
     if limit == FRICTION and limits.mu is not None:
         least = least_demand(problem.limited(mu=None), every=False)
-        if isinstance(least, Solved):
-            return "", proved, 2
-        text = f"mu = {np.min(limits.mu):.6g}: {least.certificate.value:.6g} is needed"
-        return text, proved, 1 + least.solves
-    excess = solved.relaxation * problem.rows.size[problem.limits.names.index(limit)]
+        if isinstance(least, Ended):
+            return ""
+        return f"mu = {np.min(limits.mu):.6g}: {least.certificate.value:.6g} is needed"
+    excess = solved.relaxation * problem.rows.size[limits.names.index(limit)]
     if limit == NORMAL:
         least = limits.min_normal - excess
-        return f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had", proved, 1
+        return f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had"
     most = limits.torque + excess
-    return f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed", proved, 1
+    return f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed"
 
 
 TIGHTENINGS = 9
@@ -337,23 +315,20 @@ MORE = 1.1
 """Factor between tightening and violation: the gait found next bulges elsewhere."""
 
 
-def held_between(
-    problem: GridProblem, gait: Gait, free: str = ""
-) -> tuple[Gait | None, float, int]:
-    """The gait, its value between the nodes, and how often the program was solved. free: a limit
-    whose excess is minimised.
+def held_between(problem: GridProblem, gait: Gait, free: str = "") -> tuple[Gait | None, float]:
+    """The gait, and its value between the nodes. free: a limit whose excess is minimised.
 
     The walk's time between the nodes is kept to the longest one, too, by asking for less. It is
     known once the crank stands still nowhere.
     """
     numbers = problem.numbers(relaxed=free)
-    solves, before = 0, np.full_like(numbers.C, np.inf)
+    before = np.full_like(numbers.C, np.inf)
     for tolerance in (*[HELD] * TIGHTENINGS, LAST):
         violation, slow = overshoot(problem, gait, free), too_slow(problem, gait)
         late = 0.0 if problem.longest is None else gait.duration / problem.longest - 1
         if max(np.max(violation), np.max(slow), late) <= tolerance:
             goal = problem.goal
-            return gait, gait.friction_use if goal.is_friction else goal.of(gait.spent), solves
+            return gait, gait.friction_use if goal.is_friction else goal.of(gait.spent)
         if tolerance == LAST:
             break
         taken = MORE * np.where(violation > HELD, violation, 0.0)
@@ -365,11 +340,10 @@ def held_between(
             took = min(gait.spent_on_grid[TIME] * problem.units.rate, numbers.longest)
             numbers = replace(numbers, longest=took / (1 + late))
         solved = problem.solve(numbers)
-        solves += 1
-        if solved.a is None or solved.b is None:
+        if isinstance(solved, Ended):
             break
-        gait = problem.gait_of(solved)
-    return None, np.inf, solves
+        gait = problem.gait_of(solved.a, solved.b)
+    return None, np.inf
 
 
 def _slack(problem: GridProblem, gait: Gait, numbers: Numbers) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.convex.program import Solved
     from stickslip.optim.gait.gait import Goal
     from stickslip.optim.gait.profile import Grid, Profile, Profiles
+    from stickslip.optim.result import Ended
 
     Traced = Any  # an array of NumPy, or one of JAX that is traced
 
@@ -64,6 +65,10 @@ class Limits:
         """Name of each row, in order."""
         found = [FRICTION] * 2 if self.mu is not None else []
         return (*[TORQUE] * 2, *found, NORMAL, *([ZMP] * 2 if self.zmp else []), RATE, STANDING)
+
+    def asks(self, name: str) -> bool:
+        """True if it is a limit that was asked for."""
+        return name in self.names and (name != TORQUE or self.motor)
 
 
 class Rows(NamedTuple):
@@ -194,7 +199,8 @@ class Sample(NamedTuple):
 @dataclass(frozen=True)
 class GridProblem:
     """longest: time of the whole walk [s], None: any. first, last: least and greatest b there
-    [rad^2/s^2]. rate_unit [rad/s], None: chosen from the robot and the mean rate."""
+    [rad^2/s^2]. rate_unit [rad/s], None: chosen from the robot and the mean rate. programs: how
+    many were solved, of this one and of those made from it."""
 
     profiles: Profiles
     goal: Goal
@@ -204,6 +210,7 @@ class GridProblem:
     first: tuple[float, float]
     last: tuple[float, float]
     rate_unit: float | None = None
+    programs: list[int] = field(default_factory=lambda: [0])
 
     @property
     def grid(self) -> Grid:
@@ -245,7 +252,8 @@ class GridProblem:
             _end(self.last),
         )
 
-    def solve(self, numbers: Numbers) -> Solved:
+    def solve(self, numbers: Numbers) -> Solved | Ended:
+        self.programs[0] += 1
         return program_of(self.structure(numbers)).solve(numbers)
 
     def sample(self, inside: bool) -> Sample:
@@ -294,13 +302,11 @@ class GridProblem:
         """The gait with these accelerations that begins with b = first, SI."""
         return Gait(self.profiles, a, squares_of(self.grid, a, first))
 
-    def gait_of(self, solved: Solved) -> Gait:
-        """The gait that a program found. What rounding leaves at an end that is given is taken off
-        all accelerations alike. ValueError without a point."""
-        if solved.a is None or solved.b is None:
-            raise ValueError(f"{solved.message}; accepted: an outcome with a point")
-        b = self.units.b
-        a, first = solved.a * b, float(np.clip(solved.b[0, 0] * b, *self.first))
+    def gait_of(self, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1"]) -> Gait:
+        """The gait of a program's a and b. What rounding leaves at an end that is given is taken
+        off all accelerations alike."""
+        unit = self.units.b
+        a, first = a * unit, float(np.clip(b[0, 0] * unit, *self.first))
         end = float(squares_of(self.grid, a, first)[-1, -1])
         wanted = first if self.periodic else float(np.clip(end, *self.last))
         return self.gait(a + (wanted - end) / (2 * np.pi * self.grid.steps), first)

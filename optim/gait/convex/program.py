@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from stickslip.optim.gait.gait import STRAIN, TIME, TORQUE, WORK
-from stickslip.optim.result import OptimStatus, solve_quietly
+from stickslip.optim.result import Ended, OptimStatus, solve_quietly
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -77,14 +77,14 @@ class Duals(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """a and b at the nodes [n, K+1], the relaxation, multipliers, and how the solver ended."""
+    """How the solver ended, a and b at the nodes [n, K+1], multipliers, and the relaxation."""
 
     status: OptimStatus
     message: str
-    a: Float[np.ndarray, "n K+1"] | None = None
-    b: Float[np.ndarray, "n K+1"] | None = None
-    relaxation: float = 0.0
-    duals: Duals | None = None
+    a: Float[np.ndarray, "n K+1"]
+    b: Float[np.ndarray, "n K+1"]
+    duals: Duals
+    relaxation: float
 
 
 class Program:
@@ -177,13 +177,14 @@ class Program:
         self._constraints.append(self._r >= -1)
         return self._r
 
-    def solve(self, numbers: Numbers) -> Solved:
+    def solve(self, numbers: Numbers) -> Solved | Ended:
+        """The solution with these numbers, or how the solver ended without a point."""
         with self._lock:
             self._set(numbers)
             ended = solve_quietly(self.problem, bounded=True, **ACCURACY)
             if not ended.answered or self._b.value is None:
-                return Solved(ended.status, ended.message)
-            return self._solved(ended.status, ended.message)
+                return ended
+            return self._solved(*ended)
 
     def filled(self, numbers: Numbers) -> cp.Problem:
         """The problem with these numbers, for any solver; `read` gives the solution."""
@@ -224,7 +225,7 @@ class Program:
             rows=np.stack([dual(row) for row in self._rows]),
         )
         relaxation = 0.0 if self.kind.terms else float(np.asarray(self._r.value))
-        return Solved(status, message, a, b, relaxation, duals)
+        return Solved(status, message, a, b, duals, relaxation)
 
 
 @lru_cache(maxsize=24)
