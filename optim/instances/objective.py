@@ -252,8 +252,7 @@ class Objective:
     @reported
     def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
         """The value, or values [k]; infinite where there is none, never NaN."""
-        seen = self._value_at(x)
-        values = np.full(self.k, np.inf) if seen is None else seen.values
+        values = self._look(x, again=self.noisy).values
         return float(values[0]) if self.k == 1 else values.copy()
 
     def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
@@ -298,8 +297,7 @@ class Objective:
     @reported
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """Constraint margins, satisfied where >= 0, scaled to about 1."""
-        x, sound = self._inside(x)
-        return self._look(x).margins.copy() if sound else np.full(self.m, -1.0)
+        return self._look(x).margins.copy()
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; not counted."""
@@ -315,8 +313,8 @@ class Objective:
     def penalised(self, x: Float[np.ndarray, "n"]) -> float:
         """The value plus PENALTY times scaled violations, for optimisers that take no
         constraints. A feasible point's value is its own."""
-        seen = self._value_at(x)
-        return np.inf if seen is None else float(seen.values[0] + PENALTY * shortfall(seen.margins))
+        seen = self._look(x, again=self.noisy)
+        return float(seen.values[0] + PENALTY * shortfall(seen.margins))
 
     @reported
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
@@ -349,27 +347,23 @@ class Objective:
             )
         return np.clip(x, low, high), True
 
-    def _value_at(self, x: object) -> _Last | None:
-        """Evaluation of a point whose value is asked for; None for what is no number."""
-        x, sound = self._inside(x)
-        if sound:
-            return self._look(x, again=self.noisy)
-        self._left(1)
-        return self.record.count("values")
-
     def _seen_at(self, x: np.ndarray) -> _Last | None:
         """Evaluation of the last point, if that is this one."""
         seen = self.__dict__.get("_seen")
         return seen if seen is not None and np.array_equal(seen.x, x) else None
 
-    def _look(self, x: np.ndarray, again: bool = False) -> _Last:
-        """A point inside; the last one without another evaluation, unless `again`."""
+    def _look(self, x: object, again: bool = False) -> _Last:
+        """Evaluation of a point; the last one without another, unless `again`. What is no number is
+        infinite and breaks every constraint."""
+        x, sound = self._inside(x)
         seen = None if again else self._seen_at(x)
         if seen is not None:
             return seen
         draw = self._draw(x)
         self._left(1)
         self.record.count("values")
+        if not sound:
+            return _Last(x, np.full(self.k, np.inf), np.full(self.m, -1.0), draw)
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])

@@ -33,6 +33,7 @@ from stickslip.optim.posture.waypoints import (
     LEAST,
     MOVE,
     ROUNDING,
+    grid_angles,
     rate_used,
     step_of,
     windows_of,
