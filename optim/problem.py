@@ -371,7 +371,8 @@ _MADE_IN = os.getpid()
 _jax_ran = False
 FORKED = (
     "this process was forked from one in which JAX had run, whose threads a fork leaves behind; "
-    'accepted: processes that are spawned, as multiprocessing.get_context("spawn").Pool has'
+    'accepted: processes that are spawned (multiprocessing.get_context("spawn").Pool, '
+    'AsyncVectorEnv(..., context="spawn"))'
 )
 
 
