@@ -38,7 +38,11 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
     ("method", "options", "said"),
     [
         ("scp", {"start": np.full(20, 1.5)}, "method = 'scp' with 10 waypoints"),
-        ("cma", {"start": np.full(20, 1.5)}, "X of 12 drives makes 160 stations"),
+        (
+            "cma",
+            {"start": np.full(20, 1.5), "population": 20},
+            "X of 20 drives makes 320 stations",
+        ),
         ("dp", {}, "polish = True with 10 waypoints"),
         (
             "dp",
