@@ -2,9 +2,6 @@
 
 from typing import TYPE_CHECKING
 
-from stickslip.agents.biped.machine import BipedMachine
-from stickslip.agents.registry import register
-from stickslip.agents.ugv.machine import UGVMachine
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
@@ -14,7 +11,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
     from stickslip.agents.evaluation.rollout import Idle, Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.machine import Machine
+    from stickslip.agents.machine import Machine, machines, register
     from stickslip.agents.pictures.film import film
     from stickslip.agents.pictures.view import View, show
     from stickslip.agents.policy.exchange import export_onnx, from_sb3
@@ -27,7 +24,6 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy, PlainPolicy
     from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
-    from stickslip.agents.registry import machines
     from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.sweeps.sweep import sweep
@@ -51,8 +47,7 @@ else:
             "evaluation.evaluate": ("evaluate", "evaluate_task"),
             "evaluation.rollout": ("Idle", "Rollout", "rollout"),
             "evaluation.table": ("Evaluation",),
-            "machine": ("Machine",),
-            "registry": ("machines", "register"),
+            "machine": ("Machine", "machines", "register"),
             "pictures.film": ("film",),
             "pictures.view": ("View", "show"),
             "policy.file": ("describe_environment", "load_policy", "read_metadata", "save_policy"),
@@ -75,9 +70,6 @@ else:
             ),
         },
     )
-
-register(BipedMachine())
-register(UGVMachine())
 
 __all__ = [
     "Axis",

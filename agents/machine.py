@@ -13,22 +13,23 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
 from stickslip.agents.protocol import Env, Options, Params, Task
-from stickslip.agents.training.configuration import Config, Configuration
-from stickslip.dynamics.checks import require_choice, shown
+from stickslip.agents.training.configuration import UNNAMED, Config, Configuration, content_of
+from stickslip.agents.untrusted import RefusedError
+from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     import numpy as np
 
+    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.table import AnyMeasures, Evaluation
+    from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.pictures.episodes import LearningPanel
-    from stickslip.agents.protocol import AnyPlayer, Policy
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy
     from stickslip.agents.sweeps.swept import Swept
-    from stickslip.agents.training.configuration import Trained
     from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
@@ -75,36 +76,6 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     """In the policy's file."""
 
 
-class Demonstration(ABC, Generic[Config]):
-    """One machine's demo: what is trained, and how the policy is compared and shown."""
-
-    directory: ClassVar[str] = "demo"
-    """Name of the run's directory."""
-    files: ClassVar[Mapping[str, str]]
-    """Products in the run's directory with their descriptions."""
-
-    @abstractmethod
-    def config(self) -> Config:
-        """Training configuration."""
-
-    @abstractmethod
-    def task_in_words(self, config: Config) -> str:
-        """Text of the task, in a line or two."""
-
-    @abstractmethod
-    def show(self, trained: Trained[Config], say: Callable[[str], None]) -> str:
-        """Compare the policy with the baselines, say so, write `files` and return what was said.
-
-        say: also called with what goes on.
-        """
-
-    def write_tables(self, trained: Trained[Config], table: Evaluation) -> None:
-        """Write table.csv and table.json into the run's directory."""
-        about = {"config": trained.config.digest, "timesteps": trained.timesteps}
-        table.write_csv(trained.directory / "table.csv")
-        table.write_json(trained.directory / "table.json", about)
-
-
 def defined_in(module: str, name: str = "") -> Any:
     """A machine's method whose function, of the same name unless given, stands in another module.
 
@@ -128,7 +99,7 @@ class _DefinedIn:
 
 
 class Machine(ABC, Generic[Env, Params, Config]):
-    """One machine, registered by name (see stickslip.agents.registry).
+    """One machine, registered by name (see stickslip.agents.machine).
 
     To be said of a new one: the names without a value here, `env`, `with_scene` where there are
     scenes, `baseline` where there are any, and `training_task` where training differs from the
@@ -375,3 +346,109 @@ AnyMachine: TypeAlias = Machine[Any, Any, Any]
 """Whichever machine."""
 AnyTask: TypeAlias = Task[Any, Any]
 """A task of whichever machine."""
+
+
+class Declared(NamedTuple):
+    """A machine that is imported when it is used: its environment's class, its own, the module."""
+
+    environment: str
+    kind: str
+    module: str
+
+
+_MACHINES: dict[str, AnyMachine | Declared] = {
+    "biped": Declared("BipedEnv", "BipedMachine", "stickslip.agents.biped.machine"),
+    "ugv": Declared("UGVEnv", "UGVMachine", "stickslip.agents.ugv.machine"),
+}
+
+
+def register(machine: AnyMachine) -> None:
+    """Make a machine known to training, evaluation, policy files and the command line.
+
+    ValueError where its name, its environment or a baseline's name is another machine's; a machine
+    of a name and class that are registered takes the place of the one before.
+    """
+    for other in machines():
+        if other.name == machine.name and type(other).__name__ == type(machine).__name__:
+            continue
+        taken = {other.name, other.environment, *other.baselines}
+        if common := taken & {machine.name, machine.environment, *machine.baselines}:
+            raise ValueError(
+                f"{', '.join(sorted(common))} is known from the {other.title}; accepted: names, "
+                "environments and baselines that no other machine has"
+            )
+    _MACHINES[machine.name] = machine
+
+
+def unregister(name: str) -> None:
+    """Forget a machine. ValueError for an unknown name."""
+    machine_by_name(name)
+    del _MACHINES[name]
+
+
+def machines() -> tuple[AnyMachine, ...]:
+    """All machines in order of their registration; the first one is meant where none is named."""
+    return tuple(map(machine_by_name, _MACHINES))
+
+
+def environments() -> dict[str, str]:
+    """Names of all machines, in the same order, and of their environments' classes."""
+    return {name: one.environment for name, one in _MACHINES.items()}
+
+
+def machine_by_name(name: str) -> AnyMachine:
+    """The machine of a name. ValueError for an unknown one."""
+    require_choice("machine", name, tuple(_MACHINES))
+    found = _MACHINES[name]
+    if isinstance(found, Declared):
+        found = _MACHINES[name] = getattr(import_module(found.module), found.kind)()
+    return found
+
+
+def machine_among(arguments: Sequence[str]) -> AnyMachine:
+    """The machine that the arguments of `stickslip train` name, before they are parsed, or that
+    their task is of. ValueError for an unknown task."""
+    named = next((name for name in arguments if name in _MACHINES), None)
+    if named is None and (task := _task_among(arguments)) is not None:
+        from stickslip.envs.tasks.definition import task_by_name
+
+        named = task_by_name(task).machine
+    return machine_by_name(next(iter(_MACHINES)) if named is None else named)
+
+
+def _task_among(arguments: Sequence[str]) -> str | None:
+    """Value of --task in the arguments, in either form."""
+    for word, after in zip(arguments, (*arguments[1:], None), strict=True):
+        if word == "--task" or word.startswith("--task="):
+            return after if word == "--task" else word.partition("=")[2]
+    return None
+
+
+def machine_of_env(env: AnyEnv) -> AnyMachine:
+    """The machine of an environment, or of what its class inherits from. ValueError for none."""
+    kinds = (machine_of_environment(kind.__name__) for kind in type(env).__mro__)
+    found = next((one for one in kinds if one is not None), None)
+    if found is None:
+        known = ", ".join(environments().values())
+        raise ValueError(f"env is a {type(env).__name__}; accepted: {known}")
+    return found
+
+
+def machine_of_environment(environment: Json) -> AnyMachine | None:
+    """The machine whose environment's class has that name, if there is one."""
+    named = (name for name, one in environments().items() if one == environment)
+    return next(map(machine_by_name, named), None)
+
+
+def machine_of_baseline(name: str) -> AnyMachine | None:
+    """The machine that has a baseline of that name, if there is one."""
+    return next((one for one in machines() if name in one.baselines), None)
+
+
+def read_configuration(text: str) -> Configuration:
+    """The configuration in a JSON text, of whichever machine, or ValueError."""
+    name = content_of(text).get("machine", UNNAMED)
+    if not isinstance(name, str) or name not in _MACHINES:
+        near = nearest(name, _MACHINES) if isinstance(name, str) else ""
+        raise RefusedError(f"its machine is {shown(name)}, not one of {', '.join(_MACHINES)}{near}")
+    return machine_by_name(name).configuration.from_json(text)

@@ -26,13 +26,12 @@ from benchmarks.report import markdown, options, provenance, put_between
 from benchmarks.tasks.__main__ import put
 from benchmarks.tasks.measure import EPISODES, beside_package, entry, played_on
 from stickslip.agents.evaluation.rollout import is_random
+from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import load_policy, named_task_entry, save_policy
 from stickslip.agents.policy.record import EARNED, TRAINED, every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
-from stickslip.agents.registry import machine_by_name, read_configuration
 from stickslip.agents.training.configuration import command_of
-from stickslip.agents.training.directory import CONFIG, VERSIONS, read_config
-from stickslip.agents.training.log import read_columns
+from stickslip.agents.training.directory import CONFIG, VERSIONS, read_columns, read_config
 from stickslip.agents.training.run import best_evaluation
 from stickslip.agents.untrusted import read_text
 from stickslip.envs import TASKS, task_by_name

@@ -34,7 +34,7 @@ from benchmarks.tasks.measure import EPISODES, rounded
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.ppo import settings_of, train_population
 from stickslip.agents.ugv.config import USUAL
 from stickslip.envs import TASKS, Randomisation, known_of, task_by_name

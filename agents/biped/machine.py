@@ -122,14 +122,14 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     parts = defined_in(TASK)
     build = defined_in(TASK)
     training_task = defined_in(TASK)
-    swept = defined_in(TASK, "BipedSwept")
+    swept = defined_in(TASK)
     state_map = defined_in("stickslip.agents.biped.state_map")
     baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
-    amplifications = defined_in(EVALUATE)
+    amplifications = defined_in("stickslip.agents.biped.amplification")
     as_episode = defined_in(PICTURES)
     learning_panels = defined_in(PICTURES)
-    demonstration = defined_in("stickslip.agents.biped.demo")
+    demonstration = defined_in(PICTURES)
 
     def sightless(self, env: BipedEnv) -> BipedEnv:
         """See Machine."""

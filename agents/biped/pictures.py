@@ -1,4 +1,4 @@
-"""A walk for plots and pages, and the learning curves of the biped."""
+"""A walk for plots and pages, the learning curves and the demo of the biped."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
+from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import BIPED_BASELINES, STOPPING
 from stickslip.agents.biped.task import training_task
 from stickslip.agents.pictures.episodes import (
     SCORE,
@@ -24,9 +26,11 @@ from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from jaxtyping import Array
 
-    from stickslip.agents.biped.config import TrainConfig
+    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.envs.biped.env import BipedEnv
@@ -232,3 +236,44 @@ def _events(frames: BipedFrame, slips: np.ndarray, ended: str) -> tuple[Event, .
     if ended:
         events.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
     return tuple(events)
+
+
+def demonstration() -> Demonstration[TrainConfig]:
+    """See Machine: mu_s = 0.06, mu_k = 0.05 and 3 rad/s, the defaults, from rest."""
+    from stickslip.agents.demo import Demonstration
+
+    config = TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, mean_rate=3.0)
+    baselines = tuple(name for name in BIPED_BASELINES if name != STOPPING)
+    return Demonstration(
+        config,
+        "static friction 0.06, kinetic 0.05, commanded 3.0 rad/s on average\n"
+        "(at a constant 3 rad/s the foot holds from a friction of 0.08 up).",
+        baselines,
+        baselines,
+        lambda task: task.described,
+        lambda config: (
+            f"{config.evaluation_episodes} episodes of 10 s from any phase and crank rate up to "
+            "the commanded one. The baselines\nread the true state and masses, the policy its "
+            "observation. From rest:"
+        ),
+        _lines,
+        lambda env: COMPARED,
+        "From rest on a slippery floor",
+        "moving start",
+    )
+
+
+def _lines(
+    played: Mapping[str, Rollout[BipedEnvState]], env: BipedEnv, params: BipedEnvParams
+) -> list[str]:
+    """An episode of each player in a line."""
+    width, lines = max(map(len, played)), []
+    for name, one in played.items():
+        last = jax.tree.map(lambda leaf: float(leaf[-1]), one.state.totals)
+        seconds = int(one.length) * float(params.control_period)
+        lines.append(
+            f"  {name:<{width}} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
+            f"walked {last.walked:6.3f} m, distance slid {last.slid:6.4f} m, took "
+            f"{last.energy:5.1f} J in {seconds:.1f} s"
+        )
+    return lines

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING, cast
 
 import jax
 import jax.numpy as jnp
@@ -12,7 +12,6 @@ import numpy as np
 from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
-from stickslip.agents.sweeps.swept import Swept
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.params import LENGTHS
 from stickslip.dynamics.names import SCENES
@@ -22,7 +21,7 @@ from stickslip.envs.biped.params import MARK, NUMBERS, BipedEnvParams, Randomisa
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Collection, Mapping
     from typing import TypeAlias
 
     from jaxtyping import PyTree
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.machine import Parts
     from stickslip.agents.protocol import Options
+    from stickslip.agents.sweeps.swept import Swept
 
     BipedTask: TypeAlias = Task[BipedEnv, BipedEnvParams]
 
@@ -44,6 +44,42 @@ DRAWN = {
     "task.mean_rate": ("mean_rate", "command_interval"),
 }
 """Draws that an axis takes the place of; those of friction, the floor's."""
+
+UNITS = {
+    **dict.fromkeys(LENGTHS, "m"),
+    "task.torque_limit": "N m",
+    "task.control_period": "s",
+    "task.mean_rate": "rad/s",
+    "task.time_limit": "s",
+    "task.max_crank_rate": "rad/s",
+    "task.copper_loss": "W/(N m)^2",
+    "task.mark": "m",
+    "task.mark_width": "m",
+    "scene.payload": "kg",
+    "scene.edges": "m",
+    "scene.slip_speed": "m/s",
+    "robot.mass": "kg",
+    "robot.centre": "m",
+    "robot.inertia": "kg m^2",
+    "robot.gravity": "m/s^2",
+    "randomisation.payload": "kg",
+    "randomisation.mean_rate": "rad/s",
+    "randomisation.phase": "rad",
+    "randomisation.crank_rate": "rad/s",
+    "randomisation.command_interval": "s",
+    "randomisation.mark": "m",
+}
+"""Of numbers that a sweep may vary."""
+KEPT = {
+    "reward": "-",
+    "duration": "s",
+    "turned": "rad",
+    "walked": "m",
+    "slid": "m",
+    "energy": "J",
+    "weight": "N",
+}
+"""Columns that a sweep writes of an episode, with units."""
 
 
 def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]:
@@ -194,91 +230,62 @@ def build(
     return Task(env, params)
 
 
-class BipedSwept(Swept):
-    """Numbers of the task, robot, scene and randomisation."""
+def swept() -> Swept:
+    """See Machine: numbers of the task, robot, scene and randomisation."""
+    from stickslip.agents.sweeps.swept import Swept
 
-    units: ClassVar[Mapping[str, str]] = {
-        **dict.fromkeys(LENGTHS, "m"),
-        "task.torque_limit": "N m",
-        "task.control_period": "s",
-        "task.mean_rate": "rad/s",
-        "task.time_limit": "s",
-        "task.max_crank_rate": "rad/s",
-        "task.copper_loss": "W/(N m)^2",
-        "task.mark": "m",
-        "task.mark_width": "m",
-        "scene.payload": "kg",
-        "scene.edges": "m",
-        "scene.slip_speed": "m/s",
-        "robot.mass": "kg",
-        "robot.centre": "m",
-        "robot.inertia": "kg m^2",
-        "robot.gravity": "m/s^2",
-        "randomisation.payload": "kg",
-        "randomisation.mean_rate": "rad/s",
-        "randomisation.phase": "rad",
-        "randomisation.crank_rate": "rad/s",
-        "randomisation.command_interval": "s",
-        "randomisation.mark": "m",
+    short = {"mu": ("scene.mu_static", "scene.mu_kinetic")}
+    return Swept(UNITS, KEPT, ("slid", "walked"), short, swept_parts, with_swept, opened)
+
+
+def swept_parts(params: BipedEnvParams) -> dict[str, PyTree]:
+    """See Swept; the payload is the scene's, with which the robot is prepared."""
+    payload = 0.0 if params.scene.payload is None else params.scene.payload
+    robot = vars(params.robot.bare)
+    return {
+        "task": {name: getattr(params, name) for name in NUMBERS} | params.given_mark,
+        "scene": {**vars(params.scene.floor), "payload": payload},
+        "robot": {name: value for name, value in robot.items() if name != "payload"},
+        "randomisation": params.randomisation,
     }
-    kept: ClassVar[Mapping[str, str]] = {
-        "reward": "-",
-        "duration": "s",
-        "turned": "rad",
-        "walked": "m",
-        "slid": "m",
-        "energy": "J",
-        "weight": "N",
-    }
-    slip: ClassVar[tuple[str, str] | None] = ("slid", "walked")
-    short: ClassVar[Mapping[str, tuple[str, ...]]] = {"mu": ("scene.mu_static", "scene.mu_kinetic")}
 
-    def parts(self, params: BipedEnvParams) -> dict[str, PyTree]:
-        """See Swept; the payload is the scene's, with which the robot is prepared."""
-        payload = 0.0 if params.scene.payload is None else params.scene.payload
-        robot = vars(params.robot.bare)
-        return {
-            "task": {name: getattr(params, name) for name in NUMBERS} | params.given_mark,
-            "scene": {**vars(params.scene.floor), "payload": payload},
-            "robot": {name: value for name, value in robot.items() if name != "payload"},
-            "randomisation": params.randomisation,
-        }
 
-    def with_parts(
-        self, params: BipedEnvParams, parts: Mapping[str, PyTree], names: Iterable[str]
-    ) -> BipedEnvParams:
-        """See Swept. What an axis sets is no longer drawn; where the start's crank rates end at the
-        commanded one, they go on doing so."""
-        names, floor = set(names), dict(parts["scene"])
-        touched = {name.partition(".")[0] for name in names}
-        drawn, changed = parts["randomisation"], dict(parts["task"])
-        payload = floor.pop("payload")
-        if "scene" in touched:
-            loaded = {"payload": payload} if "scene.payload" in names else {}
-            floor = replace(params.scene.floor, **floor)
-            changed["scene"] = replace(params.scene, floor=floor, **loaded)
-        rates = params.randomisation.crank_rate
-        if "task.mean_rate" in names and drawn.crank_rate is not None and rates is not None:
-            low, high = rates
-            if np.all(np.float32(high) == np.float32(params.mean_rate)):
-                drawn = replace(drawn, crank_rate=(low, changed["mean_rate"]))
-        gone = [one for name in names for one in DRAWN.get(name, ())]
-        gone += ["friction"] if any(name.startswith("scene.mu_") for name in names) else []
-        changed["randomisation"] = replace(drawn, **dict.fromkeys(gone))
-        if "robot" in touched:
-            changed["robot"] = replace(params.robot.bare, **parts["robot"])
-        return params.replace(**changed)
+def with_swept(
+    params: BipedEnvParams, parts: Mapping[str, PyTree], names: Collection[str]
+) -> BipedEnvParams:
+    """See Swept. What an axis sets is no longer drawn; where the start's crank rates end at the
+    commanded one, they go on doing so."""
+    floor = dict(parts["scene"])
+    touched = {name.partition(".")[0] for name in names}
+    drawn, changed = parts["randomisation"], dict(parts["task"])
+    payload = floor.pop("payload")
+    if "scene" in touched:
+        loaded = {"payload": payload} if "scene.payload" in names else {}
+        floor = replace(params.scene.floor, **floor)
+        changed["scene"] = replace(params.scene, floor=floor, **loaded)
+    rates = params.randomisation.crank_rate
+    if "task.mean_rate" in names and drawn.crank_rate is not None and rates is not None:
+        low, high = rates
+        if np.all(np.float32(high) == np.float32(params.mean_rate)):
+            drawn = replace(drawn, crank_rate=(low, changed["mean_rate"]))
+    gone = [one for name in names for one in DRAWN.get(name, ())]
+    gone += ["friction"] if any(name.startswith("scene.mu_") for name in names) else []
+    changed["randomisation"] = replace(drawn, **dict.fromkeys(gone))
+    if "robot" in touched:
+        changed["robot"] = replace(params.robot.bare, **parts["robot"])
+    return params.replace(**changed)
 
-    def opened(self, params: BipedEnvParams, names: Iterable[str]) -> BipedEnvParams:
-        """See Swept: `mu` makes the floor the same everywhere, `payload` loads the robot."""
-        scene = params.scene
-        if "mu" in names and not isinstance(scene.floor, Uniform):
-            scene = replace(scene, floor=Uniform(0.0, 0.0))
-        if {"payload", "scene.payload"} & set(names) and scene.payload is None:
-            scene = replace(scene, payload=0.0)
-        if scene is params.scene:
-            return params
-        drawn = params.randomisation
-        if isinstance(params.scene.floor, Grip | Smoothed) or "mu" in names:
-            drawn = replace(drawn, friction=None)
-        return params.replace(scene=scene, randomisation=drawn)
+
+def opened(params: BipedEnvParams, names: Collection[str]) -> BipedEnvParams:
+    """See Swept: `mu` makes the floor the same everywhere, `payload` loads the robot."""
+    scene = params.scene
+    if "mu" in names and not isinstance(scene.floor, Uniform):
+        scene = replace(scene, floor=Uniform(0.0, 0.0))
+    if {"payload", "scene.payload"} & set(names) and scene.payload is None:
+        scene = replace(scene, payload=0.0)
+    if scene is params.scene:
+        return params
+    drawn = params.randomisation
+    if isinstance(params.scene.floor, Grip | Smoothed) or "mu" in names:
+        drawn = replace(drawn, friction=None)
+    return params.replace(scene=scene, randomisation=drawn)

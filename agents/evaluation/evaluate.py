@@ -15,7 +15,7 @@ from stickslip.agents.evaluation.rollout import (
     without_resets,
 )
 from stickslip.agents.evaluation.table import AnyMeasures, Column, Evaluation, Measures, Row, Say
-from stickslip.agents.registry import machine_by_name, machine_of_env
+from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 

@@ -7,18 +7,18 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.machine import (
+    machine_by_name,
+    machine_of_baseline,
+    machine_of_environment,
+    machines,
+)
 from stickslip.agents.optimum.file import read_value_metadata, read_value_policy
 from stickslip.agents.optimum.policy import ValuePolicy
 from stickslip.agents.policy.file import named_task_of, policy_path, read_metadata, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
-from stickslip.agents.registry import (
-    machine_by_name,
-    machine_of_baseline,
-    machine_of_environment,
-    machines,
-)
 from stickslip.agents.untrusted import RefusedError
 from stickslip.dynamics.checks import nearest
 from stickslip.envs.tasks.definition import task_by_name

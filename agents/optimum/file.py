@@ -12,11 +12,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.machine import machine_of_environment
 from stickslip.agents.optimum.grid import Axis, Grid
 from stickslip.agents.optimum.policy import Ahead, ValuePolicy
 from stickslip.agents.optimum.value_iteration import Values
 from stickslip.agents.policy.file import describe_environment
-from stickslip.agents.registry import machine_of_environment
 from stickslip.agents.untrusted import (
     RefusedError,
     Rule,

@@ -21,12 +21,12 @@ from stickslip.agents.evaluation.rollout import (
     without_resets,
 )
 from stickslip.agents.evaluation.table import fraction_interval, keep_of, mean_interval
+from stickslip.agents.machine import machine_of_env
 from stickslip.agents.optimum.file import Checkpoint, digest_of
 from stickslip.agents.optimum.grid import Grid
 from stickslip.agents.optimum.policy import Ahead, EnvProcess, StateMap, ValuePolicy
 from stickslip.agents.optimum.value_iteration import Counts, Values, finite_horizon, transitions
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.registry import machine_of_env
 from stickslip.dynamics.checks import require_integer, require_kind, require_number
 
 if TYPE_CHECKING:

@@ -8,10 +8,10 @@ import numpy as np
 
 from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import AnyRollout, rollout
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.plots import plot_episode
-from stickslip.agents.registry import machine_by_name
-from stickslip.agents.training.log import read_columns
+from stickslip.agents.training.directory import read_columns
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import (
     LEVEL,

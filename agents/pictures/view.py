@@ -24,12 +24,12 @@ from stickslip.agents.evaluation.rollout import (
     validated,
     without_resets,
 )
+from stickslip.agents.machine import machine_of_env
 from stickslip.agents.pictures.episodes import scale_of
 from stickslip.agents.pictures.film import show_window, write_film
 from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
-from stickslip.agents.registry import machine_of_env
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.page import Page, page_text

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.agents.machine import machine_of_env
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import NAME, no_policy, shipped_path
-from stickslip.agents.registry import machine_of_env
 from stickslip.agents.untrusted import (
     LARGEST,
     RefusedError,

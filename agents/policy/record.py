@@ -6,9 +6,9 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import named_task_of, read_policy
 from stickslip.agents.policy.shipped import no_policy, shipped_names, shipped_path, short_name
-from stickslip.agents.registry import read_configuration
 from stickslip.agents.training.configuration import command_of
 from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import WITHDRAWN

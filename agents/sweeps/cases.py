@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from stickslip.agents.evaluation.players import controller_of, given_flags, places_of, read_named
 from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
+from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.agents.optimum.file import digest_of
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Controller
-from stickslip.agents.registry import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.players import every_option
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.sweeps.axes import FORMS, Design
 from stickslip.agents.sweeps.cases import cases_named
 from stickslip.agents.sweeps.cells import StoppedError

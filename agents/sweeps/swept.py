@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +13,7 @@ from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.pytrees import float_type
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Callable, Collection, Iterator, Mapping
 
     from jaxtyping import PyTree
 
@@ -25,42 +25,41 @@ LISTED = 24
 """Names in a message."""
 
 
+def _parts(params: PyTree) -> dict[str, PyTree]:
+    """The fields that are no static choices."""
+    numbers = (one for one in fields(params) if one.init and not one.metadata.get("static"))
+    return {"task": {one.name: getattr(params, one.name) for one in numbers}}
+
+
+@dataclass(frozen=True)
 class Swept:
     """Parameters of a machine's task that axes may set; the default does for most machines.
 
     A name is dotted, as "task.mass", or its last part where the order of `parts` makes it unique.
     """
 
-    units: ClassVar[Mapping[str, str]] = {}
+    units: Mapping[str, str] = field(default_factory=dict)
     """Of fields, by their dotted name without array indices, or by its last word."""
-    kept: ClassVar[Mapping[str, str]] = {"reward": "-", "duration": "s"}
+    kept: Mapping[str, str] = field(default_factory=lambda: {"reward": "-", "duration": "s"})
     """Columns that are written of an episode, of those that the machine's measures keep; units."""
-    slip: ClassVar[tuple[str, str] | None] = None
+    slip: tuple[str, str] | None = None
     """Columns of the distance slid and of the distance travelled, where slip is of interest."""
-    short: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    short: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Names that set several fields at once."""
-
-    def parts(self, params: PyTree) -> dict[str, PyTree]:
-        """Pytrees of numbers by the first word of their names, the most important first."""
-        numbers = (one for one in fields(params) if one.init and not one.metadata.get("static"))
-        return {"task": {one.name: getattr(params, one.name) for one in numbers}}
-
-    def with_parts(
-        self, params: PyTree, parts: Mapping[str, PyTree], names: Iterable[str]
-    ) -> PyTree:
-        """Replace the parts. names: dotted, of the fields that changed."""
-        del names
-        return replace(params, **parts["task"])
-
-    def opened(self, params: PyTree, names: Iterable[str]) -> PyTree:
-        """Give the parameters a structure that has a place for every named axis."""
-        del names
-        return params
+    parts: Callable[[PyTree], dict[str, PyTree]] = _parts
+    """Pytrees of numbers by the first word of their names, the most important first."""
+    with_parts: Callable[[PyTree, Mapping[str, PyTree], Collection[str]], PyTree] = (
+        lambda params, parts, names: replace(params, **parts["task"])
+    )
+    """Replace the parts of parameters. names: dotted, of the fields that changed."""
+    opened: Callable[[PyTree, Collection[str]], PyTree] = lambda params, names: params
+    """Give the parameters a structure that has a place for every named axis."""
+    own_units: Callable[[PyTree], Mapping[str, str]] = lambda env: {}
+    """Units of `kept` that an environment decides."""
 
     def kept_units(self, env: PyTree) -> Mapping[str, str]:
         """`kept` of an environment."""
-        del env
-        return self.kept
+        return {**self.kept, **self.own_units(env)}
 
     def unit(self, name: str) -> str:
         """Unit of a dotted name."""

@@ -12,6 +12,7 @@ on with other random numbers.
 from __future__ import annotations
 
 import math
+import shlex
 import time
 from contextlib import ExitStack
 from dataclasses import replace
@@ -23,36 +24,39 @@ import numpy as np
 from stickslip.agents.evaluation.evaluate import SCORES, scored
 from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, row_of_test
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
-from stickslip.agents.registry import machine_by_name
-from stickslip.agents.training.configuration import Configuration, Trained
+from stickslip.agents.training.configuration import Configuration, Trained, settings_given
 from stickslip.agents.training.directory import (
     POLICY,
+    MetricsFile,
     Run,
+    TensorBoard,
     TrainState,
     drop_checkpoints,
     list_checkpoints,
     only_writer,
     open_run,
+    read_columns,
     read_config,
     read_model,
     require_policy,
     write_checkpoint,
 )
-from stickslip.agents.training.log import MetricsFile, TensorBoard, read_columns
 from stickslip.dynamics.checks import require_kind
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.optim.progress import Bar
-from stickslip.records.files import write_whole
+from stickslip.optim.progress import Bar, say_stage
+from stickslip.records.files import require_folder, write_whole
+from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.protocol import AnyEnv, Policy
+    from stickslip.agents.protocol import AnyEnv, Options, Policy
     from stickslip.agents.training.configuration import Config
     from stickslip.agents.training.trainer import Trainer, Update
 
@@ -256,3 +260,56 @@ def _task_measures(machine: AnyMachine, task: str, env: AnyEnv) -> AnyMeasures:
     return replace(
         measures, columns={name: one for name, one in measures.columns.items() if name in shown}
     )
+
+
+def train_command(given: Options) -> None:
+    """`stickslip train`."""
+    machine, out, resume = machine_by_name(given["machine"]), given["out"], given["resume"]
+    if resume and out is None:
+        raise ValueError("--resume needs the run's directory; accepted: with --out DIR")
+    changed = settings_given(given, machine.configuration)
+    if resume and changed:
+        names = ", ".join(changed)
+        raise ValueError(
+            f"--resume goes on with the run's own configuration; accepted: without {names}"
+        )
+    config = None if resume else machine.configuration.of(**changed)
+    if out is not None:
+        require_folder(out)
+    elif config is not None:
+        whose = config.task or machine.name
+        out = f"runs/{whose}-{config.algorithm}-{time.strftime('%Y%m%d-%H%M%S')}"
+    directory, where = Path(out), shlex.quote(str(out))
+    with stoppable() as stop:
+        trained = train(config, directory, resume=resume, stop=stop)
+    config = trained.config
+    machine = machine_by_name(config.machine)
+    if not trained.finished:
+        again = f"stickslip train {machine.name} --out {where} --resume"
+        raise stop.interrupted(f"Stopped after {trained.timesteps:,} steps; go on with: {again}")
+    if not given["no_pictures"]:
+        say_stage("drawing")
+        from stickslip.agents.pictures.training import write_products
+
+        write_products(trained)
+    print(
+        f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s, evaluations aside; "
+        f"all of it in {directory}"
+    )
+    on_task = ""
+    if config.task is not None:
+        _say_best(trained, config.task)
+        on_task = f" --task {config.task}"
+    print(f"Compare it: stickslip evaluate{on_task} {where} {' '.join(machine.baselines)}")
+
+
+def _say_best(trained: Trained[Any], name: str) -> None:
+    """Print the best evaluation of a run on a named task, and what its scores mean."""
+    from stickslip.agents.evaluation.command import task_in_words, unit_of
+
+    (steps, earned), task = best_evaluation(trained.directory), task_by_name(name)
+    known = known_of(task)
+    score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+    best = f"{score}mean return {earned:.4g}{unit_of(task)}"
+    print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
+    print(task_in_words(name))

@@ -89,14 +89,14 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     parts = defined_in(TASK)
     build = defined_in(TASK)
     training_task = defined_in(TASK)
-    swept = defined_in(TASK, "UGVSwept")
+    swept = defined_in(TASK)
     baseline = defined_in("stickslip.agents.ugv.controllers")
     measures = defined_in(EVALUATE)
     evaluate_policy = defined_in(EVALUATE)
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
     learning_panels = defined_in(PICTURES)
-    demonstration = defined_in("stickslip.agents.ugv.demo")
+    demonstration = defined_in(PICTURES)
 
     def sightless(self, env: UGVEnv) -> UGVEnv:
         """See Machine."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING, cast
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +13,6 @@ import numpy as np
 from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
-from stickslip.agents.sweeps.swept import Swept
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
@@ -23,13 +22,14 @@ from stickslip.envs.ugv.params import NUMBERS as RULES
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Collection, Mapping
     from typing import TypeAlias
 
     from jaxtyping import PyTree
 
     from stickslip.agents.machine import Parts
     from stickslip.agents.protocol import Options
+    from stickslip.agents.sweeps.swept import Swept
     from stickslip.envs.ugv.params import UGVEnvParams
 
     UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
@@ -42,6 +42,40 @@ FRICTION = 0.8
 """Of the standard task."""
 SOLVER = PoseSolver(iterations=5, samples=8)
 """Of training: unrolled, which suits batches; exact to rounding on such ground."""
+
+UNITS = {
+    "task.leg_rate": "rad/m",
+    "task.spacing": "m",
+    "task.start": "m",
+    "task.end": "m",
+    "task.start_angles": "rad",
+    "task.min_clearance": "m",
+    "task.preview_length": "m",
+    "task.preview_noise": "m",
+    "task.max_torque": "N m",
+    "task.speed": "m/s",
+    "randomisation.start_angles": "rad",
+    "randomisation.track.roughness": "m^3",
+    **dict.fromkeys(("body_length", "leg_length", "wheel_radius", "wheel_gap"), "m"),
+    **dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg"),
+    **dict.fromkeys(("leg_angle_min", "leg_angle_max"), "rad"),
+    "vehicle.gravity": "m/s^2",
+    **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
+    **dict.fromkeys(("position", "length", "joint", "depth", "side"), "m"),
+    **dict.fromkeys(("bump_height", "bump_width", "bump_centre"), "m"),
+    "track.start": "m",
+    "track.end": "m",
+}
+"""Of numbers that a sweep may vary."""
+KEPT = {
+    "reward": "-",
+    "cost": "-",
+    "distance": "m",
+    "wheel_energy": "J",
+    "total_energy": "J",
+    "demand": "-",
+}
+"""Columns that a sweep writes of an episode, with units."""
 
 
 def ground_by_name(name: str) -> tuple[Track, RandomTrack | None]:
@@ -188,70 +222,44 @@ def build(
     return Task(env, params)
 
 
-class UGVSwept(Swept):
-    """Numbers of the task, vehicle, track and randomisation."""
+def swept() -> Swept:
+    """See Machine: numbers of the task, vehicle, track and randomisation."""
+    from stickslip.agents.sweeps.swept import Swept
 
-    units: ClassVar[Mapping[str, str]] = {
-        "task.leg_rate": "rad/m",
-        "task.spacing": "m",
-        "task.start": "m",
-        "task.end": "m",
-        "task.start_angles": "rad",
-        "task.min_clearance": "m",
-        "task.preview_length": "m",
-        "task.preview_noise": "m",
-        "task.max_torque": "N m",
-        "task.speed": "m/s",
-        "randomisation.start_angles": "rad",
-        "randomisation.track.roughness": "m^3",
-        **dict.fromkeys(("body_length", "leg_length", "wheel_radius", "wheel_gap"), "m"),
-        **dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg"),
-        **dict.fromkeys(("leg_angle_min", "leg_angle_max"), "rad"),
-        "vehicle.gravity": "m/s^2",
-        **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
-        **dict.fromkeys(("position", "length", "joint", "depth", "side"), "m"),
-        **dict.fromkeys(("bump_height", "bump_width", "bump_centre"), "m"),
-        "track.start": "m",
-        "track.end": "m",
-    }
-    kept: ClassVar[Mapping[str, str]] = {
-        "reward": "-",
-        "cost": "-",
-        "distance": "m",
-        "wheel_energy": "J",
-        "total_energy": "J",
-        "demand": "-",
+    return Swept(
+        UNITS,
+        KEPT,
+        parts=swept_parts,
+        with_parts=with_swept,
+        own_units=lambda env: {"cost": env.measure.unit},
+    )
+
+
+def swept_parts(params: UGVEnvParams) -> dict[str, PyTree]:
+    """See Swept; numbers that are None have no place in the program, and of a ground that is
+    drawn, its ranges stand under randomisation."""
+    given = {name: getattr(params, name) for name in (*NUMBERS, *LIMITS)}
+    return {
+        "task": {name: value for name, value in given.items() if value is not None},
+        "track": vars(params.track.shape) if params.randomisation.track is None else {},
+        "vehicle": vars(params.vehicle),
+        "randomisation": params.randomisation,
     }
 
-    def parts(self, params: UGVEnvParams) -> dict[str, PyTree]:
-        """See Swept; numbers that are None have no place in the program, and of a ground that is
-        drawn, its ranges stand under randomisation."""
-        given = {name: getattr(params, name) for name in (*NUMBERS, *LIMITS)}
-        return {
-            "task": {name: value for name, value in given.items() if value is not None},
-            "track": vars(params.track.shape) if params.randomisation.track is None else {},
-            "vehicle": vars(params.vehicle),
-            "randomisation": params.randomisation,
-        }
 
-    def with_parts(
-        self, params: UGVEnvParams, parts: Mapping[str, PyTree], names: Iterable[str]
-    ) -> UGVEnvParams:
-        """See Swept. What an axis sets is no longer drawn."""
-        names = set(names)
-        touched = {name.partition(".")[0] for name in names}
-        drawn = parts["randomisation"]
-        own = {name.split(".")[1] for name in names if name.startswith("task.")}
-        changed: dict[str, PyTree] = {name: parts["task"][name] for name in own}
-        drawn = replace(drawn, **dict.fromkeys(own & {"friction", "start_angles"}))
-        if "track" in touched:
-            shape: PyTree = params.track.shape
-            shape = replace(shape, **parts["track"])
-            changed["track"] = replace(params.track, shape=shape)
-        if "vehicle" in touched:
-            changed["vehicle"] = replace(params.vehicle, **parts["vehicle"])
-        return params.replace(**changed, randomisation=drawn)
-
-    def kept_units(self, env: UGVEnv) -> Mapping[str, str]:
-        """See Swept; the cost in the criterion's unit."""
-        return {**self.kept, "cost": env.measure.unit}
+def with_swept(
+    params: UGVEnvParams, parts: Mapping[str, PyTree], names: Collection[str]
+) -> UGVEnvParams:
+    """See Swept. What an axis sets is no longer drawn."""
+    touched = {name.partition(".")[0] for name in names}
+    drawn = parts["randomisation"]
+    own = {name.split(".")[1] for name in names if name.startswith("task.")}
+    changed: dict[str, PyTree] = {name: parts["task"][name] for name in own}
+    drawn = replace(drawn, **dict.fromkeys(own & {"friction", "start_angles"}))
+    if "track" in touched:
+        shape: PyTree = params.track.shape
+        shape = replace(shape, **parts["track"])
+        changed["track"] = replace(params.track, shape=shape)
+    if "vehicle" in touched:
+        changed["vehicle"] = replace(params.vehicle, **parts["vehicle"])
+    return params.replace(**changed, randomisation=drawn)

@@ -9,9 +9,9 @@ import numpy as np
 from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.rollout import Idle, is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path
-from stickslip.agents.registry import machine_by_name
 
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import StandardEpisodes

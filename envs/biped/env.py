@@ -32,7 +32,6 @@ from stickslip.envs.biped.params import (
     make_params,
     read_by_steps,
 )
-from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.biped.state import (
     BipedEnvState,
     Totals,
@@ -47,7 +46,6 @@ from stickslip.envs.biped.state import (
     reward_terms,
 )
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
-from stickslip.envs.rendering.biped import BipedRenderer
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -55,6 +53,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.envs.functional import Entries, Given
+    from stickslip.envs.rendering.biped import BipedRenderer
 
 
 MAX_FOOT_VELOCITY = 10.0
@@ -311,12 +310,16 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
+        from stickslip.envs.biped.picture import biped_frames
+
         here = jax.device_get((state, dict(info)))
         states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
         return biped_frames(states, infos, params)
 
     def renderer(self, params: BipedEnvParams) -> BipedRenderer:
         """A renderer for these parameters (extra `viz`)."""
+        from stickslip.envs.rendering.biped import BipedRenderer
+
         return BipedRenderer(params.robot.params, params.scene)
 
     def observation_bounds(self, params):

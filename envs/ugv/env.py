@@ -22,9 +22,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
-from stickslip.envs.rendering.ugv import UGVRenderer
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
-from stickslip.envs.ugv.picture import ugv_frames
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation, ground_of
 from stickslip.envs.ugv.state import (
     MOST_PREVIEW,
@@ -56,6 +54,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
     from stickslip.envs.functional import Entries, Given
+    from stickslip.envs.rendering.ugv import UGVRenderer
 
 T = TypeVar("T")
 OPTIONS = ("track", "friction", "start_angles")
@@ -332,12 +331,16 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def picture(self, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
+        from stickslip.envs.ugv.picture import ugv_frames
+
         states = jax.tree.map(lambda leaf: np.asarray(leaf)[None], jax.device_get(state))
         infos = {"status": np.asarray(info.get("status", state.station.status))[None]}
         return ugv_frames(states, infos, params, self.solver, self.preview)
 
     def renderer(self, params: UGVEnvParams) -> UGVRenderer:
         """A renderer for these parameters (extra `viz`)."""
+        from stickslip.envs.rendering.ugv import UGVRenderer
+
         return UGVRenderer(params.vehicle, self.measure.name, self.measure.unit)
 
     def observation_bounds(self, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:

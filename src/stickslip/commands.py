@@ -39,7 +39,7 @@ COMMANDS = {
     "train": Command(
         "train a policy with PPO or SAC",
         "flags:train_flags",
-        "agents.commands:train_command",
+        "agents.training.run:train_command",
         {
             "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
             "stickslip train biped --payload 2 --set slip_weight=2 random_mass=0.9,1.1": (
@@ -53,7 +53,7 @@ COMMANDS = {
     "evaluate": Command(
         "compare policies and baselines in a table",
         "flags:evaluate_flags",
-        "agents.commands:evaluate_command",
+        "agents.evaluation.command:evaluate_command",
         {
             "stickslip evaluate biped-ice crank-speed-pi": (
                 "a policy of the package beside a baseline"

@@ -9,8 +9,8 @@ import argparse
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
+from stickslip.agents.machine import environments, machine_among, machines
 from stickslip.agents.policy.shipped import shipped_names, shipped_titles
-from stickslip.agents.registry import machine_among, machines
 from stickslip.envs.tasks.definition import TASKS
 from stickslip.parser import add_tables, completes, flag_of, truth
 
@@ -40,8 +40,7 @@ POLICY = "a policy of the package, a policy file, a run's directory or a baselin
 
 def train_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add the machine, the run, and every setting of the machine's configuration."""
-    named = {one.name: one.environment for one in machines()}
-    if not parser.add_machine(named, arguments, "--task", "--resume"):
+    if not parser.add_machine(environments(), arguments, "--task", "--resume"):
         return
     machine = machine_among(arguments)
     parser.set_defaults(machine=machine.name)
@@ -141,7 +140,7 @@ def view_flags(parser: Parser, _: Sequence[str]) -> None:
 
 def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
     """Add policies, axes, the machine's task, and workers."""
-    if not parser.add_machine({one.name: one.environment for one in machines()}, arguments):
+    if not parser.add_machine(environments(), arguments):
         return
     machine, add = machine_among(arguments), parser.add_argument
     policy = add("--policy", nargs="+", required=True, metavar="POLICY",

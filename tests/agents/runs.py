@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.agents import load_policy
-from stickslip.agents.training.directory import list_checkpoints
-from stickslip.agents.training.log import read_columns
+from stickslip.agents.training.directory import list_checkpoints, read_columns
 
 TIMED = {"seconds", "steps_per_second"}
 """Columns that no two runs have alike."""

@@ -16,7 +16,7 @@ import pytest
 
 from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.run import trainer_of
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv

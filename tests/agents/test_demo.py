@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.demo import demo
-from stickslip.agents.registry import register, unregister
-from stickslip.agents.training.log import read_columns
-from stickslip.agents.ugv.demo import UGVDemonstration
+from stickslip.agents.machine import machine_by_name, register, unregister
+from stickslip.agents.training.directory import read_columns
 from tests.agents.mass import MassMachine
 
 
@@ -39,7 +38,8 @@ def test_the_demos_policy_comes_near_the_optimum_on_bumps_that_it_has_not_seen(t
     costs = dict(re.findall(r"^  ([a-z -]+?) +(\d+\.\d) J", shown, re.MULTILINE))
     assert float(costs["optimum"]) < 1.01 * float(costs["trained policy"])
     assert float(costs["trained policy"]) < 0.9 * float(costs["fixed-posture"])
-    for name in UGVDemonstration.files:
+    machine = machine_by_name("ugv")
+    for name in machine.demonstration().files(machine):
         assert (path / name).stat().st_size > 500
     steps = read_columns(path / "metrics.csv")["timesteps"]
     assert demo(tmp_path, machine="ugv") == path

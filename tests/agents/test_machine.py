@@ -19,8 +19,8 @@ from stickslip.agents import (
     save_policy,
 )
 from stickslip.agents.biped.machine import BipedMachine
-from stickslip.agents.registry import machine_by_name, unregister
-from stickslip.agents.training.log import read_columns
+from stickslip.agents.machine import machine_by_name, unregister
+from stickslip.agents.training.directory import read_columns
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassEnv, MassMachine, Pull
 

@@ -13,10 +13,10 @@ from benchmarks import policies
 from benchmarks.report import provenance
 from benchmarks.tasks.measure import beside_package
 from stickslip.agents.evaluation.evaluate import evaluate_task
+from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import load_policy, read_metadata
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_names
-from stickslip.agents.registry import machine_by_name, read_configuration
 from stickslip.agents.training.configuration import command_of
 from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main

@@ -13,10 +13,15 @@ import pytest
 
 from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
 from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.network import FARTHEST
-from stickslip.agents.registry import read_configuration
-from stickslip.agents.training.directory import STATE, TrainState, read_state
-from stickslip.agents.training.log import MetricsFile, read_columns
+from stickslip.agents.training.directory import (
+    STATE,
+    MetricsFile,
+    TrainState,
+    read_columns,
+    read_state,
+)
 from stickslip.envs import BipedEnv
 from tests.fuzz import spoilt
 

@@ -27,7 +27,7 @@ COUNT = 2000
 WRITER = """
 import sys
 from pathlib import Path
-from stickslip.agents.registry import register
+from stickslip.agents.machine import register
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import swept
 register(MassMachine())

@@ -10,8 +10,8 @@ import pytest
 
 from stickslip.agents import describe_environment, evaluate, load_policy, save_policy
 from stickslip.agents.biped.task import from_anywhere
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.network import MLPPolicy
-from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene

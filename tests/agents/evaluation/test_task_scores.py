@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.agents import Idle, evaluate_task
 from stickslip.agents.biped.controllers import CrankSpeedPI
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import TASKS, known_of, task_by_name
 

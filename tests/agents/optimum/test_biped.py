@@ -14,6 +14,7 @@ from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.players import fitted
 from stickslip.agents.evaluation.rollout import play
 from stickslip.agents.evaluation.table import keep_of
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.optimum import (
     Ahead,
     Grid,
@@ -23,7 +24,6 @@ from stickslip.agents.optimum import (
     save_value_policy,
     solve,
 )
-from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv

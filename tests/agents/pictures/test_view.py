@@ -9,9 +9,9 @@ import pytest
 
 from stickslip.agents import ConstantTorque, CrankSpeedPI, rollout, show
 from stickslip.agents.evaluation.rollout import without_resets
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.pictures import view
 from stickslip.agents.pictures.view import TALL
-from stickslip.agents.registry import machine_by_name
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 from stickslip.envs.rendering.page import Episode

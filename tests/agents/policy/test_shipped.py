@@ -10,10 +10,10 @@ import pytest
 
 from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
 from stickslip.agents.evaluation.evaluate import evaluate_task
+from stickslip.agents.machine import machine_among, read_configuration
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.record import every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
-from stickslip.agents.registry import machine_among, read_configuration
 from stickslip.agents.training.configuration import settings_given
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from stickslip.agents.registry import register, unregister
+from stickslip.agents.machine import register, unregister
 from tests.agents.mass import MassMachine
 
 

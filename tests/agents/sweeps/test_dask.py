@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import read_sweep, sweep
-from stickslip.agents.registry import register, unregister
+from stickslip.agents.machine import register, unregister
 from stickslip.agents.sweeps import cells
 from stickslip.agents.sweeps import sweep as sweeping
 from tests.agents.mass import MassMachine

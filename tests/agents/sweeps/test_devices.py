@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[3]
 SCRIPT = """
 import json, sys
 import jax
-from stickslip.agents.registry import register
+from stickslip.agents.machine import register
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import swept
 

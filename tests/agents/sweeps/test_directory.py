@@ -6,7 +6,7 @@ import pytest
 
 from stickslip.agents import read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.evaluate import Episodes
-from stickslip.agents.registry import machine_of_env
+from stickslip.agents.machine import machine_of_env
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.evaluate import UGVEpisodes
 from stickslip.envs import BipedEnv, UGVEnv

@@ -10,17 +10,16 @@ import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
-from stickslip.agents.biped.task import BipedSwept
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import Case, Given
-from stickslip.agents.ugv.task import UGVSwept
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 
 SHORT = 0.1
+BIPED, UGV = (machine_by_name(name).swept() for name in ("biped", "ugv"))
 
 
 def assert_same(one: object, other: object) -> None:
@@ -45,14 +44,14 @@ def test_axes_of_the_biped_are_what_make_params_makes_of_the_numbers():
     heavy = replace(heavy, mass=jnp.asarray(heavy.mass).at[12].set(0.9))
     expected = env.make_params(scene=floor, robot=heavy, mean_rate=5.0, slip_weight=2.0)
     names = {"mu": 0.1, "payload": 3.0, "robot.mass.12": 0.9, "slip_weight": 2.0}
-    assert_same(put(BipedSwept(), params, **names, mean_rate=5.0), expected)
+    assert_same(put(BIPED, params, **names, mean_rate=5.0), expected)
 
 
 def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
     env = UGVEnv()
     way = {"start": 2.0, "end": 6.0}  # waypoints stay where the task has them
     params = env.make_params(track=Track.bump(0.1, width=1.0), **way)
-    made = put(UGVSwept(), params, height=0.2, **{"vehicle.body_mass": 200.0}, friction=0.6)
+    made = put(UGV, params, height=0.2, **{"vehicle.body_mass": 200.0}, friction=0.6)
     track, vehicle = Track.bump(0.2, width=1.0), UGVParams(body_mass=200.0)
     assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
 
@@ -62,7 +61,7 @@ def test_what_an_axis_sets_is_no_longer_drawn():
         friction=(0.5, 1.0), payload=(0.0, 1.0), mean_rate=(2.0, 3.0), crank_rate=(0.0, 3.0)
     )
     params = BipedEnv().make_params(randomisation=drawn, scene="slippery")
-    swept = BipedSwept()
+    swept = BIPED
     values = {"scene.mu_static": 0.3, "scene.payload": 2.0, "task.mean_rate": 6.0}
     opened = swept.opened(params, ["payload", "mu_static", "mean_rate"])
     left = swept.put(opened, values).randomisation
@@ -84,7 +83,7 @@ def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
                 if word == "randomisation.friction.0":
                     params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.0)))
                 assert swept.targets(params, word)
-    biped, ugv = BipedSwept(), UGVSwept()
+    biped, ugv = BIPED, UGV
     assert biped.unit("robot.mass.12") == "kg"
     assert biped.unit("scene.edges.0") == biped.unit("robot.centre.3.1") == "m"
     assert biped.unit("randomisation.payload.1") == "kg"

@@ -7,15 +7,16 @@ import pytest
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.training.directory import (
+    MetricsFile,
     TrainState,
     drop_checkpoints,
     list_checkpoints,
     open_run,
+    read_columns,
     read_config,
     read_model,
     write_checkpoint,
 )
-from stickslip.agents.training.log import MetricsFile, read_columns
 from stickslip.records import files
 from stickslip.records.files import write_whole
 

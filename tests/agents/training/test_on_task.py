@@ -13,8 +13,8 @@ from stickslip.agents import evaluate_task, load_policy
 from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.evaluation.rollout import TEST_SEEDS
-from stickslip.agents.registry import machine_among, read_configuration
-from stickslip.agents.training.log import read_columns
+from stickslip.agents.machine import machine_among, read_configuration
+from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
 from stickslip.agents.ugv.config import UGVTrainConfig

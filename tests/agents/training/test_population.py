@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import register
-from stickslip.agents.registry import unregister
+from stickslip.agents.machine import unregister
 from stickslip.agents.training.ppo import (
     Population,
     PPOTrainer,

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.agents import register
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.registry import unregister
+from stickslip.agents.machine import unregister
 from stickslip.agents.training.run import trainer_of
 from stickslip.agents.training.shac import (
     actor_loss,

@@ -18,9 +18,9 @@ from stickslip.agents.training.directory import (
     list_checkpoints,
     only_writer,
     pack,
+    read_columns,
     read_model,
 )
-from stickslip.agents.training.log import read_columns
 from stickslip.agents.training.run import best_evaluation, train
 from tests.agents.runs import assert_same_run
 from tests.extras import SB3

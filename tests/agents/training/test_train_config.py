@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.registry import machine_among, read_configuration
+from stickslip.agents.machine import machine_among, read_configuration
 from stickslip.agents.training.configuration import (
     command_of,
     read_settings,
     settings_given,
 )
-from stickslip.agents.training.log import MetricsFile, read_columns, read_rows
+from stickslip.agents.training.directory import MetricsFile, read_columns, read_rows
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.cli import make_parser
 from stickslip.flags import add_fields
@@ -191,7 +191,7 @@ def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
 
 def test_tensorboard_reads_the_log_and_hides_what_a_resumption_repeats(tmp_path: Path):
     accumulator = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    from stickslip.agents.training.log import TensorBoard
+    from stickslip.agents.training.directory import TensorBoard
 
     for upto, offset in ((0, 0.0), (20, 0.5)):
         with TensorBoard(tmp_path, upto) as board:

@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.agents import evaluate
 from stickslip.agents.evaluation.rollout import first_state, rollout
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.ugv.controllers import (
     FixedPosture,
     FollowPath,

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from stickslip.agents import load_policy, read_metadata
-from stickslip.agents.registry import read_configuration
+from stickslip.agents.machine import read_configuration
 from stickslip.agents.training.configuration import Trained
-from stickslip.agents.training.log import read_columns
+from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv.config import LEGS, TRACK_NAMES, UGVTrainConfig
 from stickslip.agents.ugv.task import ground_by_name, training_task

@@ -7,7 +7,7 @@ import pytest
 from stickslip.agents.biped.controllers import StopAtMark
 from stickslip.agents.biped.prediction import GaitTable, OptimalGait
 from stickslip.agents.evaluation.rollout import rollout
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import floor_position
 from stickslip.envs import BipedEnv, Randomisation

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.registry import machine_of_env
+from stickslip.agents.machine import machine_of_env
 from stickslip.envs import BipedEnv
 
 

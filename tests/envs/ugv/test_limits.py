@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from stickslip.agents.registry import machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import Surface, Track
 from stickslip.envs import RandomTrack, UGVEnv

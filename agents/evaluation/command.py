@@ -1,9 +1,7 @@
-"""What the commands of `stickslip` do, once their flags are read."""
+"""`stickslip evaluate`: policies and baselines in one table, on their own tasks or a named one."""
 
 from __future__ import annotations
 
-import shlex
-import time
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -22,18 +20,12 @@ from stickslip.agents.evaluation.players import (
 )
 from stickslip.agents.evaluation.rollout import MOST_EPISODES, is_random
 from stickslip.agents.evaluation.table import joined
-from stickslip.agents.registry import machine_by_name, machine_of_env
-from stickslip.agents.training.configuration import settings_given
+from stickslip.agents.machine import machine_of_env
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import say_stage
-from stickslip.records.files import (
-    require_folder,
-    require_new,
-    require_writable,
-)
-from stickslip.records.signals import stoppable
+from stickslip.records.files import require_folder, require_new, require_writable
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
@@ -49,53 +41,6 @@ if TYPE_CHECKING:
 
 EPISODES = 32
 """Of each in `stickslip evaluate`, unless it says otherwise."""
-
-
-def train_command(given: Options) -> None:
-    """`stickslip train`."""
-    machine, out = machine_by_name(given["machine"]), given["out"]
-    if given["resume"] and out is None:
-        raise ValueError("--resume needs the run's directory; accepted: with --out DIR")
-    changed = settings_given(given, machine.configuration)
-    if given["resume"] and changed:
-        names = ", ".join(changed)
-        raise ValueError(
-            f"--resume goes on with the run's own configuration; accepted: without {names}"
-        )
-    from stickslip.agents.training.run import best_evaluation, train
-
-    config = None if given["resume"] else machine.configuration.of(**changed)
-    algorithm = config.algorithm if config else ""
-    whose = machine.name if config is None or config.task is None else config.task
-    if out is not None:
-        require_folder(out)
-    directory = Path(out or f"runs/{whose}-{algorithm}-{time.strftime('%Y%m%d-%H%M%S')}")
-    with stoppable() as stop:
-        trained = train(config, directory, resume=given["resume"], stop=stop)
-    machine, where = machine_by_name(trained.config.machine), shlex.quote(str(directory))
-    if not trained.finished:
-        again = f"stickslip train {machine.name} --out {where} --resume"
-        raise stop.interrupted(f"Stopped after {trained.timesteps:,} steps; go on with: {again}")
-    if not given["no_pictures"]:
-        say_stage("drawing")
-        from stickslip.agents.pictures.training import write_products
-
-        write_products(trained)
-    print(
-        f"Trained {trained.timesteps:,} steps in {trained.seconds:.0f} s, evaluations aside; "
-        f"all of it in {directory}"
-    )
-    on_task = ""
-    if trained.config.task is not None:
-        steps, earned = best_evaluation(trained.directory)
-        task = task_by_name(trained.config.task)
-        known = known_of(task)
-        score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
-        best = f"{score}mean return {earned:.4g}{_unit(task)}"
-        print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
-        print(task_in_words(trained.config.task))
-        on_task = f" --task {trained.config.task}"
-    print(f"Compare it: stickslip evaluate{on_task} {where} {' '.join(machine.baselines)}")
 
 
 def evaluate_command(given: Options) -> Content:
@@ -187,7 +132,7 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
 def task_in_words(name: str) -> str:
     """Text of the task, and of what the scores 0 and 1 are."""
     task = task_by_name(name)
-    known, unit = known_of(task), _unit(task)
+    known, unit = known_of(task), unit_of(task)
     if known is None:
         return f"{task.headline}\n  nothing is known of it"
     return (
@@ -211,5 +156,6 @@ def measured_before(name: str) -> str:
     return "Measured before on the same episodes:\n\n" + Table(words, rows).terminal()
 
 
-def _unit(task: TaskDefinition) -> str:
+def unit_of(task: TaskDefinition) -> str:
+    """Unit of a task's returns, behind a number."""
     return "" if task.unit == "-" else f" {task.unit}"
