@@ -324,14 +324,23 @@ class Machine(ABC, Generic[Env, Params, Config]):
         return standard_episode(played, env, params, name, scale)
 
     def learning_panels(self, config: Config) -> Sequence[LearningPanel]:
-        """Panels of a run's learning curves. Unless a machine says more: each of `evaluated`."""
-        from stickslip.agents.pictures.episodes import LearningPanel
+        """Panels of a run's learning curves: the score on a named task, `evaluated`, the noise.
 
-        del config
-        return [
-            LearningPanel(name.replace("_", " "), name if name in self.episode else None, name)
-            for name in self.evaluated
-        ]
+        Returns of training episodes are left out: their reward may be another one.
+        """
+        from stickslip.agents.pictures.episodes import SCORE, LearningPanel
+
+        env = self.training_task(config).env
+        columns = self.measures(env, task=config.task is not None).columns
+        panels = [] if config.task is None else [SCORE]
+        for name in self.evaluated:
+            if name in columns:
+                column, trained = columns[name][0], name in self.episode and name != "return"
+                factor = 100.0 if column.percent else 1.0
+                panel = LearningPanel(column.title, name if trained else None, name, factor)
+                panels.append(panel)
+        noise = "entropy_weight" if config.algorithm == "sac" else "noise"
+        return [*panels, LearningPanel(f"exploration: {noise.replace('_', ' ')}", noise, None)]
 
     def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""

@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.params import Timed
 
+    Obs: TypeAlias = Float[Array, " obs"]
+    Action: TypeAlias = Float[Array, " act"]
+    """Numbers in [-1, 1]."""
     AnyEnv: TypeAlias = FunctionalEnv[Any, Any]
     """Some machine's environment."""
 
@@ -49,13 +52,9 @@ class Controller(Protocol[Memory, State_contra, Params_contra]):
         ...
 
     def act(
-        self,
-        memory: Memory,
-        obs: Float[Array, " obs"],
-        env_state: State_contra,
-        env_params: Params_contra,
-    ) -> tuple[Memory, Float[Array, " act"]]:
-        """The new memory and the action, numbers in [-1, 1], for one control step."""
+        self, memory: Memory, obs: Obs, env_state: State_contra, env_params: Params_contra
+    ) -> tuple[Memory, Action]:
+        """The new memory and the action for one control step."""
         ...
 
     def validate(self) -> Self:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
+    from stickslip.agents.protocol import Action, Obs
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState
@@ -45,12 +46,8 @@ class ConstantTorque(Memoryless):
         return self
 
     def act(
-        self,
-        memory: None,
-        obs: Float[Array, " obs"],
-        env_state: BipedEnvState,
-        env_params: BipedEnvParams,
-    ) -> tuple[None, Float[Array, " 1"]]:
+        self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
+    ) -> tuple[None, Action]:
         """See Controller."""
         return memory, action_of(self.torque, env_params, env_state)
 
@@ -102,12 +99,8 @@ class CrankSpeedPI:
         return PIMemory(rate, jnp.zeros_like(rate))
 
     def act(
-        self,
-        memory: PIMemory,
-        obs: Float[Array, " obs"],
-        env_state: BipedEnvState,
-        env_params: BipedEnvParams,
-    ) -> tuple[PIMemory, Float[Array, " 1"]]:
+        self, memory: PIMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
+    ) -> tuple[PIMemory, Action]:
         """See Controller."""
         rate, dtype = env_state.biped.crank_rate, env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
@@ -161,12 +154,8 @@ class StopAtMark:
         return self.servo.init(env_params, env_state)
 
     def act(
-        self,
-        memory: PIMemory,
-        obs: Float[Array, " obs"],
-        env_state: BipedEnvState,
-        env_params: BipedEnvParams,
-    ) -> tuple[PIMemory, Float[Array, " 1"]]:
+        self, memory: PIMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
+    ) -> tuple[PIMemory, Action]:
         """See Controller."""
         to_go = env_state.to_go
         if to_go is None:

@@ -128,7 +128,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     summary = defined_in(EVALUATE)
     amplifications = defined_in("stickslip.agents.biped.amplification")
     as_episode = defined_in(PICTURES)
-    learning_panels = defined_in(PICTURES)
     demonstration = defined_in(PICTURES)
 
     def sightless(self, env: BipedEnv) -> BipedEnv:

@@ -9,10 +9,7 @@ import numpy as np
 
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.machine import BIPED_BASELINES, STOPPING
-from stickslip.agents.biped.task import training_task
 from stickslip.agents.pictures.episodes import (
-    SCORE,
-    LearningPanel,
     facts,
     from_start,
     panel,
@@ -182,28 +179,6 @@ def as_episode(
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn, params)),
     )
-
-
-def learning_panels(config: TrainConfig) -> list[LearningPanel]:
-    """Panels of a run's learning curves."""
-    params = training_task(config).described
-    drawn = params.randomisation.mean_rate is not None
-    commanded = None if drawn else float(params.mean_rate)
-    rate, noise = "mean_crank_rate", float(params.torque_limit)
-    title = "mean crank rate [rad/s]" + ("" if drawn else ", dashed: commanded")
-    whole = LearningPanel("return of a whole episode [-]", None, "return")
-    exploration = LearningPanel("exploration noise [N m]", "noise", None, factor=noise)
-    if config.algorithm == "sac":
-        exploration = LearningPanel("entropy weight [-]", "entropy_weight", None, log=True)
-    slid, energy = "slip_per_metre", "energy_per_metre"
-    return [
-        whole if config.task is None else SCORE,
-        LearningPanel(title, rate, rate, level=commanded),
-        LearningPanel("falls [% of episodes]", "falls", "falls", factor=100.0),
-        LearningPanel("distance slid [m/m]", slid, slid, log=True),
-        LearningPanel("energy [J/m]", energy, energy, log=True),
-        exploration,
-    ]
 
 
 def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float, Int
 
+    from stickslip.agents.protocol import Action, Obs
     from stickslip.dynamics.biped import BipedState
     from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.envs.biped.params import BipedEnvParams
@@ -193,12 +194,8 @@ class ComputedTorque:
         return Schedule(jnp.full_like(env_state.biped.crank_rate, jnp.inf), env_state.biped.steps)
 
     def act(
-        self,
-        memory: Schedule,
-        obs: Float[Array, " obs"],
-        env_state: BipedEnvState,
-        env_params: BipedEnvParams,
-    ) -> tuple[Schedule, Float[Array, " 1"]]:
+        self, memory: Schedule, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
+    ) -> tuple[Schedule, Action]:
         """See Controller."""
         dtype = env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
@@ -328,12 +325,8 @@ class OptimalGait(Memoryless):
         return self
 
     def act(
-        self,
-        memory: None,
-        obs: Float[Array, " obs"],
-        env_state: BipedEnvState,
-        env_params: BipedEnvParams,
-    ) -> tuple[None, Float[Array, " 1"]]:
+        self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
+    ) -> tuple[None, Action]:
         """See Controller."""
         dtype = env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)

@@ -48,13 +48,6 @@ class BipedStates:
 
     floor: str
 
-    @property
-    def axes(self) -> tuple[tuple[str, ...], ...]:
-        """See StateMap."""
-        rest = ("phase", "crank_rate")
-        slide = (*rest, "foot_speed")
-        return tuple(rest if name == "rest" else slide for name in SHEETS[self.floor])
-
     def grid(self, params: BipedEnvParams, fineness: float = 1.0) -> Grid:
         """See StateMap: crank rates of RATES, foot speeds up to 0.6 m/s."""
         require_number("fineness", fineness, low=0.0, strict=True, accepted="finite, > 0")

@@ -116,7 +116,7 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
         print(place.line())
         for env in dict.fromkeys(place.who.values()):
             controllers = {
-                name: controller_of(policies[name], name, env, place.params, machine)
+                name: controller_of(policies[name], name, env, machine)
                 for name, own in place.who.items()
                 if own == env
             }

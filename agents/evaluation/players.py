@@ -13,8 +13,6 @@ from stickslip.agents.machine import (
     machine_of_environment,
     machines,
 )
-from stickslip.agents.optimum.file import read_value_metadata, read_value_policy
-from stickslip.agents.optimum.policy import ValuePolicy
 from stickslip.agents.policy.file import named_task_of, policy_path, read_metadata, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
@@ -35,7 +33,7 @@ if TYPE_CHECKING:
 class Named(NamedTuple):
     """A policy with what its file says, or a baseline (None, {})."""
 
-    policy: AnyPlayer | None
+    policy: MLPPolicy | None
     metadata: dict[str, Json]
 
 
@@ -53,23 +51,6 @@ class Place:
     def line(self) -> str:
         """Text of the task, and its origin."""
         return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
-
-
-def read_player(path: Path) -> tuple[AnyPlayer, dict[str, Json]]:
-    """The policy in a file, a network or values that are looked ahead to, and the metadata.
-
-    ValueError naming the file for one that is damaged or of neither kind.
-    """
-    if read_value_metadata(path) is None:
-        return read_policy(path)
-    policy, _, metadata = read_value_policy(path)
-    return policy, metadata
-
-
-def read_about(path: Path) -> dict[str, Json]:
-    """Metadata of a file of either kind. ValueError as in `read_player`."""
-    found = read_value_metadata(path)
-    return read_metadata(path) if found is None else found
 
 
 def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
@@ -91,7 +72,7 @@ def _read_named(name: str, machine: AnyMachine) -> Named:
             "directory of a run with one, or a policy of the package (`stickslip policies`)"
             f"{nearest(name, (*machine.baselines, *shipped_names()))}"
         )
-    found = Named(*read_player(path))
+    found = Named(*read_policy(path))
     if (of := found.metadata.get("environment", machine.environment)) != machine.environment:
         raise ValueError(f"{name!r} is a policy of {of}; accepted: policies of one machine")
     return found
@@ -102,40 +83,16 @@ def machine_of(who: Sequence[str]) -> AnyMachine:
     for name in who:
         machine, path = machine_of_baseline(name), policy_path(name)
         if machine is None and path.is_file():
-            machine = machine_of_environment(read_about(path).get("environment")) or machines()[0]
+            environment = read_metadata(path).get("environment")
+            machine = machine_of_environment(environment) or machines()[0]
         if machine is not None:
             return machine
     return machines()[0]
 
 
-def controller_of(
-    one: Named, name: str, env: AnyEnv, params: Timed, machine: AnyMachine
-) -> AnyPlayer:
-    """The policy or baseline of a name, for an environment and its parameters."""
-    if one.policy is None:
-        return machine.baseline(name, env)
-    return fitted(one.policy, name, env, params, machine)
-
-
-def fitted(
-    policy: AnyPlayer, name: str, env: AnyEnv, params: Timed, machine: AnyMachine
-) -> AnyPlayer:
-    """The policy for an environment: one that looks ahead does so with the environment's own step.
-
-    ValueError for one whose values do not say what later rewards depend on there.
-    """
-    if not isinstance(policy, ValuePolicy):
-        return policy
-    try:
-        states = machine.state_map(env, params)
-    except ValueError as error:
-        raise ValueError(f"{policy_path(name)}, a value policy: {error}") from error
-    if states != policy.states:
-        raise ValueError(
-            f"{policy_path(name)} holds values of {policy.states}, this task has {states}; "
-            "accepted: a value policy for a task of the same coordinates"
-        )
-    return replace(policy, env=env)
+def controller_of(one: Named, name: str, env: AnyEnv, machine: AnyMachine) -> AnyPlayer:
+    """The policy or baseline of a name, for an environment."""
+    return machine.baseline(name, env) if one.policy is None else one.policy
 
 
 def places_of(
@@ -263,13 +220,13 @@ def named_on(name: str, options: Options) -> dict[str, AnyPlayer]:
     env, params = task.make()
     seen = len(env.observation_bounds(params)[0])
     for who, one in named.items():
-        if isinstance(one.policy, MLPPolicy) and one.policy.layer_sizes[0] != seen:
+        if one.policy is not None and one.policy.layer_sizes[0] != seen:
             raise ValueError(
                 f"{policy_path(who)} observes {one.policy.layer_sizes[0]} numbers, {task.name} "
                 f"has {seen}; accepted: a policy trained on what the task observes"
             )
     env = without_resets(env)
-    return {who: controller_of(one, who, env, params, machine) for who, one in named.items()}
+    return {who: controller_of(one, who, env, machine) for who, one in named.items()}
 
 
 def common_task(options: Options) -> str | None:
@@ -287,7 +244,7 @@ def common_task(options: Options) -> str | None:
     for name in [who] if isinstance(who, str) else who:
         if machine_of_baseline(name) is None and (path := policy_path(name)).is_file():
             with naming(path):
-                found.append(named_task_of(read_about(path)))
+                found.append(named_task_of(read_metadata(path)))
     first = found[0] if found else None
     return None if first is None or any(one != first for one in found) else first.name
 

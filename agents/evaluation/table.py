@@ -200,18 +200,12 @@ def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:
     return replace(parts[0], rows=tuple(rows))
 
 
-def row_of_test(
-    columns: Columns[Kept],
-    names: Sequence[str],
-    played: Kept,
-) -> dict[str, float]:
+def row_of_test(columns: Columns[Kept], names: Sequence[str], played: Kept) -> dict[str, float]:
     """The named metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
-    row = {}
-    for name in names:
-        value = columns[name][1](played)
-        row[name] = value.value
-        if name in INTERVALS:
-            row |= {f"{name}_low": value.low, f"{name}_high": value.high}
+    found = {name: columns[name][1](played) for name in names}
+    row = {name: one.value for name, one in found.items()}
+    for name in filter(found.get, INTERVALS):
+        row |= {f"{name}_low": found[name].low, f"{name}_high": found[name].high}
     return row
 
 

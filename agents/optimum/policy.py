@@ -37,11 +37,6 @@ class StateMap(Protocol[State_of_map, Params_contra]):
     reward must be that of the step, and nothing in a step may be drawn.
     """
 
-    @property
-    def axes(self) -> tuple[tuple[str, ...], ...]:
-        """The names of every sheet's axes."""
-        ...
-
     def grid(self, params: Params_contra, fineness: float = 1.0) -> Grid:
         """Grid over the likely states; fineness: factor on the cells along every axis."""
         ...
@@ -195,34 +190,26 @@ class ValuePolicy(Memoryless, Generic[State, Params]):
         """Return self, or raise ValueError naming what does not fit."""
         self.ahead.validate()
         self.grid.validate()
-        names = tuple(tuple(axis.name for axis in sheet.axes) for sheet in self.grid.sheets)
-        if names != self.states.axes:
-            raise ValueError(f"grid has the axes {names}; accepted: {self.states.axes}")
         width = len(self.env.action_names)
         wanted = {"values": (self.grid.size,), "actions": (len(self.actions), width)}
         for name, shape in wanted.items():
             if (given := np.shape(getattr(self, name))) != shape:
                 raise ValueError(f"{name} has shape {given}; accepted: {shape}")
-        if is_concrete(self.values):
-            require_number("values", self.values, accepted="finite numbers")
-            accepted = "numbers in [-1, 1]"
-            require_number("actions", self.actions, low=-1.0, high=1.0, accepted=accepted)
-            require_number("outside", self.outside, accepted="a finite number")
+            require_number(name, getattr(self, name), accepted="finite numbers")
         return self
 
     def process(self, env_params: Params) -> EnvProcess[State, Params]:
         """Decision process of the search."""
-        actions = jnp.asarray(self.actions)  # a file's may be NumPy's, with all their digits
-        return EnvProcess(env_params, actions, self.grid, self.env, self.states)
+        return EnvProcess(env_params, self.actions, self.grid, self.env, self.states)
 
     def act(
         self, memory: None, obs: Float[Array, " obs"], env_state: State, env_params: Params
     ) -> tuple[None, Float[Array, " act"]]:
         """See Controller."""
-        process, values = self.process(env_params), jnp.asarray(self.values)
-        return memory, look_ahead(process, values, env_state, self.outside, self.ahead)[0]
+        process = self.process(env_params)
+        return memory, look_ahead(process, self.values, env_state, self.outside, self.ahead)[0]
 
     def value(self, env_state: State, env_params: Params) -> Float[Array, ""]:
         """The grid's value at a state; at the nearest node of it where it is not covered."""
         place = self.process(env_params).place(env_state)
-        return self.grid.read(jnp.asarray(self.values), self.grid.cell(place))
+        return self.grid.read(self.values, self.grid.cell(place))

@@ -218,24 +218,20 @@ class Known:
     def in_words(self) -> str:
         """Text of what is proved, estimated and not known."""
         low, high = self.earned.low, self.earned.high
-        spread = f" ({low:.2f} to {high:.2f} for the mean over all starts)"
         finer = "" if self.refinement is None else f", {self.refinement:.3f} from half the cells'"
-        guess = (
-            f"estimated: {self.estimate:.3f}, the grid's value{finer}"
-            if self.holds
-            else f"not known: the grid says {self.estimate:.3f}{finer}, but its policy does not "
-            "earn that"
+        guess = f"{self.estimate:.3f}{finer}"
+        return "; ".join(
+            [
+                f"proved: the optimum over these {len(self.replay.reward)} episodes is at least "
+                f"{self.earned.value:.3f}, which the policy earns ({low:.2f} to {high:.2f} for the "
+                f"mean over all starts), and at most {self.upper_bound:.3f}",
+                f"estimated: {guess}, the grid's value"
+                if self.holds
+                else f"not known: the grid says {guess}, but its policy does not earn that",
+                f"{self.falls.value:.0%} of the episodes end before their time",
+                f"{self.off_grid:.2%} of the states lie off the grid",
+            ]
         )
-        words = [
-            f"proved: the optimum over these {len(self.replay.reward)} episodes is at least "
-            f"{self.earned.value:.3f}{spread if np.isfinite(low) else ''}, which the policy earns, "
-            f"and at most {self.upper_bound:.3f}",
-            guess,
-            f"{self.falls.value:.0%} of the episodes end before their time",
-        ]
-        if self.off_grid:
-            words.append(f"{self.off_grid:.2%} of the states lie off the grid")
-        return "; ".join(words)
 
 
 def known(

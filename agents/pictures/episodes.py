@@ -31,9 +31,6 @@ class LearningPanel(NamedTuple):
     test: str | None
     factor: float = 1.0
     """From the column's unit to the panel's."""
-    log: bool = False
-    level: float | None = None
-    """Drawn dashed."""
 
 
 SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_score")

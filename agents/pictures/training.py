@@ -13,13 +13,7 @@ from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.training.directory import read_columns
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.rendering.sheet import (
-    LEVEL,
-    make_sheet,
-    name_below,
-    name_panel,
-    save_sheet,
-)
+from stickslip.envs.rendering.sheet import make_sheet, name_below, name_panel, save_sheet
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -96,10 +90,6 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
 
 def _draw(axis: Axes, panel: LearningPanel, metrics: Curves, tests: Curves, scale: float) -> None:
     name_panel(axis, panel.title)
-    if panel.log:
-        axis.set_yscale("log")
-    if panel.level is not None:
-        axis.axhline(panel.level, **LEVEL)
     for table, column, colour, width in (
         (metrics, panel.training, TRAINING, 1.0),
         (tests, panel.test, TEST, 1.7),
@@ -108,8 +98,6 @@ def _draw(axis: Axes, panel: LearningPanel, metrics: Curves, tests: Curves, scal
             continue
         steps = np.asarray(table["timesteps"]) / scale
         values = panel.factor * np.asarray(table[column])
-        if panel.log:
-            values = np.where(values > 0, values, np.nan)
         marker = "o" if len(steps) < 3 else None
         axis.plot(steps, values, color=colour, lw=width, marker=marker, ms=4)
         if table is tests and f"{column}_low" in table:

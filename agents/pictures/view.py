@@ -208,7 +208,7 @@ def _play(
     params, seed, found = machine.params_to_view(place.params, given["seconds"]), given["seed"], []
     for name, env in place.who.items():
         say_stage(f"playing {name}")
-        controller = controller_of(named[name], name, env, params, machine)
+        controller = controller_of(named[name], name, env, machine)
         played = rollout(env, planned(env, controller, params, seed), params, seed)
         found.append(Played(Path(name).name, place, env, params, played))
     return found

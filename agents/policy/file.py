@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import platform
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, wi
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from stickslip.agents.protocol import Params, State
     from stickslip.agents.untrusted import Json
@@ -104,14 +104,11 @@ def load_policy(name: str | Path) -> MLPPolicy:
 
 def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
     """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
-    try:
-        with refusing("its contents"):
-            arrays, metadata = _contents(read_bytes(path))
-            policy = _policy(arrays, metadata)
-            named_task_of(metadata)  # for what it refuses
-            return policy, metadata
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
+    with _naming(path):
+        arrays, metadata = _contents(read_bytes(path))
+        policy = _policy(arrays, metadata)
+        named_task_of(metadata)  # for what it refuses
+        return policy, metadata
 
 
 def read_metadata(name: str | Path) -> dict[str, Json]:
@@ -120,9 +117,16 @@ def read_metadata(name: str | Path) -> dict[str, Json]:
     ValueError as there, but for a definition that changed.
     """
     path = existing_path(name)
+    with _naming(path):
+        return _contents(read_bytes(path))[1]
+
+
+@contextmanager
+def _naming(path: str | Path) -> Iterator[None]:
+    """Inside, every failure is a ValueError that names the file."""
     try:
         with refusing("its contents"):
-            return _contents(read_bytes(path))[1]
+            yield
     except ValueError as error:
         raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
@@ -172,26 +176,25 @@ def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
     name, digest = (entry.get(one) if isinstance(entry, dict) else None for one in TASK_ENTRIES)
     if not isinstance(name, str) or not isinstance(digest, str):
         raise RefusedError(f"{NAMED} is {shown(entry)}, no name with a digest")
-    here = f"stickslip {version('stickslip')}"
     versions = metadata.get("versions")
     saved = versions.get("stickslip") if isinstance(versions, dict) else None
     saved = saved if isinstance(saved, str) else "of an unknown version"
-    whose = f"a policy of the task {shown(name)}, saved by stickslip {saved}"
+    if (task := TASKS.get(name)) is not None and task.digest == digest:
+        return task
+    here = f"stickslip {version('stickslip')}"
     if name in WITHDRAWN:
-        raise RefusedError(f"{whose}; {withdrawal(name)}, or the version that it came with")
-    if name not in TASKS:
-        raise RefusedError(
-            f"{whose}; {here} has no such task{nearest(name, TASKS)}; accepted: "
-            "a policy of a task that it has (`stickslip tasks`), or the version that it came with"
+        why = withdrawal(name)
+    elif task is None:
+        why = f"{here} has no such task{nearest(name, TASKS)}; accepted: one of `stickslip tasks`"
+    else:
+        why = (
+            f"its definition is {shown(digest[:DIGITS])}, in {here} {task.digest[:DIGITS]}; "
+            f"accepted: a policy trained on this one (`stickslip train --task {name}`)"
         )
-    task = TASKS[name]
-    if digest != task.digest:
-        raise RefusedError(
-            f"{whose}, whose definition is {shown(digest[:DIGITS])}; the {name} of "
-            f"{here} is {task.digest[:DIGITS]}; accepted: a policy trained on this one "
-            f"(`stickslip train --task {name}`), or the version that it came with"
-        )
-    return task
+    raise RefusedError(
+        f"a policy of the task {shown(name)}, saved by stickslip {saved}; {why}, or the version "
+        "that it came with"
+    )
 
 
 def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Json]]:
@@ -206,7 +209,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
     layers = range(len(sizes) - 1)
     names = [f"{kind}_{i}" for kind in ("weight", "bias") for i in layers] + ["shift", "scale"]
     if set(names) != set(arrays):
-        raise RefusedError(f"its entries are {_named(arrays)}, not {_named(names)}")
+        raise RefusedError(f"its entries are {shown(sorted(arrays))}, not {shown(sorted(names))}")
     for name, values in arrays.items():
         if values.dtype not in (np.float32, np.float64):
             raise RefusedError(f"{name} is {values.dtype}, not float32 or float64")
@@ -239,11 +242,6 @@ def _require_described(policy: MLPPolicy, metadata: Mapping[str, Json]) -> None:
             f"the policy observes {seen} numbers, the environment that it is described with "
             f"({shown(metadata.get('environment'))}) gives {shown(size)}"
         )
-
-
-def _named(names: Iterable[str]) -> str:
-    """Some of the names, shortened."""
-    return shown(sorted(names))
 
 
 def installed(packages: Iterable[str]) -> dict[str, str]:

@@ -59,7 +59,7 @@ def cases_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Given]]:
     found = []
     for label, (env, params) in tasks.items():
         env.check_params(params)
-        players = _players(policies, env, params, machine)
+        players = _players(policies, env, machine)
         found += [Given(label, name, env, params, one) for name, one in players.items()]
     return machine, found
 
@@ -87,7 +87,7 @@ def cases_named(
     (place,) = places
     found = []
     for name, env in place.who.items():
-        player = controller_of(players[name], name, env, place.params, machine)
+        player = controller_of(players[name], name, env, machine)
         found.append(Given(place.label, name, env, place.params, player))
     return found, place.line()
 
@@ -104,14 +104,12 @@ def _tasks(task: object) -> dict[str, Pair]:
     return {one.name: one.make() for one in map(task_by_name, task)}
 
 
-def _players(
-    policies: Policies, env: AnyEnv, params: Timed, machine: AnyMachine
-) -> dict[str, AnyPlayer]:
+def _players(policies: Policies, env: AnyEnv, machine: AnyMachine) -> dict[str, AnyPlayer]:
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
     read = read_named([policies] if isinstance(policies, str) else policies, machine)
-    return {name: controller_of(read[name], name, env, params, machine) for name in read}
+    return {name: controller_of(read[name], name, env, machine) for name in read}
 
 
 @dataclass(frozen=True)

@@ -163,7 +163,8 @@ class Configuration:
             refuse_fixed(changed, self.task)
         self._check_together()
         if self.algorithm != "sac":
-            self._require_whole_batches()
+            name = self.steps_name
+            require_divisor(self.batch_size, name, self.num_envs * getattr(self, name))
 
     def _check_together(self) -> None:
         """Raise ValueError for fields that do not go together."""
@@ -177,21 +178,10 @@ class Configuration:
                 "accepted: a number inside"
             )
 
-    def _require_whole_batches(self) -> None:
-        """Raise ValueError unless batches divide a rollout."""
-        name = self.steps_name
-        rollout = self.num_envs * getattr(self, name)
-        if self.batch_size > rollout or rollout % self.batch_size:
-            raise ValueError(
-                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
-                f"num_envs x {name} = {rollout}"
-            )
-
     def _require_room(self, observation: int) -> None:
         """Raise ValueError for networks that no policy file holds, and for samples that no memory
         does. observation: about how many numbers an observation has."""
-        widths = [observation, *[self.hidden] * self.layers, 2]
-        size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
+        size = 4 * weights_of(observation, self.hidden, self.layers, 2)
         if size > LARGEST - 2 * LARGEST_TEXT:
             raise ValueError(
                 f"hidden = {self.hidden} with layers = {self.layers} makes a policy of {size:,} "
@@ -229,7 +219,7 @@ class Configuration:
         require_known(given, known)
         given = {name: value for name, value in given.items() if value is not None}
         usual = cls._usual(given, given.get("trainer"))
-        if given.get("task") is not None:
+        if "task" in given:
             refuse_fixed([name for name in cls.fixed() if name in given], str(given["task"]))
         chosen = {name: known[name].default for name in ("algorithm", "trainer")} | usual | given
         for name in given:
@@ -317,6 +307,21 @@ class Configuration:
 def shared(name: str, default: T) -> T:
     """The field of Configuration of that name, with a machine's own default."""
     return field(default=default, metadata=Configuration.__dataclass_fields__[name].metadata)
+
+
+def require_divisor(batch_size: int, steps: str, samples: int) -> None:
+    """Raise ValueError unless batches divide the samples of a rollout."""
+    if batch_size > samples or samples % batch_size:
+        raise ValueError(
+            f"batch_size = {batch_size} is not accepted; accepted: a divisor of num_envs x {steps} "
+            f"= {samples}"
+        )
+
+
+def weights_of(inputs: int, hidden: int, layers: int, outputs: int) -> int:
+    """Weights and biases of a perceptron."""
+    widths = [inputs, *[hidden] * layers, outputs]
+    return sum((one + 1) * other for one, other in itertools.pairwise(widths))
 
 
 def content_of(text: str) -> dict[str, Json]:

@@ -38,7 +38,14 @@ from stickslip.agents.untrusted import (
     unpack,
 )
 from stickslip.dynamics.checks import memory_limit, shown
-from stickslip.records.files import PARTIAL, discard, is_remains, put_aside, write_whole
+from stickslip.records.files import (
+    PARTIAL,
+    discard,
+    is_remains,
+    put_aside,
+    require_makeable,
+    write_whole,
+)
 from stickslip.records.table import cell_text, csv_line
 
 if TYPE_CHECKING:
@@ -139,6 +146,7 @@ def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
     """
     if path.exists() and not path.is_dir():
         raise ValueError(f"{path} is a file; accepted: a directory for the run")
+    require_makeable(path)
     path.mkdir(parents=True, exist_ok=True)
     if sys.platform == "win32":
         yield

@@ -13,9 +13,6 @@ safe local optimum (it takes a large torque at the right phase to get over the f
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -24,6 +21,7 @@ import numpy as np
 import optax
 
 from stickslip.agents.protocol import Params, State
+from stickslip.agents.training.configuration import weights_of
 from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
@@ -37,17 +35,18 @@ from stickslip.agents.training.trainer import (
     actor_and_critic,
     add_moments,
     begin_episodes,
+    ended_in,
     network,
     no_moments,
     same_step,
     settings_from,
     shapes_of,
 )
-from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.envs.collecting import Collected, Progress, collect
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from jax.typing import ArrayLike
     from jaxtyping import Array, Bool, Float
@@ -65,7 +64,7 @@ STEEPEST = 0.5
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explained_variance")
 RETURN = "episode_return"
-"""The entry of info whose mean over the ended episodes a population keeps."""
+"""Entry of info whose mean over the ended episodes a population keeps."""
 MOST_MEMBERS = 4096
 WEIGHT_BYTES = 4 * 4
 """Of a weight, its slope and the optimiser's moments of it."""
@@ -254,6 +253,7 @@ def policy_of(learner: Learner) -> MLPPolicy:
 
 
 _improve = jax.jit(improve, static_argnums=2)
+first_learner = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
 class PPOTrainer(JAXTrainer[Learner, State, Params]):
@@ -261,7 +261,7 @@ class PPOTrainer(JAXTrainer[Learner, State, Params]):
 
     losses = LOSSES
     settings = staticmethod(settings_of)
-    first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
+    first_learner = staticmethod(first_learner)
     network_of = staticmethod(policy_of)
 
     def learnt(
@@ -300,113 +300,62 @@ def train_population(
     stretches: int = 1,
     tell: Callable[[Population], object] = lambda population: None,
 ) -> Population:
-    """Train one member a seed on an environment, each as `PPOTrainer` does, in one program.
+    """Train one member a seed on an environment, each as `PPOTrainer` does.
 
     params: of training episodes, shared by all. settings: sizes, and rates whose entries are
     numbers or arrays [members]. timesteps: of each member; learning ends with the first update that
-    reaches it. tell: called after each of `stretches` parts of about equal length. Members make
-    their updates together, except on a processor, where batches of small matrix products gain
-    nothing. ValueError for bad numbers, and for what memory cannot hold.
+    reaches it. tell: called after each of `stretches` parts of about equal length. ValueError for
+    bad numbers, and for what memory cannot hold.
     """
-    require_kind("settings", settings, (tuple, list), accepted := "a pair of Sizes and Rates")
-    if len(settings) != 2:
-        raise ValueError(f"settings has {len(settings)} entries; accepted: {accepted}")
     sizes, rates = settings
-    require_kind("settings", sizes, Sizes, accepted)
-    require_kind("settings", rates, Rates, accepted)
     env.check_params(params)
-    require_kind("seeds", seeds, (Sequence, np.ndarray), "one whole number a member, in a list")
     members = require_integer("len(seeds)", len(seeds), high=MOST_MEMBERS)
     numbers = [require_integer("seed", seed, low=0, high=2**31 - 1) for seed in seeds]
-    timesteps = require_integer("timesteps", timesteps, high=10**12)
-    updates = -(-timesteps // sizes.samples)
+    updates = -(-require_integer("timesteps", timesteps, high=10**12) // sizes.samples)
     parts = min(require_integer("stretches", stretches, high=10**6), updates)
-    inputs, names = shapes_of(env, params)
-    _require_room(sizes, inputs, len(env.action_names), members)
-    keep = tuple(name for name in names if name == RETURN)
-    program, rates = (same_step(env), sizes), _spread(rates.validate(), members)
-    at, rows = _begin(*program, inputs, params, np.asarray(numbers)), []
-    now = Population(at.learner, 0, {})
+    env = same_step(env)
+    inputs, infos = shapes_of(env, params)
+    kept = 4 * (3 * inputs + 2 * len(env.action_names) + 8)
+    given = f"num_envs = {sizes.num_envs}, rollout_steps = {sizes.rollout_steps}"
+    require_memory(given, "samples", sizes.samples, kept)
+    given = f"{members} seeds with hidden = {sizes.hidden}, layers = {sizes.layers}"
+    weights = weights_of(inputs, sizes.hidden, sizes.layers, 1)
+    require_memory(given, "networks of an actor and a critic", 2 * members, WEIGHT_BYTES * weights)
+    all_rates = _spread(rates.validate(), members)
+    learners = [
+        first_learner(inputs, len(env.action_names), sizes, jax.random.key(seed))
+        for seed in numbers
+    ]
+    starts = [begin_episodes(env, params, sizes, seed) for seed in numbers]
+    rows: list[list[dict[str, float]]] = [[] for _ in numbers]
     ends = {-(-updates * part // parts) for part in range(1, parts + 1)}
     for index in range(updates):
         share = jnp.float32(index * sizes.samples / timesteps)
-        at, losses = _update(*program, keep, params, rates, at, jnp.int32(index), share)
-        rows.append(jax.tree.map(np.asarray, losses))
+        for member, (learner, (progress, key)) in enumerate(zip(learners, starts, strict=True)):
+            own = all_rates[member]
+            now, draws = own.at(share), jax.random.fold_in(key, index)
+            found = rollout(env, params, sizes, now.noise, learner, progress, infos)
+            learners[member], losses = _improve(learner, found, sizes, own, now, draws)
+            starts[member] = Start(found.progress, key)
+            ended = ended_in(found, infos).get(RETURN, np.full(1, np.nan))
+            rows[member].append({**jax.device_get(losses), "return": ended.mean()})
         if index + 1 in ends:
-            losses = {name: np.stack([row[name] for row in rows], 1) for name in rows[0]}
-            now = Population(at.learner, (index + 1) * sizes.samples, losses)
-            tell(now)
-    return now
+            tell(_together(learners, (index + 1) * sizes.samples, rows))
+    return _together(learners, updates * sizes.samples, rows)
 
 
-def _require_room(sizes: Sizes, inputs: int, outputs: int, members: int) -> None:
-    """Raise ValueError for rollouts and networks that no memory holds."""
-    given = (
-        f"{members} seeds with num_envs = {sizes.num_envs}, rollout_steps = {sizes.rollout_steps}"
-    )
-    kept = 4 * (3 * inputs + 2 * outputs + 8)
-    require_memory(given, "samples", members * sizes.samples, kept)
-    widths = [inputs, *[sizes.hidden] * sizes.layers, 1]
-    weights = sum((one + 1) * other for one, other in itertools.pairwise(widths))
-    given = f"{members} seeds with hidden = {sizes.hidden}, layers = {sizes.layers}"
-    require_memory(given, "networks of an actor and a critic", 2 * members, WEIGHT_BYTES * weights)
+def _together(
+    learners: Sequence[Learner], timesteps: int, rows: Sequence[Sequence[dict[str, float]]]
+) -> Population:
+    """The members' learners, and their losses of each update."""
+    learner = jax.tree.map(lambda *leaves: jnp.stack(leaves), *learners)
+    names = rows[0][0]
+    losses = {name: np.array([[row[name] for row in one] for one in rows]) for name in names}
+    return Population(learner, timesteps, losses)
 
 
-class _Member(NamedTuple):
-    learner: Learner
-    start: Start
-
-
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _begin(
-    env: FunctionalEnv[State, Params], sizes: Sizes, inputs: int, params: Params, seeds: Array
-) -> _Member:
-    def learner(seed: Array) -> Learner:
-        return begin_learning(inputs, len(env.action_names), sizes, jax.random.key(seed))
-
-    # One learner after the other: of several at once, LAPACK factorises the weights of different
-    # layers in tasks of one thread pool that wait for each other, on two cores for ever.
-    start = jax.vmap(lambda seed: begin_episodes(env, params, sizes, seed))
-    return _Member(jax.lax.map(learner, jnp.asarray(seeds)), start(seeds))
-
-
-@partial(jax.jit, static_argnums=(0, 1, 2))
-def _update(
-    env: FunctionalEnv[State, Params],
-    sizes: Sizes,
-    keep: tuple[str, ...],
-    params: Params,
-    rates: Rates,
-    members: _Member,
-    index: Array,
-    share: Array,
-) -> tuple[_Member, dict[str, Array]]:
-    """One update of each member. keep: the entry of info with the return, if it has one."""
-
-    def one(rates: Rates, member: _Member) -> tuple[_Member, dict[str, Array]]:
-        now = rates.at(share)
-        learner, (progress, key) = member
-        found = rollout(env, params, sizes, now.noise, learner, progress, keep)
-        own = jax.random.fold_in(key, index)
-        learner, losses = improve(learner, found, sizes, rates, now, own)
-        over = found.terminated | found.truncated
-        for name in keep:
-            total = jnp.sum(jnp.where(over, found.kept[name], 0.0))
-            losses["return"] = total / jnp.sum(over)
-        return _Member(learner, Start(found.progress, key)), losses
-
-    if vmaps_members():
-        return jax.vmap(one)(rates, members)
-    return jax.lax.map(lambda each: one(*each), (rates, members))
-
-
-def vmaps_members() -> bool:
-    """Whether members make their updates together."""
-    return jax.default_backend() != "cpu"
-
-
-def _spread(rates: Rates, members: int) -> Rates:
-    """Every entry as an array [members]. ValueError for one of another length."""
+def _spread(rates: Rates, members: int) -> list[Rates]:
+    """The rates of each member. ValueError for arrays of another length."""
 
     def one(value: ArrayLike) -> Array:
         if np.shape(value) not in ((), (members,)):
@@ -416,4 +365,5 @@ def _spread(rates: Rates, members: int) -> Rates:
             )
         return jnp.broadcast_to(jnp.asarray(value, jnp.float32), (members,))
 
-    return jax.tree.map(one, rates)
+    spread = jax.tree.map(one, rates)
+    return [jax.tree.map(lambda leaf, i=i: leaf[i], spread) for i in range(members)]

@@ -141,7 +141,7 @@ class _Training:
         columns = (*columns, *ends)
         self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
         self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
-        self.shown = shown
+        self.shown, self.evaluated = shown, False
         total = run.config.timesteps
         bar = Bar("training", total, "step", shown, at=at, large=True, lines=False)
         self.bar, self.bar_at = stack.enter_context(bar), at
@@ -159,6 +159,7 @@ class _Training:
     def train(self) -> Trained[Any]:
         """Run the training loop until `timesteps`."""
         self._tidy()
+        self._say("compiling the update ...")
         total, interval = self.config.timesteps, self.config.checkpoint_interval
         while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
             self.trainer.begin_stretch(at)
@@ -187,6 +188,11 @@ class _Training:
         self.bar.advance(steps, f"return {row.get('return', math.nan):.2f}")
         self.bar_at = update.timesteps
 
+    def _say(self, line: str) -> None:
+        """Print a line, above the bar where there is one."""
+        if self.shown:
+            self.bar.say(line)
+
     def _lap(self) -> float:
         """Add the time since the last lap to that spent learning, and return it [s]."""
         now = time.monotonic()
@@ -203,12 +209,14 @@ class _Training:
                 "(the checkpoints are whole); accepted: a smaller learning_rate"
             )
         policy = self.trainer.policy()
-        row = self._evaluated(policy)
+        if not self.evaluated:
+            self._say("compiling the evaluation ...")
+        self.bar.note("evaluating")
+        row, self.evaluated = self._evaluated(policy), True
         self.evaluations.append(at, {"seconds": seconds} | row)
         self.board.add("evaluation", at, row)
-        if self.shown:
-            line = evaluation_line(self.machine, row).replace("nan", "  -")
-            self.bar.say(f"{at:>10,} steps  {line}")
+        line = evaluation_line(self.machine, row).replace("nan", "  -")
+        self._say(f"{at:>10,} steps  {line}")
         about = {"trained": {"timesteps": at, "config": self.config.digest}, **self.about}
         write_checkpoint(
             self.run.checkpoints,

@@ -20,7 +20,12 @@ import numpy as np
 
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import Config, Configuration, rule_of
+from stickslip.agents.training.configuration import (
+    Config,
+    Configuration,
+    require_divisor,
+    rule_of,
+)
 from stickslip.dynamics.checks import as_number, shown
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Progress, begin
@@ -139,11 +144,7 @@ class Sizes:
     def __post_init__(self):
         for name, value in vars(self).items():
             _rule(name).require(name, value)
-        if self.samples % self.batch_size:
-            raise ValueError(
-                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of num_envs "
-                f"x rollout_steps = {self.samples}"
-            )
+        require_divisor(self.batch_size, "rollout_steps", self.samples)
 
     @property
     def samples(self) -> int:
@@ -179,10 +180,8 @@ class Rates:
     def at(self, share: Float[Array, ""]) -> Now:
         """share: of the training done so far, 0 to 1."""
         share = jnp.clip(share, 0.0, 1.0)
-        rates, noises = (
-            (self.learning_rate, self.final_learning_rate),
-            (jnp.log(self.noise), jnp.log(self.final_noise)),
-        )
+        rates = self.learning_rate, self.final_learning_rate
+        noises = jnp.log(self.noise), jnp.log(self.final_noise)
         rate, noise = (first + (last - first) * share for first, last in (rates, noises))
         return Now(rate, jnp.exp(noise))
 
@@ -202,8 +201,7 @@ Settings = TypeVar("Settings", bound="Sizes | Rates")
 def settings_from(kind: type[Settings], config: Configuration, **own: float) -> Settings:
     """Those of a configuration, by the names of its fields; own: others."""
     given: dict[str, Any] = {one.name: getattr(config, one.name) for one in fields(kind)}
-    given |= own
-    return kind(**given)
+    return kind(**given | own)
 
 
 Layers = tuple[tuple["Array", "Array"], ...]
@@ -246,12 +244,9 @@ def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
     """Orthogonal weights with gain sqrt(2), `last` in the last layer; no biases."""
     gains = [*[2**0.5] * (len(widths) - 2), last]
     keys = jax.random.split(key, len(gains))
-    shapes = itertools.pairwise(widths)
+    shapes, orthogonal = itertools.pairwise(widths), jax.nn.initializers.orthogonal
     return tuple(
-        (
-            jax.nn.initializers.orthogonal(gain)(key, shape, jnp.float32),
-            jnp.zeros(shape[1], jnp.float32),
-        )
+        (orthogonal(gain)(key, shape, jnp.float32), jnp.zeros(shape[1], jnp.float32))
         for gain, key, shape in zip(gains, keys, shapes, strict=True)
     )
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
-    from stickslip.agents.protocol import Controller, Planner
+    from stickslip.agents.protocol import Action, Controller, Obs, Planner
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim import PostureResult
@@ -62,12 +62,8 @@ class FollowPath(Memoryless):
         return self
 
     def act(
-        self,
-        memory: None,
-        obs: Float[Array, " obs"],
-        env_state: UGVEnvState,
-        env_params: UGVEnvParams,
-    ) -> tuple[None, Float[Array, " 2"]]:
+        self, memory: None, obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
+    ) -> tuple[None, Action]:
         """See Controller."""
         last = np.shape(self.angles)[0] - 1
         at = jnp.minimum(env_state.elapsed + 1, last)
@@ -102,12 +98,8 @@ class FixedPosture:
         return pairs[jnp.argmax(returns)]
 
     def act(
-        self,
-        memory: Float[Array, " 2"],
-        obs: Float[Array, " obs"],
-        env_state: UGVEnvState,
-        env_params: UGVEnvParams,
-    ) -> tuple[Float[Array, " 2"], Float[Array, " 2"]]:
+        self, memory: Float[Array, " 2"], obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
+    ) -> tuple[Float[Array, " 2"], Action]:
         """See Controller."""
         return memory, towards(memory, env_state, env_params)
 
@@ -146,12 +138,8 @@ class LevelBody(Memoryless):
         return self
 
     def act(
-        self,
-        memory: None,
-        obs: Float[Array, " obs"],
-        env_state: UGVEnvState,
-        env_params: UGVEnvParams,
-    ) -> tuple[None, Float[Array, " 2"]]:
+        self, memory: None, obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
+    ) -> tuple[None, Action]:
         """See Controller."""
         rear, front = env_state.leg_angles
         share = (front - rear) / 2 + self.gain * env_state.attitude.pitch

@@ -95,7 +95,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     evaluate_policy = defined_in(EVALUATE)
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
-    learning_panels = defined_in(PICTURES)
     demonstration = defined_in(PICTURES)
 
     def sightless(self, env: UGVEnv) -> UGVEnv:

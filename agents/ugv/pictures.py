@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.pictures.episodes import (
-    SCORE,
-    LearningPanel,
     facts,
     from_start,
     panel,
@@ -19,7 +17,7 @@ from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.agents.ugv.evaluate import keep_of
 from stickslip.agents.ugv.machine import UGV_BASELINES, VIEWED
-from stickslip.agents.ugv.task import training_task, with_options
+from stickslip.agents.ugv.task import with_options
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.rendering.ugv import ugv_drawing
@@ -92,20 +90,6 @@ def as_episode(
         states=("GRIP", "SLIP"),
         axis=("front wheel [m]", frame.x),
     )
-
-
-def learning_panels(config: UGVTrainConfig) -> list[LearningPanel]:
-    """Panels of a run's learning curves."""
-    measure = training_task(config).env.measure
-    name, unit = measure.name.replace("_", " "), measure.unit
-    return [
-        LearningPanel(f"return of a whole episode [{unit}]", None, "return"),
-        LearningPanel(f"{name} [{unit}]", "cost", "cost"),
-        SCORE if config.task else LearningPanel("cost / best over grid [-]", None, "score"),
-        LearningPanel("failures [% of episodes]", "failures", "failures", factor=100.0),
-        LearningPanel("work of motors and legs [J]", "total_energy", "total_energy"),
-        LearningPanel("exploration noise [leg rates]", "noise", None),
-    ]
 
 
 def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:

@@ -14,24 +14,12 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
+from stickslip.agents import MLPPolicy, describe_environment, save_policy
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.run import trainer_of
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
-
-TINY = [
-    "--timesteps=128",
-    "--num-envs=4",
-    "--set",
-    "rollout_steps=32",
-    "batch_size=64",
-    "epochs=1",
-    "hidden=8",
-    "evaluation_episodes=2",
-    "checkpoint_interval=128",
-]
 
 
 @pytest.fixture(autouse=True)
@@ -110,32 +98,6 @@ def test_files_are_not_overwritten_unasked(capsys, still: str):
     Path("run/notes").write_text("mine")
     assert "--resume" in refusal(capsys, "train", "biped", "--out", "run")
     assert [path.name for path in Path("run").iterdir()] == ["notes"]
-
-
-def test_a_policy_is_trained_compared_and_shown(capsys, monkeypatch: pytest.MonkeyPatch):
-    pytest.importorskip("tensorboard")
-    monkeypatch.setattr("stickslip.agents.biped.machine.BipedMachine.film_time", 0.2)
-    assert main(["train", "biped", "--out", "a run", *TINY, "slip_weight=2"]) == OK
-    printed = capsys.readouterr().out
-    assert "Trained 128 steps" in printed
-    assert "stickslip evaluate 'a run' constant-torque" in printed  # as a shell takes it
-    for name in ("policy.npz", "learning.png", "episode.png", "walk.gif", "metrics.csv"):
-        assert Path("a run", name).stat().st_size > 300
-    assert TrainConfig.from_json(Path("a run/config.json").read_text()).slip_weight == 2
-    assert main(["train", "biped", "--out", "a run", "--resume", "--no-pictures"]) == OK
-    assert "Trained 128 steps" in capsys.readouterr().out
-    table = ["evaluate", "a run", "constant-torque", "--episodes", "2", "--out", "table"]
-    assert main([*table, "--scene", "slippery,wet"]) == OK
-    printed = capsys.readouterr().out
-    assert printed.count("constant-torque") == 2
-    assert Path("table/evaluation.csv").read_text().count("\n") == 5
-    load_policy("a run/policy.npz")
-    assert main(["view", "a run", "--seconds", "0.2", "--plot", "run.png"]) == OK
-    assert Path("a run-slippery.gif").read_bytes()[:3] == b"GIF"
-    assert Path("run.png").stat().st_size > 1000
-    pytest.importorskip("pygame")
-    assert main(["view", "a run", "--seconds", "0.2", "--window"]) == OK
-    assert [path.name for path in Path().glob("*.gif")] == ["a run-slippery.gif"]
 
 
 @pytest.mark.parametrize(

@@ -42,8 +42,13 @@ def test_a_third_machine_is_short():
 
 def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     pytest.importorskip("tensorboard")
-    assert main(["train", "mass", "--out", "run", "--set", "batch_size=32"]) == OK
-    assert "stickslip evaluate run pull" in capsys.readouterr().out
+    assert main(["train", "mass", "--out", "a run", "--set", "batch_size=32"]) == OK
+    said = capsys.readouterr()
+    assert "stickslip evaluate 'a run' pull" in said.out  # as a shell takes it
+    lines = said.err.splitlines()
+    stages = ("compiling the update ...", "compiling the evaluation ...", "       128 steps  ")
+    assert all(line.startswith(stage) for line, stage in zip(lines, stages, strict=False))
+    Path("a run").rename("run")
     names = ("policy.npz", "learning.png", "episode.png", "episode.gif", "config.json")
     assert all((Path("run") / name).stat().st_size > 100 for name in names)
     assert json.loads(Path("run/config.json").read_text())["machine"] == "mass"
@@ -65,6 +70,9 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     assert main(view) == OK
     assert Path("run.gif").read_bytes()[:3] == b"GIF"
     assert Path("run.png").stat().st_size > 1000
+    pytest.importorskip("pygame")
+    assert main(["view", "run", "--seconds", "0.2", "--window"]) == OK
+    assert [path.name for path in Path().glob("*.gif")] == ["run.gif"]
 
 
 FILES = ("evaluations.csv", "metrics.csv")

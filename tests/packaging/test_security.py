@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import untrusted
-from stickslip.agents.optimum import file as value_file
 from stickslip.agents.policy import file as policy_file
 from stickslip.optim.posture import track_file
 from stickslip.simulate import torque
@@ -23,7 +22,6 @@ LIMITS = {
         f"{untrusted.MOST_ENTRIES:,} entries",
         f"{policy_file.DEEPEST} layers",
     ),
-    "value policy": (f"{value_file.LARGEST // MIB} MiB",),
     "JSON in these": (
         f"{untrusted.LARGEST_TEXT // MIB} MiB",
         f"{untrusted.DEEPEST} levels",

@@ -19,7 +19,7 @@ from stickslip.agents.evaluation.rollout import episode_key, rollout
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.ugv.evaluate import UGVEpisodes, ugv_columns
 from stickslip.dynamics import Scene, Status
-from stickslip.envs import BipedEnv, GymEnv, Randomisation
+from stickslip.envs import BipedEnv, Randomisation
 
 ENV = BipedEnv()
 STARTS = Randomisation(
@@ -75,14 +75,6 @@ def test_totals_are_those_of_a_hand_run_loop(table, policy, params):
         np.testing.assert_allclose(found, sums, rtol=1e-4, atol=1e-5)
         np.testing.assert_allclose(episodes.duration[index], 0.02 * steps, rtol=1e-6)
         assert episodes.fell[index] == bool(terminated)
-
-
-@pytest.mark.long
-def test_a_seed_is_the_same_episode_as_in_the_gymnasium_adapter(policy, params):
-    played = rollout(ENV, policy, params, 5, 10)
-    adapter = GymEnv(replace(ENV, autoreset="disabled"), params)
-    obs, _ = adapter.reset(seed=5)
-    np.testing.assert_array_equal(obs, played.start_obs)
 
 
 @pytest.mark.long

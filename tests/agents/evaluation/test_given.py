@@ -13,12 +13,11 @@ from stickslip.agents import (
     save_policy,
     train,
 )
-from stickslip.agents.training.ppo import Rates, Sizes, train_population
 from stickslip.envs import BipedEnv, UGVEnv, collect
 
 ENV, PARAMS, WHO = BipedEnv(), BipedEnv().default_params, CrankSpeedPI()
 VEHICLE = UGVEnv()
-NAMED, PLACES, CORE = {"held": WHO}, {"here": PARAMS}, (Sizes(), Rates())
+NAMED, PLACES = {"held": WHO}, {"here": PARAMS}
 
 
 @pytest.mark.parametrize(
@@ -33,7 +32,6 @@ NAMED, PLACES, CORE = {"held": WHO}, {"here": PARAMS}, (Sizes(), Rates())
         (lambda: describe_environment(ENV, VEHICLE.default_params), "params = UGV"),  # pyright: ignore[reportArgumentType]
         (lambda: save_policy(WHO, "mine.npz"), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: train("biped", "run"), "config = 'biped'"),  # pyright: ignore[reportArgumentType]
-        (lambda: train_population(ENV, PARAMS, CORE[0], [0], timesteps=1), "settings = Sizes"),  # pyright: ignore[reportArgumentType]
         (lambda: collect(ENV, PARAMS, len, num_envs=1, steps=1, seed=-1), "seed = -1"),
     ],
 )

@@ -115,10 +115,6 @@ class MassStates:
 
     low: float = -0.6
 
-    @property
-    def axes(self):
-        return (("place", "speed"),)
-
     def grid(self, params, fineness=1.0):
         place = Axis.even("place", self.low, 1.8, round(48 * fineness), unit="m")
         speed = Axis.even("speed", -2.0, 2.0, round(40 * fineness), unit="m/s")

@@ -1,9 +1,7 @@
 """Dynamic programming on the biped's own step."""
 
-import json
 from dataclasses import replace
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,20 +9,9 @@ import pytest
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.state_map import BACKWARDS, FORWARDS, REST, state_map
 from stickslip.agents.biped.task import from_anywhere
-from stickslip.agents.evaluation.players import fitted
 from stickslip.agents.evaluation.rollout import play
 from stickslip.agents.evaluation.table import keep_of
-from stickslip.agents.machine import machine_by_name
-from stickslip.agents.optimum import (
-    Ahead,
-    Grid,
-    Sheet,
-    known,
-    load_value_policy,
-    save_value_policy,
-    solve,
-)
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.agents.optimum import Ahead, Grid, Sheet, known, solve
 from stickslip.dynamics import Scene
 from stickslip.envs import BipedEnv
 from stickslip.envs.biped.params import Randomisation
@@ -96,35 +83,6 @@ def test_the_policy_earns_what_the_grid_says_on_a_floor_that_holds(holding):
     assert found.off_grid == 0
 
 
-def test_the_policy_comes_back_from_its_file(holding, tmp_path):
-    path = save_value_policy(holding.policy, holding.params, tmp_path / "p.npz")
-    policy, params = load_value_policy(path)
-    assert jax.tree.structure(policy) == jax.tree.structure(holding.policy)
-    for one, other in zip(
-        jax.tree.leaves((policy, params)),
-        jax.tree.leaves((holding.policy, holding.params)),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(one, other)
-    exact = np.asarray(holding.policy.values, np.float64) + 1e-9
-    with jax.enable_x64(True):
-        double = replace(holding.policy, values=jnp.asarray(exact))
-        save_value_policy(double, holding.params, tmp_path / "double.npz")
-    read = load_value_policy(tmp_path / "double.npz")[0]
-    np.testing.assert_array_equal(read.values, exact)  # until double precision is switched on
-    with pytest.raises(ValueError, match="exists"):
-        save_value_policy(holding.policy, holding.params, path)
-    sheet = holding.policy.grid.sheets[0]
-    straight = Grid((Sheet("rest", (replace(sheet.axes[0], periodic=False), sheet.axes[1])),))
-    with pytest.raises(ValueError, match="periodic"):
-        save_value_policy(replace(holding.policy, grid=straight), holding.params, path)
-    whole = path.read_bytes()
-    for raw in (whole[:-20], b"", whole[:200] + bytes(80) + whole[280:]):
-        path.write_bytes(raw)
-        with pytest.raises(ValueError, match=r"p\.npz: .*accepted: a \.npz written by"):
-            load_value_policy(path)
-
-
 @pytest.mark.long
 def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
     scene = Scene.uniform(0.06, 0.05)
@@ -136,24 +94,3 @@ def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls
     assert np.mean(others.fell) > 0.05
     assert found.lower_bound > 8.6
     assert found.holds
-
-
-@pytest.mark.long
-def test_commands_read_a_value_policy_like_any_other(holding, tmp_path, capsys):
-    path = str(save_value_policy(holding.policy, holding.params, tmp_path / "walk.npz"))
-    assert main(["evaluate", path, "--episodes", "2", "--out", str(tmp_path)]) == OK
-    said = capsys.readouterr()
-    assert f"the own task of {path}" in said.out
-    content = json.loads((tmp_path / "evaluation.json").read_text(encoding="utf-8"))
-    (row,) = content["rows"]
-    played = replay(holding.policy, holding.params, range(2))
-    np.testing.assert_allclose(row["per_episode"]["reward"], played.reward, rtol=1e-5)
-    assert main(["evaluate", path, "--scene", "ice-patch"]) == WRONG_INPUT
-    assert "walk.npz, a value policy: floor = Patches" in capsys.readouterr().err
-
-
-def test_a_value_policy_looks_ahead_in_the_environment_that_it_plays_in(holding):
-    machine, other = machine_by_name("biped"), replace(ENV, substeps=2)
-    assert fitted(holding.policy, "it", other, holding.params, machine).env == other
-    with pytest.raises(ValueError, match=r"holds values of BipedStates\(floor='grip'\), this"):
-        fitted(holding.policy, "it", ENV, ENV.default_params, machine)

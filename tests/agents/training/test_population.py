@@ -46,14 +46,12 @@ def three() -> Population:
     return trained([4, 9, 4], Rates(discount=jnp.asarray([0.99, 0.99, 0.9])))
 
 
-def test_members_depend_on_their_seeds_and_numbers_alone(three, monkeypatch):
+def test_members_depend_on_their_seeds_and_numbers_alone(three):
     told = []
     alone = trained([4], stretches=2, tell=lambda now: told.append(now.timesteps))
     assert told == [2 * SIZES.samples, STEPS]
     assert_close(alone, 0, three, 0)
     assert_close(trained([4], Rates(discount=0.9)), 0, three, 2)
-    monkeypatch.setattr("stickslip.agents.training.ppo.vmaps_members", lambda: True)
-    assert_close(trained([9, 4]), 0, three, 1)
     weights = three.learner.actor[0][0]
     for one, other in ((0, 1), (0, 2)):
         assert not np.allclose(weights[one], weights[other], atol=1e-3)
