@@ -102,7 +102,9 @@ def _cell(cell: dict[str, Any]) -> str:
     if cell["cell_type"] == "markdown":
         return source
     outputs = [one for one in cell["outputs"] if one.get("name") != "stderr"]
-    return "\n\n".join([f"```python\n{source}\n```", *map(_output, outputs)])
+    shown = "\n\n".join([f"```python\n{source}\n```", *map(_output, outputs)])
+    code, *texts = shown.split("\n```\n\n```text\n")
+    return "\n```\n\n```text\n".join([code, "\n".join(texts)]) if texts else code
 
 
 def _output(output: dict[str, Any]) -> str:
