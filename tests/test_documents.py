@@ -58,3 +58,10 @@ def test_a_class_that_is_named_is_there(document: str, name: str):
     assert hasattr(builtins, name) or re.search(
         rf"(?m)^(?:class {name}\b|{name}(?:: TypeAlias)? = )", SOURCE
     )
+
+
+@pytest.mark.parametrize("document", [one for one in TEXTS if one.startswith("docs/")])
+def test_a_page_opens_with_a_command_or_a_snippet(document: str):
+    """Before its first section; a list of terms and a history have none."""
+    opening = TEXTS[document].partition("\n## ")[0]
+    assert "\n```" in opening or document in ("docs/changelog.md", "docs/glossary.md")
