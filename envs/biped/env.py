@@ -68,16 +68,16 @@ MAX_FRICTION = 10.0
 class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     """A biped with one motor walks at a commanded speed without slipping or wasting energy.
 
-    One step of the environment is one control period (0.02 s): the torque is held, the dynamics of
-    `stickslip.dynamics.biped` run with friction switching (no contact of the swing foot, rigid
-    links, no friction in the pins), the status of the model decides whether the episode goes on.
+    One step is one control period (0.02 s) at constant torque. `stickslip.dynamics.biped` computes
+    the motion with friction switching: rigid links, no contact of the swinging foot, no friction in
+    the pins. The episode continues while the model's status allows it.
 
     ## Action
     | index | name | range | meaning |
     | --- | --- | --- | --- |
     | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
 
-    The motor saturates: beyond its range an action is its end. info["torque"] is what acted.
+    Actions beyond the range saturate. info["torque"] is the applied torque [N m].
 
     ## Observation
     | entry | unit | range | when |
@@ -88,38 +88,38 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | velocity of the foot over the floor | m/s | +- 10, clipped | always |
     | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | always |
     | commanded mean crank rate | rad/s | [0, `max_crank_rate`] | always |
-    | way to the mark ahead of the centre of mass | m | +- 10, clipped | `mark` |
+    | distance of the mark ahead of the centre of mass | m | +- 10, clipped | `mark` |
     | distance to the next patch of floor ahead | m | [0, 10], 10 if none | `see_patch`, patches |
     | its static friction coefficient | - | [0, 10] | `see_patch`, patches |
     | static friction coefficient under the foot | - | [0, 10] | `see_friction` |
     | kinetic friction coefficient under the foot | - | [0, 10] | `see_friction` |
 
-    All functions of the angle have period pi (the legs take turns), hence 2 theta. Friction is
-    hidden unless asked for.
+    All functions of the angle have period pi, since the legs take turns: hence 2 theta. Friction is
+    hidden by default.
 
     ## Reward
-    Per step, each rate below times the control period; the sum of a perfect 10 s episode is about
-    10 times `tracking_weight`. With the commanded speed v = commanded rate x step length / pi:
+    The sum of these rates, times the control period. A perfect episode of 10 s earns about 10 times
+    `tracking_weight`. With the commanded speed v = commanded rate x step length / pi:
       tracking  + tracking_weight x max(-1, 1 - |walking speed - v| / v)
       slip      - slip_weight x (distance slid per second) / v
       energy    - energy_weight x (positive motor work + copper loss, per second) / (m g v)
       fall      - fall_penalty, once, when the episode terminates (not for a one-step scene's end)
-    The walking speed is the centre of mass's over the control period. A walk that keeps it constant
-    needs no friction, so a perfect score is possible on any floor.
-    With a `mark` so far ahead of where the centre of mass starts [m], being near it takes the place
-    of the speed, which only scales slip and energy then; d is the way to it, either way:
+    The walking speed is the mean speed of the centre of mass over the control period. To keep it
+    constant needs no friction, so a perfect score is possible on any floor.
+    With a `mark` [m ahead of the centre of mass at the start] the distance d to it, either way,
+    replaces the speed, and v only scales slip and energy:
       tracking  + tracking_weight x mark_width / (mark_width + d)
-    The terms stand in info as `reward_tracking`, `reward_slip`, `reward_energy`, `reward_fall`,
-    what they are made of in physical units beside them. Another reward: override `reward_of`.
+    info has the terms as `reward_tracking`, `reward_slip`, `reward_energy` and `reward_fall`, and
+    their physical quantities. Override `reward_of` for another reward.
 
     ## Start
     At rest with both feet on the floor (theta = pi/2), unless `Randomisation` draws phase, crank
     rate, friction, masses, payload, commanded rate or the place of the mark. With
-    `command_interval` the commanded rate is drawn again after each interval; the step that ends it
-    is judged by the command before.
+    `command_interval` the commanded rate is drawn again after each interval; the last step of an
+    interval is rewarded by its own command.
 
     ## Options of a reset
-    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    `reset(options={...})` of the adapters, for one episode; a given option is not drawn:
     | option | unit | accepted |
     | --- | --- | --- |
     | phase | rad | pi/2 to 3 pi/2 |
@@ -130,9 +130,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | mass | - | > 0, a factor on every mass and inertia |
     | mark | m | > 0, where the task has a mark |
 
-    The first three and the last change the start alone: the steps are those of any episode. The
-    others compile a step the first time that such a floor or load is asked for, and no more for
-    other numbers.
+    The first three and the last change the start alone. The others compile a step at the first use
+    of such a floor or load, and not again for other numbers.
 
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite

@@ -68,11 +68,10 @@ rounded, and a track as long as the one before gets as many."""
 class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     """A UGV drives along a track and moves its legs to minimise a criterion.
 
-    One step of the environment takes the front wheel `spacing` (0.1 m) further, measured along x;
-    time plays no part, the vehicle is in equilibrium everywhere (`stickslip.dynamics.ugv`: no
-    inertia, no rolling resistance, no losses). Over the step the legs' angles change in proportion
-    to the way. What is judged are the stations at the steps' ends, with the trapezoid rule between
-    them, as the optimiser's criteria do.
+    One step takes the front wheel `spacing` (0.1 m) further along x. There is no time: the vehicle
+    is in equilibrium everywhere (`stickslip.dynamics.ugv`: no inertia, no rolling resistance, no
+    losses). Leg angles change linearly with the distance. The criterion takes the stations at the
+    ends of steps, with the trapezoid rule between them.
 
     ## Action
     | index | name | range | meaning |
@@ -80,8 +79,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     | 0 | rear leg rate | [-1, 1] | turn of the rear leg outwards, times `leg_rate` (1 rad/m) |
     | 1 | front leg rate | [-1, 1] | turn of the front leg outwards, the same |
 
-    A rate saturates at the end of its range, an angle at the end of its own (30 to 150 degrees).
-    info["rear_angle"] and info["front_angle"] are what came of both.
+    Rates and angles saturate at the ends of their ranges (angles: 30 to 150 degrees).
+    info["rear_angle"] and info["front_angle"] are the resulting angles.
 
     ## Observation
     W is the vehicle's weight, r the wheels' radius.
@@ -99,38 +98,38 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     | height of the ground ahead over the front contact, one a point | r | +- 5, clipped | always |
     | friction coefficient there, one a point | - | [0, 10] | `see_friction` |
 
-    The `preview` (8) points lie at equal distances ahead of the front contact, along x, the last
-    one `preview_length` (2 m) ahead. Each height carries an independent normal error of standard
-    deviation `preview_noise` [m] in every step, if that is given. "max": criteria that are a worst
-    value over the stations.
+    The `preview` (8) points lie at equal distances along x ahead of the front contact, the last
+    one `preview_length` (2 m) ahead. With `preview_noise` [m] each height has an independent normal
+    error of this standard deviation in every step. "max": criteria that are a worst value over the
+    stations.
 
     ## Reward
-    Minus the increase of the criterion (`stickslip.optim.CRITERIA`) from the station before to this
-    one, in its own unit, so the return of an episode that reaches the end is minus the objective of
-    the optimiser's problem on the same track and waypoints. A step that fails has the reward
-    - `failure_penalty` and adds nothing to the cost; the default penalty is more than any drive to
-    the end can cost (see `penalty_for`), so failing never pays. Both times `reward_scale` (1). For
-    "max" criteria the first step brings the worst of the first two stations.
+    Minus the increase of the criterion (`stickslip.optim.CRITERIA`) in this step, in its own unit.
+    So the return of an episode that reaches the end is minus the value of the `PostureProblem` with
+    the same track and waypoints. A step that fails earns - `failure_penalty` and adds no cost. The
+    default penalty exceeds the cost of any drive to the end (see `penalty_for`), so a failure never
+    pays. `reward_scale` (1) multiplies both. For "max" criteria the first step counts the worst of
+    the first two stations.
 
     ## Start
-    The front wheel stands so far in that the rear wheel is on the track in every posture (or at
-    `start`), the legs straight down (or at `start_angles`). `UGVRandomisation` draws ground,
-    friction and angles from the reset's key.
+    The front wheel stands at `start`, by default so far in that the rear wheel is on the track in
+    every posture. The legs are straight down, or at `start_angles`. `UGVRandomisation` draws
+    ground, friction and angles.
 
     ## Options of a reset
-    `reset(options={...})` of the adapters, for one episode; what is given is not drawn:
+    `reset(options={...})` of the adapters, for one episode; a given option is not drawn:
     | option | unit | accepted |
     | --- | --- | --- |
     | start_angles | rad | rear and front, within the legs' range |
     | friction | - | >= 0 |
     | track | - | a Track or a name; the drive is as long as it, in steps of `spacing` at most |
 
-    The first changes the start alone: the steps are those of any episode. The others compile a step
-    the first time that such a ground is asked for (seconds), and no more for other numbers.
+    The first changes the start alone. The others compile a step at the first use of such a ground
+    (seconds), and not again for other numbers.
 
     ## End
-    Terminated, with the Status in info["status"]: OVERLAP (the wheels' centres are nearer than 2 r
-    and the vehicle's `wheel_gap`; `PoseSolver(overlap=True)` lets them, to compare with the
+    Terminated, with the Status in info["status"]: OVERLAP (the wheel centres are closer than 2 r
+    plus `wheel_gap`; `PoseSolver(overlap=True)` allows it, to compare with the
     chapter), WHEEL_SLIP (a wheel needs more than mu N), ROLLOVER (N <= 0), GROUNDED (body or legs
     lower than `min_clearance`), OVERLOAD (a wheel needs more than `max_torque`, where that is
     given), HOLLOW_GROUND, NO_SOLUTION, NOT_CONVERGED, NON_FINITE. The state stays at the station
