@@ -138,9 +138,10 @@ PARTS = {"fastest": fastest, "thrift": thrift, "accuracy": accuracy, "baselines"
 """Parts of the page."""
 
 
+@sheet.styled
 def draw(content: dict[str, Any]) -> bytes:
     """PNG of speed against friction and of cost against speed."""
-    figure, (left, right) = sheet.make_sheet(1, 2, (9.5, 3.6), sharex=False)
+    figure, (left, right) = sheet.make_sheet(1, 2, (sheet.WIDTH, 3.2), sharex=False)
     rows = content["fastest"]
     mu = [row["mu"] for row in rows]
     left.semilogx(mu, [r["fastest"] for r in rows], "o-", color=theme.MOTOR, label="best gait")
@@ -148,22 +149,20 @@ def draw(content: dict[str, Any]) -> bytes:
     left.semilogx(mu, rates, "s--", color=theme.SLIDES, label="constant crank rate")
     left.set_ylim(bottom=0)
     note = f"motor {TORQUE:g} N m"
-    sheet.name_panel(left, "fastest without slip [rad/s]", note, "static friction [-]")
+    sheet.name_panel(left, "fastest mean crank rate [rad/s]", note, "static friction [-]")
     rows = content["thrift"]
     for name, look, colour in zip(FLOORS, ("o-", "^-", "v-"), sheet.shades(3), strict=True):
         there = [row for row in rows if row[name] is not None]
         speeds, costs = [r[f"{name}, rate"] for r in there], [r[name] for r in there]
-        right.plot(speeds, costs, look, color=colour, label=name)
+        right.plot(speeds, costs, look, color=colour, label=name.replace("mu", "μ ="))
     rate = [row["mean crank rate [rad/s]"] for row in rows]
     costs = [row["constant rate"] for row in rows]
-    right.plot(rate, costs, "s--", color=theme.SLIDES, label="constant rate")
+    right.plot(rate, costs, "s--", color=theme.SLIDES, label="constant crank rate")
     right.set_ylim(0, 0.5)
+    sheet.name_panel(right, "least cost of transport [-]", "", "mean crank rate [rad/s]")
     for axis in (left, right):
-        axis.legend(frameon=False, fontsize=8.5)
-    sheet.name_panel(
-        right, "least cost of transport [-]", "copper included", "mean crank rate [rad/s]"
-    )
-    return sheet.png(figure, "The best gaits of all that do not slip")
+        sheet.legend(axis)
+    return sheet.png(figure, "Best gaits without slip")
 
 
 def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.agents.optimisers.runs import FAILED, OUTCOMES
-from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import make_sheet, name_below, save_sheet
+from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
 from stickslip.optim.instances.instance import suite
 from stickslip.records.table import Column, Table
 
@@ -252,6 +251,7 @@ def _by_method(runs: Sequence[Run]) -> dict[str, list[Run]]:
     return {name: [run for run in runs if run.method == name] for name in names}
 
 
+@styled
 def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
     """Write ecdf_evaluations.png and ecdf_seconds.png, a panel for each family: the share
     of pairs of run and target that are hit; a cross where the runs end. Return the paths."""
@@ -269,8 +269,8 @@ def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], fo
     families = _by_family(runs)
     columns = min(COLUMNS, len(families))
     rows = -(-len(families) // columns)
-    title = f"Targets hit, by {cost}: {len(TARGETS)} gaps from {TARGETS[0]:g} to {TARGETS[-1]:g}"
-    figure, axes = make_sheet(rows, columns, (max(3.7 * columns + 1.9, 8), 3 * rows), title)
+    title = f"Share of targets hit ({len(TARGETS)} gaps from {TARGETS[0]:g} to {TARGETS[-1]:g})"
+    figure, axes = make_sheet(rows, columns, (max(2.6 * columns, WIDTH), 2.4 * rows + 1.2), title)
     for axis in axes[len(families) :]:
         axis.set_axis_off()
     for axis, (family, here) in zip(axes, families.items(), strict=False):
@@ -278,13 +278,12 @@ def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], fo
             at, share = ecdf(mine, cost)
             ends = [float(getattr(one, cost)[-1]) / _scale(one, cost) for one in mine]
             x, y = np.append(at, max([*ends, *at])), np.append(share, max([0.0, *share]))
-            axis.step(x, y, where="post", lw=1.4, **styles[method])
+            axis.step(x, y, where="post", **styles[method])
             axis.plot(x[-1], y[-1], "x", color=styles[method]["color"], markersize=4)
         axis.set_xscale("log")
         axis.set_ylim(0, 1.02)
-        axis.set_title(FAMILIES[family], loc="left", fontsize=9.5, color=theme.INK)
-        name_below(axis, LABELS[cost])
+        name_panel(axis, FAMILIES[family], "", LABELS[cost])
     names = list(_by_method(runs))
-    lines = [axes[0].plot([], [], lw=1.4, **styles[name])[0] for name in names]
-    figure.legend(lines, names, loc="outside right center", fontsize=8.5, frameon=False)
+    lines = [axes[0].plot([], [], **styles[name])[0] for name in names]
+    figure.legend(lines, names, loc="outside lower center", ncols=5)
     return save_sheet(figure, folder / f"ecdf_{cost}.png")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import LEVEL, make_sheet, name_below, name_panel, save_sheet
+from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel, save_sheet, styled
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,6 +29,7 @@ def plot_episode(episode: Episode, path: str | Path, title: str) -> Path:
     return plot_panels(episode.panels, x, below, path, title, episode.slips)
 
 
+@styled
 def plot_panels(
     panels: Sequence[Panel],
     x: np.ndarray,
@@ -38,20 +39,20 @@ def plot_panels(
     slips: np.ndarray | None = None,
 ) -> Path:
     """Plot panels over x [n], labelled `below`; return the path. slips: shaded where true [n]."""
-    figure, axes = make_sheet(len(panels), 1, (11, ROW * len(panels) + 0.8), title)
+    figure, axes = make_sheet(len(panels), 1, (9, ROW * len(panels) + 0.8), title)
     for axis, panel in zip(axes, panels, strict=True):
         for line, colour in zip(panel.lines, theme.PLAYERS, strict=False):
             look = LEVEL if line.dashed else {"color": colour, "lw": 1.2}
             _curve(axis, x, panel, line.values, label=line.name, **look)
         _name(axis, panel)
         if len(panel.lines) > 1:
-            place = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "frameon": False}
-            axis.legend(ncols=len(panel.lines), fontsize=8.5, borderpad=0.2, **place)
+            legend(axis, ncols=len(panel.lines), loc="upper right")
         if slips is not None:
             _shade(axis, x, slips)
     return _save(figure, axes, x, below, path)
 
 
+@styled
 def plot_comparison(
     episodes: Sequence[Episode], panels: Mapping[str, str], path: str | Path, title: str
 ) -> Path:
@@ -63,7 +64,7 @@ def plot_comparison(
     """
     if not episodes:
         raise ValueError("episodes is empty; accepted: at least one")
-    figure, axes = make_sheet(len(panels), 1, (11, 1.25 * ROW * len(panels) + 0.9), title)
+    figure, axes = make_sheet(len(panels), 1, (9, 1.25 * ROW * len(panels) + 0.9), title)
     colours = [*theme.PLAYERS, theme.INK]
     for axis, (wanted, scale) in zip(axes, panels.items(), strict=True):
         drawn: list[np.ndarray] = []
@@ -85,8 +86,7 @@ def plot_comparison(
                 _name(axis, panel)
         _limit(axis, np.concatenate(drawn), scale)
     names = axes[0].get_legend_handles_labels()
-    place = {"loc": "upper right", "frameon": False, "handlelength": 1.2, "columnspacing": 1.2}
-    figure.legend(*names, ncols=6, fontsize=9.5, **place)
+    figure.legend(*names, ncols=6, loc="outside lower center", columnspacing=1.2)
     below, longest = _axis(max(episodes, key=lambda one: one.samples))
     return _save(figure, axes, longest, below, path)
 
@@ -129,6 +129,6 @@ def _shade(axis: Axes, x: np.ndarray, slips: np.ndarray) -> None:
 def _save(
     figure: Figure, axes: Sequence[Axes], x: np.ndarray, below: str, path: str | Path
 ) -> Path:
-    name_below(axes[-1], below)
+    axes[-1].set_xlabel(below)
     axes[-1].set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
     return save_sheet(figure, path)

@@ -12,8 +12,9 @@ from stickslip.agents.machine import machine_by_name
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.training.directory import read_columns
+from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.rendering.sheet import make_sheet, name_below, name_panel, save_sheet
+from stickslip.envs.rendering.sheet import make_sheet, name_panel, save_sheet, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 TRAINED = "trained policy"
 """Its name in tables and pictures."""
 COLUMNS = 3
-TRAINING, TEST = "#8FA3B5", "#D55E00"
+TRAINING, TEST = theme.SUPPORT["slim"], theme.SLIDES
 EXPLAINED = (
     "training episodes, with exploration",
     "evaluation: whole episodes, without (band: 95 %)",
@@ -62,6 +63,7 @@ def write_products(
     ]
 
 
+@styled
 def plot_learning(directory: Path, config: Configuration) -> Path:
     """Write learning.png into a run's directory from its metrics and evaluations; return it."""
     machine = machine_by_name(config.machine)
@@ -72,7 +74,7 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
     where = f"the {machine.title}" if config.task is None else config.task
     title = f"{config.algorithm.upper()} on {where}: {seconds:.0f} s of training, evaluations aside"
     rows = -(-len(panels) // COLUMNS)
-    figure, axes = make_sheet(rows, COLUMNS, (12, 3.1 * rows), title)
+    figure, axes = make_sheet(rows, COLUMNS, (11, 2.8 * rows), title)
     for axis in axes[len(panels) :]:
         axis.set_visible(False)
     axes = axes[: len(panels)]
@@ -80,11 +82,11 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
     for axis, panel in zip(axes, panels, strict=True):
         _draw(axis, panel, metrics, tests, scale)
     for axis in axes[-COLUMNS:]:
-        name_below(axis, f"control steps [{unit}]")
+        axis.set_xlabel(f"control steps [{unit}]")
     line = require("matplotlib.lines").Line2D
     handles = [line([], [], color=TRAINING), line([], [], color=TEST, lw=1.7)]
-    place = {"loc": "outside lower right", "ncols": 2, "frameon": False}
-    figure.legend(handles, EXPLAINED, fontsize=9.5, **place)
+    place = {"loc": "outside lower right", "ncols": 2}
+    figure.legend(handles, EXPLAINED, **place)
     return save_sheet(figure, directory / "learning.png")
 
 

@@ -10,7 +10,7 @@ from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.data import Z95, slip_of
 from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import make_sheet, save_sheet
+from stickslip.envs.rendering.sheet import legend, make_sheet, save_sheet, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -55,6 +55,7 @@ def view_of(found: SweepArrays) -> View | None:
     return View(tuple(random[:2]), True) if random else None
 
 
+@styled
 def write_pictures(
     found: SweepArrays, path: Path, slip: tuple[str, str] | None = None
 ) -> list[Path]:
@@ -119,14 +120,14 @@ def _drawn(found: SweepArrays, view: View, panels: Sequence[Panel], task: str) -
             _lines(mine[0], found, view, panel, names)
         else:
             _maps(figure, mine, found, view, panel)
-            mine[0].set_ylabel(titles[1], fontsize=9.5, color=theme.MUTED)
+            mine[0].set_ylabel(titles[1])
     if lines:
-        axes[0].legend(frameon=False, fontsize=8.5)
+        legend(axes[0])
     else:
         for axis, name in zip(axes, names, strict=False):
-            axis.set_title(name, loc="left", fontsize=10, color=theme.INK)
+            axis.set_title(name)
     for axis in axes[-columns:]:
-        axis.set_xlabel(titles[0], fontsize=9.5, color=theme.MUTED)
+        axis.set_xlabel(titles[0])
     return figure
 
 
@@ -139,7 +140,7 @@ def _lines(axis: Axes, found: SweepArrays, view: View, panel: Panel, names: Sequ
         if panel.half is not None and not view.samples:
             error = panel.half[p][order]
             axis.fill_between(x[order], y - error, y + error, color=COLOURS[p], alpha=0.18, lw=0)
-    axis.set_ylabel(panel.title, fontsize=9, color=theme.MUTED)
+    axis.set_ylabel(panel.title)
     _scale(axis, "x", x)
 
 
@@ -164,7 +165,7 @@ def _maps(
     beyond = known.size and (known.min() < low or known.max() > high)
     extend = "both" if beyond else "neither"
     bar = figure.colorbar(drawn[0], ax=axes, fraction=0.05, pad=0.02, extend=extend)
-    bar.set_label(panel.title, fontsize=9, color=theme.MUTED)
+    bar.set_label(panel.title)
 
 
 def _scale(axis: Axes, which: str, values: np.ndarray) -> None:

@@ -6,12 +6,12 @@ import math
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from matplotlib.figure import Figure
-
 from benchmarks.points import USEFUL, front_of, knee_of
 from benchmarks.report import called, markdown, rows_json, three, where
 from benchmarks.tradeoff.population import FLOORS, ROBOTS
 from stickslip.dynamics.biped.recommendation import PRESET_BATCH, PRESET_SCENE, QUANTILES
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -87,11 +87,6 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
         shares = row["ends_otherwise"], row["other_switches"]
         found.append(Promise(*names, bounds, *shares, costs[names]))  # type: ignore[arg-type]
     return sorted(found, key=lambda promise: promise.cost)
-
-
-def short(point: Promise) -> str:
-    """A label for a picture or a table: table 32x7, rk4_split, 5 ms, float32."""
-    return f"{fidelity_name(point.fidelity)}, {integrator_name(point)}, {point.dtype}"
 
 
 def fidelity_name(fidelity: str) -> str:
@@ -177,11 +172,11 @@ def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
 def body(content: dict[str, Any]) -> str:
     """The tables of docs/accuracy.md."""
     parts = [
-        f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
-        "#### Presets",
         presets(content),
-        "#### The fronts",
+        f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
+        '<details markdown="1">\n<summary>Every setting on the line of the picture below</summary>',
         fronts(content),
+        "</details>",
     ]
     return "\n\n".join(parts)
 
@@ -226,31 +221,36 @@ def _number(value: float) -> str:
 
 
 MARKERS = {"event_exact": "D", "rk4_split": "o"}
-COLOURS = {"float32": "#0b6e4f", "float64": "#4b2e83"}
+COLOURS = {"float32": theme.MOTOR, "float64": theme.SLIDES}
 
 
+@styled
 def draw(content: dict[str, Any], path: Path) -> None:
     """Write the PNG: bars from what half of the default robot's walks keep to what 99 % keep."""
-    figure = Figure((11, 3.4 * len(FLOORS)), layout="constrained")
-    axes = figure.subplots(len(FLOORS), len(COSTS))
-    for line, floor in zip(axes, FLOORS, strict=True):
-        for axis, batch in zip(line, COSTS, strict=True):
-            points = promises_of(content, floor, ROBOTS[0], batch)
-            title = f"{floor}, {batch} environment{'s' if batch > 1 else ''}"
-            along = front_of(points)
-            for p in points:
-                look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.4}
-                axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
-                label = f"{family(p.integrator)}, {p.dtype}"
-                axis.plot(p.cost, p.error, MARKERS[family(p.integrator)], ms=5, label=label, **look)
-            if along:
-                ends = [p.cost for p in along], [p.error for p in along]
-                axis.plot(*ends, color="black", lw=0.8, drawstyle="steps-post", zorder=0)
-                title += f"\nknee: {short(knee_of(points))}"
-            axis.set_title(title, loc="left", fontsize=9)
-            axis.set(xscale="log", yscale="log", ylabel="error [rad/s]", ylim=(None, 3.0))
-            axis.set_xlabel("time for a simulated second of an environment [s]")
-    handles, names = axes[0, 0].get_legend_handles_labels()
-    shown = dict(zip(names, handles, strict=True))
-    figure.legend(shown.values(), shown.keys(), loc="outside upper center", ncols=4, fontsize=8)
-    figure.savefig(path, dpi=110)
+    figure, axes = make_sheet(len(FLOORS), len(COSTS), (WIDTH, 2.4 * len(FLOORS)), sharex=False)
+    shown: dict[str, Any] = {}
+    panels = ((floor, batch) for floor in FLOORS for batch in COSTS)
+    for axis, (floor, batch) in zip(axes, panels, strict=True):
+        points = promises_of(content, floor, ROBOTS[0], batch)
+        along = front_of(points)
+        for p in points:
+            look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.35}
+            axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
+            marker = MARKERS[family(p.integrator)]
+            (point,) = axis.plot(p.cost, p.error, marker, ms=4.5, zorder=3, **look)
+            if p in along:
+                shown[f"{family(p.integrator)}, {p.dtype}"] = point
+        if along:
+            ends = [p.cost for p in along], [p.error for p in along]
+            look = {"color": theme.INK, "lw": 0.8, "drawstyle": "steps-post", "zorder": 1}
+            (shown["cheapest for its error"],) = axis.plot(*ends, **look)
+            knee = knee_of(points)
+            ring = {"mfc": "none", "mec": theme.INK, "zorder": 4}
+            (shown["knee"],) = axis.plot(knee.cost, knee.error, "o", ms=10, **ring)
+        axis.set(xscale="log", yscale="log", ylim=(None, 3.0))
+        note = f"{batch} environment{'s' if batch > 1 else ''}"
+        name_panel(
+            axis, f"{floor}: error [rad/s]", note, "processor time of a simulated second [s]"
+        )
+    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=5)
+    save_sheet(figure, path)

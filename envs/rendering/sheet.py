@@ -3,24 +3,78 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from functools import wraps
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.extras import require
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
+P, T = ParamSpec("P"), TypeVar("T")
+
+WIDTH = 7.6
+"""Width of a sheet that a page shows across its text [inches]."""
+STYLE: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.facecolor": theme.PANEL,
+    "axes.grid": True,
+    "axes.labelcolor": theme.MUTED,
+    "axes.labelsize": 9.5,
+    "axes.prop_cycle": f"cycler('color', {[one.lstrip('#') for one in theme.PLAYERS]})",
+    **{f"axes.spines.{side}": False for side in ("left", "right", "top", "bottom")},
+    "axes.titlecolor": theme.INK,
+    "axes.titlelocation": "left",
+    "axes.titlepad": 4,
+    "axes.titlesize": 10,
+    "figure.constrained_layout.h_pad": 0.06,
+    "figure.constrained_layout.w_pad": 0.06,
+    "figure.dpi": 140,
+    "figure.facecolor": theme.PAGE,
+    "figure.titlesize": 12,
+    "figure.titleweight": "bold",
+    "grid.color": theme.RULE,
+    "grid.linewidth": 0.7,
+    "legend.borderaxespad": 0.4,
+    "legend.edgecolor": "none",
+    "legend.facecolor": theme.PANEL,
+    "legend.fontsize": 8.5,
+    "legend.framealpha": 0.85,
+    "legend.handlelength": 1.6,
+    "legend.labelcolor": theme.INK,
+    "legend.title_fontsize": 8.5,
+    "lines.linewidth": 1.4,
+    "lines.markersize": 5,
+    "savefig.dpi": "figure",
+    "text.color": theme.INK,
+    **{f"{axis}tick.color": theme.MUTED for axis in "xy"},
+    **{f"{axis}tick.labelsize": 9 for axis in "xy"},
+    **{f"{axis}tick.{which}.size": 0 for axis in "xy" for which in ("major", "minor")},
+}
+"""matplotlib's settings for every plot of the package, the benchmarks and the documentation."""
 LEVEL: dict[str, Any] = {"color": theme.MUTED, "lw": 0.9, "ls": (0, (4, 3)), "zorder": 1}
 """Limits and other dashed lines."""
 
 
+def styled(draw: Callable[P, T]) -> Callable[P, T]:
+    """Decorate a function to draw in STYLE, whatever the user's settings of matplotlib."""
+
+    @wraps(draw)
+    def drawn(*args: P.args, **options: P.kwargs) -> T:
+        with require("matplotlib.style").context(["default", STYLE]):
+            return draw(*args, **options)
+
+    return drawn
+
+
+@styled
 def make_sheet(
     rows: int,
     columns: int,
@@ -33,57 +87,47 @@ def make_sheet(
 
     heights: relative ones of the rows; None: all the same.
     """
-    figure = require("matplotlib.figure").Figure(
-        figsize=size, dpi=110, facecolor=theme.PAGE, layout="constrained"
-    )
+    figure = require("matplotlib.figure").Figure(figsize=size, layout="constrained")
     require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     if title:
         _set_title(figure, title)
     grid = figure.subplots(rows, columns, sharex=sharex, squeeze=False, height_ratios=heights)
-    axes = grid.ravel().tolist()
-    for axis in axes:
-        axis.set_facecolor(theme.PANEL)
-        axis.set_axisbelow(True)
-        axis.grid(color=theme.RULE, lw=0.7)
-        axis.tick_params(colors=theme.MUTED, labelsize=9, length=0, which="both")
-        for spine in axis.spines.values():
-            spine.set_visible(False)
-    return figure, axes
+    return figure, grid.ravel().tolist()
 
 
+@styled
 def name_panel(axis: Axes, label: str, note: str = "", below: str = "") -> None:
     """Label a panel: quantity and unit above, a note beside it, the x axis below."""
-    axis.set_title(label, loc="left", fontsize=10, color=theme.INK, pad=4)
-    axis.set_title(note, loc="right", fontsize=8.5, color=theme.MUTED, pad=4)
+    axis.set_title(label)
+    axis.set_title(note, loc="right", fontsize=8.5, color=theme.MUTED)
     if below:
-        name_below(axis, below)
+        axis.set_xlabel(below)
 
 
-def name_below(axis: Axes, words: str) -> None:
-    """Label the horizontal axis with quantity and unit."""
-    axis.set_xlabel(words, fontsize=9.5, color=theme.MUTED)
-
-
+@styled
 def legend(axis: Axes, **options: Any) -> None:
-    """A legend outside the panel, on the right."""
-    place = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.02), "handlelength": 1.6}
-    axis.legend(**{"frameon": False, "fontsize": 8.5, "labelcolor": theme.INK, **place, **options})
+    """A legend inside the panel, where it hides least."""
+    axis.legend(**options)
 
 
 def shades(count: int) -> list[tuple[float, float, float, float]]:
     """Colours from light to dark that stay apart in grey, for a parameter that grows."""
     scale = require("matplotlib").colormaps["viridis"]
-    return [scale(0.86 * (1 - i / max(count - 1, 1))) for i in range(count)]
+    return [scale(0.82 * (1 - i / max(count - 1, 1))) for i in range(count)]
 
 
-def family(axis: Axes, x: ArrayLike, curves: Iterable[tuple[str, ArrayLike]]) -> None:
-    """Curves of a growing parameter with a legend."""
+@styled
+def family(
+    axis: Axes, x: ArrayLike, curves: Iterable[tuple[str, ArrayLike]], **options: Any
+) -> None:
+    """Curves of a growing parameter with a legend; options: of the legend."""
     curves = list(curves)
     for (label, values), colour in zip(curves, shades(len(curves)), strict=True):
-        axis.plot(x, values, color=colour, label=label, lw=1.4)
-    legend(axis)
+        axis.plot(x, values, color=colour, label=label)
+    legend(axis, **options)
 
 
+@styled
 def png(figure: Figure, title: str = "") -> bytes:
     """The figure as a PNG file, with a title."""
     if title:
@@ -99,4 +143,4 @@ def save_sheet(figure: Figure, path: str | Path) -> Path:
 
 
 def _set_title(figure: Figure, title: str) -> None:
-    figure.suptitle(title, x=0.012, ha="left", fontsize=13, color=theme.INK, weight="bold")
+    figure.suptitle(title, x=0.012, ha="left")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -12,12 +12,14 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.biped import BipedFrame, BipedSketch
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.scene import draw_machine
-from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel
+from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, styled
 from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import station_frames
 from stickslip.optimise.biped import presses
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxtyping import Float
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -25,12 +27,14 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.drawing import Drawing
     from stickslip.optim import Gait, GaitProblem, GaitResult, PostureProblem, Station
 
+MOST_POINTS, RANGES, MEDIANS = 600, 300, 50
+"""A curve of more points is drawn as its ranges and medians over so many stretches."""
 VEHICLES = 6
 """Drawn at most; fewer where they would cover each other."""
-REAR, FRONT = {"color": theme.MOTOR, "lw": 1.4}, {"color": theme.SLIDES, "lw": 1.4, "ls": "--"}
+REAR, FRONT = {"color": theme.MOTOR}, {"color": theme.SLIDES, "ls": "--"}
 """Rear wheel or leg, front wheel or leg."""
 SIDES = ("rear", REAR), ("front", FRONT)
-LOWEST, HIGHEST, WIDTH = 0.9, 4.0, 8.3
+LOWEST, HIGHEST, ACROSS = 0.9, 3.5, 7.0
 """Heights of the scene's panel at least and at most, and its width [inches]."""
 ROBOTS, MOST_STEPS = 9, 3
 """Drawn at most, over so many of the gait's steps."""
@@ -40,6 +44,7 @@ MOSTLY = 0.95
 """Share of the friction used that is drawn whole where it grows without limit."""
 
 
+@styled
 def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     """A drive's leg angles, torque and grip margins under the vehicle along the track.
 
@@ -48,27 +53,43 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     stations = problem.stations(x)
     shown = chosen(problem, VEHICLES)
     vehicles = drawing_of(problem, stations, shown)
-    tall = scene_height(problem, vehicles)
-    heights = [tall, 1.5, 1.5, 1.5]
-    figure, (top, legs, torque, grip) = make_sheet(4, 1, (9.0, sum(heights) + 2), heights=heights)
+    tiny = len(stations.x) > MOST_POINTS
+    heights = [1.2 if tiny else scene_height(problem, vehicles), 1.4, 1.4, 1.4]
+    size = WIDTH, sum(heights) + 1.8
+    figure, (top, legs, torque, grip) = make_sheet(4, 1, size, heights=heights)
     draw_angles(legs, stations)
     for end in (problem.params.leg_angle_min, problem.params.leg_angle_max):
         legs.axhline(float(np.degrees(end)), **LEVEL)
     name_panel(legs, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
-    torque.plot(stations.x, stations.torque, color=theme.INK, lw=1.4)
+    draw_curve(torque, stations.x, stations.torque, color=theme.INK)
     torque.axhline(0.0, **LEVEL)
-    name_panel(torque, "torque on each wheel [N m]", "negative: drives forwards")
+    note = "; lines: medians, bands: ranges" if tiny else ""
+    name_panel(torque, "torque on each wheel [N m]", "negative: drives forwards" + note)
     for (name, look), (F, N, mu) in zip(SIDES, stations.wheels, strict=True):
-        grip.plot(stations.x, mu * N - np.abs(F), label=name, **look)
+        draw_curve(grip, stations.x, mu * N - np.abs(F), label=name, **look)
     grip.axhline(problem.min_grip, **LEVEL)
     least, most = np.min(stations.friction), np.max(stations.friction)
     mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
     legend(grip)
     note = f"μ = {mu}; dashed: the least allowed"
     name_panel(grip, "grip margin μ N − |F| [N]", note, "front wheel [m]")
+    if tiny:
+        draw_profile(top, problem)
+        return figure
     draw_vehicles(top, problem, vehicles)
     name_panel(top, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
     return figure
+
+
+def draw_profile(axis: Axes, problem: PostureProblem) -> None:
+    """The height of the ground, where vehicles to scale would be too small to see."""
+    x = np.asarray(problem.x)
+    with jax.enable_x64(True):
+        height = np.asarray(problem.track.height(x))
+    axis.fill_between(x, height, height.min() - 0.1 * np.ptp(height), color=theme.floor_colour(0.8))
+    axis.plot(x, height, color=theme.INK)
+    axis.set_xlim(x[0], x[-1])
+    name_panel(axis, "height of the ground [m]", f"{len(x)} waypoints; another scale upwards")
 
 
 def chosen(problem: PostureProblem, most: int) -> np.ndarray:
@@ -83,15 +104,34 @@ def chosen(problem: PostureProblem, most: int) -> np.ndarray:
 def scene_height(problem: PostureProblem, vehicles: Drawing) -> float:
     """Height of the scene's panel for equal scales [inches], within the page."""
     left, right, bottom, top = _extent(problem, vehicles.points)
-    return float(np.clip(WIDTH * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
+    return float(np.clip(ACROSS * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
 
 
 def draw_angles(axis: Axes, stations: Station) -> None:
     """Both leg angles in degrees."""
     for leg, (name, look) in enumerate(SIDES):
-        axis.plot(stations.x, np.degrees(stations.leg_angles[:, leg]), label=name, **look)
+        draw_curve(axis, stations.x, np.degrees(stations.leg_angles[:, leg]), label=name, **look)
     axis.yaxis.set_major_locator(require("matplotlib.ticker").MultipleLocator(30))
     legend(axis)
+
+
+def draw_curve(axis: Axes, x: np.ndarray, values: np.ndarray, **look: Any) -> None:
+    """A curve; of more than MOST_POINTS a band over its range and a line of its medians.
+
+    A longer curve swings many times within a pixel and would be a block of colour.
+    """
+    if len(x) <= MOST_POINTS:
+        axis.plot(x, values, **look)
+        return
+    low, high = (_by_stretches(values, RANGES, of) for of in (np.min, np.max))
+    middle = _by_stretches(x, RANGES, np.mean)
+    axis.fill_between(middle, low, high, color=look["color"], alpha=0.25, lw=0)
+    axis.plot(*(_by_stretches(of, MEDIANS, np.median) for of in (x, values)), **look)
+
+
+def _by_stretches(values: np.ndarray, count: int, of: Callable) -> np.ndarray:
+    """`of` the values in each of `count` stretches of equal numbers [count]."""
+    return np.array([of(part) for part in np.array_split(values, count)])
 
 
 def draw_vehicles(axis: Axes, problem: PostureProblem, vehicles: Drawing) -> None:
@@ -102,7 +142,7 @@ def draw_vehicles(axis: Axes, problem: PostureProblem, vehicles: Drawing) -> Non
     axis.fill_between(x, y, y.min() - (right - left), color=theme.floor_colour(0.8), lw=0, zorder=1)
     axis.plot(x, y, color=theme.INK, lw=1.2, zorder=4)
     for k in range(len(vehicles.points)):
-        draw_machine(axis, vehicles, k, 72 * WIDTH / (right - left) / 400)
+        draw_machine(axis, vehicles, k, 72 * ACROSS / (right - left) / 400)
     axis.grid(visible=False)
     axis.set_yticks([])
     axis.set_xlim(left, right)
@@ -129,6 +169,7 @@ def _extent(problem: PostureProblem, points: np.ndarray) -> tuple[float, float, 
     return float(left), float(right), float(bottom), float(top)
 
 
+@styled
 def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     """The robot link by link at equal times, rate, torque and friction of a result's gait.
 
@@ -136,7 +177,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     """
     gait = result.best
     figure, (top, rate, torque, friction) = make_sheet(
-        4, 1, (9.0, 9.0), heights=[1.4, 1, 1, 1], sharex=False
+        4, 1, (WIDTH, 7.8), heights=[1.4, 1, 1, 1], sharex=False
     )
     draw_robots(top, problem, gait)
     turned = (gait.theta - np.pi / 2) / np.pi + np.arange(gait.grid.steps)[:, None]
@@ -145,7 +186,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
         use = np.where(loaded, gait.friction_force / gait.normal_force, np.nan)
     curves = (rate, gait.crank_rate), (torque, gait.torque), (friction, use)
     for axis, values in curves:
-        axis.plot(turned.T, values.T, color=theme.MOTOR, lw=1.4)
+        axis.plot(turned.T, values.T, color=theme.MOTOR)
         axis.set_xlim(0, gait.grid.steps)
     rate.axhline(gait.mean_rate, **LEVEL)
     name_panel(rate, "crank rate [rad/s]", "dashed: mean")

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel, shades
+from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, shades
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optimise.picture import draw_angles, draw_vehicles, drawing_of, scene_height
@@ -172,17 +172,17 @@ def _table(held: Held) -> Columns:
 
 
 def _draw_statics(x: np.ndarray, held: Held, drawn: Sequence[Pair], torques: np.ndarray):
-    figure, (curves, largest) = make_sheet(2, 1, (9.0, 6.15), heights=[3.4, 2.1], sharex=False)
+    figure, (curves, largest) = make_sheet(2, 1, (WIDTH, 5.8), heights=[3.4, 2.1], sharex=False)
     colours = [*shades(len(EQUAL)), theme.SLIDES, theme.HIP_EDGE]
     curves.plot(x, np.asarray(held.stations.torque).T, color=theme.MUTED, lw=0.5, alpha=0.25)
     for pair, torque, colour in zip(drawn, torques, colours, strict=True):
         style = "-" if pair in EQUAL else "--"
         curves.plot(x, torque, color=colour, ls=style, lw=1.6, label=name_of(pair))
-    legend(curves, title="rear/front", title_fontsize=8.5)
+    legend(curves, title="rear/front leg", loc="upper left", ncols=2)
     curves.axvline(4.0, **LEVEL)
     curves.axhline(0.0, **LEVEL)
     curves.set_xlim(FROM, TO)
-    note = f"negative: drives forwards; dashed upright: crest; thin: all {len(held.pairs)} pairs"
+    note = f"negative: drives; vertical: crest; thin: all {len(held.pairs)} pairs"
     name_panel(curves, "torque on each wheel [N m]", note, "front wheel [m]")
     unequal = np.array([rear != front for rear, front in held.pairs])
     for label, which, edge in (("unequal", unequal, theme.SLIDES), ("equal", ~unequal, theme.INK)):
@@ -289,7 +289,7 @@ def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
     shown = np.linspace(0, len(problem.x) - 1, VEHICLES).round().astype(int)
     vehicles = drawing_of(problem, stations, shown)
     heights = [1.9, 1.9, scene_height(problem, vehicles)]
-    figure, (legs, torque, scene) = make_sheet(3, 1, (9.0, sum(heights) + 2.1), heights=heights)
+    figure, (legs, torque, scene) = make_sheet(3, 1, (WIDTH, sum(heights) + 1.7), heights=heights)
     draw_angles(legs, stations)
     name_panel(legs, "(a) leg angles [°]", LIMITED)
     looks = (theme.MUTED, ":", 1.6), (theme.INK, "-", 1.6), (theme.HOLDS, "--", 1.2)
@@ -298,7 +298,7 @@ def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
         torque.plot(drive.dense.x, drive.dense.torque, label=name, **look)
     torque.axhline(0.0, **LEVEL)
     legend(torque)
-    note = "legs turn evenly between points 0.1 m apart"
+    note = "legs turn evenly between waypoints"
     name_panel(torque, "torque on each wheel [N m]", note)
     draw_vehicles(scene, problem, vehicles)
     name_panel(scene, f"(b) least variation, {LIMITED}", "", "front wheel [m]")

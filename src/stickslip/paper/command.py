@@ -11,7 +11,7 @@ import jax
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.rendering.sheet import png
+from stickslip.envs.rendering.sheet import png, styled
 from stickslip.optim.progress import say_stage
 from stickslip.paper.figure import Claim, figures_of
 from stickslip.records.files import require_makeable, require_new, write_whole
@@ -41,7 +41,7 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
         for number, (name, figure) in enumerate(figures.items(), 1):
             say_stage(f"[{number}/{len(figures)}] {name}: {figure.title}")
             result = figure.compute(given["samples"])
-            picture = png(result.draw(), figure.title)
+            picture = png(styled(result.draw)(), figure.title)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
             for ending, columns in result.tables.items():
                 text = Table.of_columns(columns).csv(digits=10)

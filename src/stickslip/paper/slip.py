@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BODIES, BipedParams
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import family, legend, make_sheet, name_panel, shades
+from stickslip.envs.rendering.sheet import WIDTH, family, legend, make_sheet, name_panel, shades
 from stickslip.paper.figure import (
     BY_CALIBRATION,
     BY_CONSTRUCTION,
@@ -23,7 +23,7 @@ from stickslip.paper.figure import (
     verdict_of,
 )
 from stickslip.paper.slides import PERIODS, SAME_INSTANT, Slide, Walk, walk
-from stickslip.paper.steady import peak_of, phases, poses, steady
+from stickslip.paper.steady import TIME, peak_of, phases, poses, steady
 
 SLOW, CHART_FRICTION = 3.0, 0.05
 FRICTIONS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.075, 0.079, 0.08, 0.1)
@@ -34,6 +34,8 @@ STEPS = 2
 """Steps of the timeline of Fig. 16."""
 RESTS, FORWARDS, BACKWARDS = "static friction", "sliding forwards", "sliding backwards"
 COLOURS = {RESTS: theme.SWING["main"], FORWARDS: theme.MOTOR, BACKWARDS: theme.SLIDES}
+SHOWN = {"mu": "μ = {:g}", "mu_kinetic": "μk = {:g}", "crank rate": "{:g} rad/s"}
+"""The number that varies, as legends show it."""
 STATED_FRICTION = 0.08
 MID_STEP = (0.4, 0.6)
 """Range that counts as "at mid-step", as shares of the step [-]."""
@@ -260,43 +262,42 @@ def _result(
     }
     time = next(iter(walks.values())).time
     tables = {"": {"time / T [-]": time, **places}, "-slides": slides}
-    named = {f"{name} = {x:g}": one for x, one in walks.items()}
+    named = {SHOWN[name].format(x): one for x, one in walks.items()}
     return Result(tables, lambda: _draw(named, note), claims)
 
 
 def _draw(walks: Mapping[str, Walk], note: str):
     """Places over time, and when the foot slides in the second step."""
     ratio = 0.07 * (3 + len(walks))
-    size = (9.0, 2 * (2.2 + 0.9 * ratio) + 0.55)
+    size = (WIDTH, 2 * (1.9 + 0.9 * ratio) + 0.55)
     figure, (place, bars) = make_sheet(2, 1, size, heights=(1.4, ratio), sharex=False)
     time = next(iter(walks.values())).time
     family(place, time, [(name, 1e3 * one.place) for name, one in walks.items()])
-    title = "place of the foot x1 [mm], forwards up"
-    name_panel(place, title, note, "time in steps, t / T")
+    name_panel(place, "foot position [mm]", note, TIME)
     place.set_xlim(0, PERIODS)
     rows = zip(walks.values(), shades(len(walks)), strict=True)
     for row, (one, colour) in enumerate(rows):
         for part in one.within(SECOND):
             look = {"height": 0.75, "color": colour, "edgecolor": theme.PANEL}
             bars.barh(row, part.end - part.start, left=part.start - SECOND, **look)
-    bars.set_yticks(range(len(walks)), list(walks), fontsize=7)
+    bars.set_yticks(range(len(walks)), list(walks), fontsize=8)
     bars.set_ylim(len(walks) - 0.5, -0.5)
     bars.set_xlim(0, 1)
-    name_panel(bars, "when it slides in a step", "the second step", "share of the step")
+    name_panel(bars, "while the foot slides", "second step", TIME)
     return figure
 
 
 def _draw_states(states: list[State], one: Walk):
     """The foot's place over time, shaded by its state."""
-    figure, (axis,) = make_sheet(1, 1, (9.0, 3.75))
+    figure, (axis,) = make_sheet(1, 1, (WIDTH, 3.2))
     chosen = one.time <= STEPS
-    axis.plot(one.time[chosen], 1e3 * one.place[chosen], color=theme.INK, lw=1.4)
+    axis.plot(one.time[chosen], 1e3 * one.place[chosen], color=theme.INK)
     spans = {
         state: axis.axvspan(start, end, color=COLOURS[state], alpha=0.35, lw=0)
         for state, start, end in states
     }
     legend(axis, handles=list(spans.values()), labels=list(spans))
     note = f"{SLOW:g} rad/s, μ = {CHART_FRICTION:g}"
-    name_panel(axis, "place of the foot x1 [mm]", note, "time in steps, t / T")
+    name_panel(axis, "foot position [mm]", note, TIME)
     axis.set_xlim(0, STEPS)
     return figure

@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, BipedState, Trajectory, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs.rendering.sheet import LEVEL, family, make_sheet, name_panel, shades
+from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, make_sheet, name_panel, shades
 from stickslip.optim.progress import Bar
 from stickslip.paper.figure import (
     BY_CALIBRATION,
@@ -134,14 +134,15 @@ def _result(walks: Mapping[str, Trajectory], found: Claim) -> Result:
 
 
 def _draw(time: np.ndarray, angles: Mapping[str, np.ndarray]):
-    figure, (axis,) = make_sheet(1, 1, (9.0, 4.55))
-    family(axis, time, [(name, angle / np.pi) for name, angle in angles.items()])
+    figure, (axis,) = make_sheet(1, 1, (WIDTH, 3.9))
+    curves = [(name, angle / np.pi) for name, angle in angles.items()]
+    family(axis, time, curves, loc="upper right", ncols=2)
     for angle, colour in zip(angles.values(), shades(len(angles)), strict=True):
         if np.isnan(angle[-1]):
             last = np.nonzero(np.isfinite(angle))[0][-1]
             axis.plot(time[last], angle[last] / np.pi, "x", color=colour, ms=7)
     axis.axhline(0.5, **LEVEL)
-    note = "x: the foot would have to be pulled down"
+    note = "cross: the foot would lift off"
     name_panel(axis, "crank angle [π rad]", note, "time [s]")
     axis.set_xlim(0, DURATION)
     return figure

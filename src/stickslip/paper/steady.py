@@ -23,7 +23,7 @@ from stickslip.dynamics.biped import (
     step_length,
 )
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import LEVEL, family, legend, make_sheet, name_panel
+from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, legend, make_sheet, name_panel
 from stickslip.paper.figure import BY_CONSTRUCTION, Claim, Result, claim, share_of, verdict_of
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)
+TIME = "time / duration of a step [-]"
 RATE = 3.0
 """The chapter does not say at which speed Figs. 12 and 15 are drawn; this is Fig. 17's [rad/s]."""
 HARDLY = 0.1
@@ -174,9 +175,9 @@ def _time(samples: int) -> np.ndarray:
 
 
 def _draw_torques(samples: int, curves: Mapping[str, np.ndarray], note: str):
-    figure, (axis,) = make_sheet(1, 1, (9.0, 4.35))
+    figure, (axis,) = make_sheet(1, 1, (WIDTH, 3.6))
     family(axis, _time(samples), curves.items())
-    name_panel(axis, "motor torque [N m]", note, "time in steps, t / T")
+    name_panel(axis, "motor torque [N m]", note, TIME)
     axis.axhline(0.0, **LEVEL)
     axis.set_xlim(0, 1)
     return figure
@@ -288,15 +289,15 @@ def _below(residual: float) -> str:
 
 
 def _draw_forces(on_foot: FootForces):
-    figure, axes = make_sheet(3, 1, (9.0, 7.15))
+    figure, axes = make_sheet(3, 1, (WIDTH, 6.4))
     time = _time(len(on_foot.zmp) - 1)
     for axis, i, name in zip(axes[:2], (0, 1), ("horizontal", "vertical"), strict=True):
         colours = (theme.HOLDS, theme.MOTOR, theme.SLIDES)
         for (label, values), colour in zip(on_foot.by_label.items(), colours, strict=True):
-            axis.plot(time, values[:, i], color=colour, lw=1.4, label=label)
+            axis.plot(time, values[:, i], color=colour, label=label)
         name_panel(axis, f"{name} force on the foot [N]", f"constant {RATE:g} rad/s")
     legend(axes[0])
-    axes[2].plot(time, 1e3 * on_foot.zmp, color=theme.INK, lw=1.4)
-    name_panel(axes[2], "zero-moment point from the ankle [mm]", "", "time in steps, t / T")
+    axes[2].plot(time, 1e3 * on_foot.zmp, color=theme.INK)
+    name_panel(axes[2], "zero-moment point from the ankle [mm]", below=TIME)
     axes[2].set_xlim(0, 1)
     return figure
