@@ -94,13 +94,13 @@ FIGURES = {
     "fig13": Figure("Crank angle from rest under constant torques", "start", "torques"),
     "fig14": Figure("Crank angle from rest under 1 N m, several total weights", "start", "weights"),
     "fig15": Figure("Forces on the supporting foot over a step", "steady", "forces"),
-    "fig16": Figure("Through the flow chart: sticking and sliding", "slip", "states"),
-    "fig17": Figure("Place of the foot at 3 rad/s, friction from 0.03 to 0.1", "slip", "frictions"),
+    "fig16": Figure("States of the flow chart: sticking and sliding", "slip", "states"),
+    "fig17": Figure("Foot position at 3 rad/s, friction from 0.03 to 0.1", "slip", "frictions"),
     "fig18": Figure(
-        "Place of the foot with friction 0.1, crank speeds up to 5.5 rad/s", "slip", "speeds"
+        "Foot position with friction 0.1, crank speeds up to 5.5 rad/s", "slip", "speeds"
     ),
     "fig19": Figure(
-        "Place of the foot at 5 rad/s, static friction 0.2, kinetic friction varied",
+        "Foot position at 5 rad/s, static friction 0.2, kinetic friction varied",
         "slip",
         "kinetic",
     ),

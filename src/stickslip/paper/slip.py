@@ -34,6 +34,8 @@ STEPS = 2
 """Steps of the timeline of Fig. 16."""
 RESTS, FORWARDS, BACKWARDS = "static friction", "sliding forwards", "sliding backwards"
 COLOURS = {RESTS: theme.SWING["main"], FORWARDS: theme.MOTOR, BACKWARDS: theme.SLIDES}
+ROOM = 0.28
+"""Below the curves for their legend, in heights of the curves."""
 SHOWN = {"mu": "μ = {:g}", "mu_kinetic": "μk = {:g}", "crank rate": "{:g} rad/s"}
 """The number that varies, as legends show it."""
 STATED_FRICTION = 0.08
@@ -272,7 +274,10 @@ def _draw(walks: Mapping[str, Walk], note: str):
     size = (WIDTH, 2 * (1.9 + 0.9 * ratio) + 0.55)
     figure, (place, bars) = make_sheet(2, 1, size, heights=(1.4, ratio), sharex=False)
     time = next(iter(walks.values())).time
-    family(place, time, [(name, 1e3 * one.place) for name, one in walks.items()])
+    curves = [(name, 1e3 * one.place) for name, one in walks.items()]
+    family(place, time, curves, loc="lower left", ncols=5)
+    low, high = place.get_ylim()
+    place.set_ylim(low - ROOM * (high - low), high)
     name_panel(place, "foot position [mm]", note, TIME)
     place.set_xlim(0, PERIODS)
     rows = zip(walks.values(), shades(len(walks)), strict=True)
