@@ -21,7 +21,7 @@ from tests.extras import SB3
 from tests.test_examples import commands
 
 NOT_RUN = {
-    r"^(pip|make|dask|python) ": "installs, starts a cluster, or measures",
+    r"^(pip|make|dask|python|uvx) ": "installs, starts a cluster, or measures",
     r"bench throughput": "measures",
     r"--scheduler": "needs what a test of its own starts",
     r"--bound$": "proves for minutes; tests of bounds do",
