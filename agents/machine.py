@@ -125,6 +125,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Description of files that may be named instead."""
     axes: ClassVar[Mapping[str, str]] = {}
     """Some of the numbers that a sweep may vary, with descriptions and units."""
+    measured: ClassVar[str] = "stickslip.agents.evaluation.table"
+    """Module with the MEASURES of its episodes."""
     evaluated: ClassVar[tuple[str, ...]] = ("return", "duration", "failures")
     """Columns of evaluations.csv; "return" among them."""
     episode: ClassVar[tuple[str, ...]] = ("episodes", "return", "duration")
@@ -247,18 +249,12 @@ class Machine(ABC, Generic[Env, Params, Config]):
         task: of a named task, whose scores say what an optimum would. bound: with columns of what
         nobody can beat in each episode, computed and proved; ValueError where nothing is.
         """
-        from stickslip.agents.evaluation.table import MEASURES
-
-        self.require_no_bound(bound)
-        return MEASURES
-
-    def require_no_bound(self, bound: bool) -> None:
-        """Raise ValueError if a bound is asked for, of a machine that has none."""
         if bound:
             raise ValueError(
                 f"nobody has proved what no policy of the {self.title} can beat in an episode; "
                 "accepted: without a bound"
             )
+        return import_module(self.measured).MEASURES
 
     def amplifications(
         self, env: Env, player: AnyPlayer, params: Params, seeds: Sequence[int]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import Configuration, entry, shared
+from stickslip.agents.training.configuration import Configuration, drawn, entry, positive, shared
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
@@ -69,32 +69,18 @@ class TrainConfig(Configuration):
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)
     mu_static: float | None = entry(None, float, "one floor instead", low=0)
-    mu_kinetic: float | None = entry(
-        None, float, "its kinetic friction, by default mu_static", low=0
-    )
+    mu_kinetic: float | None = entry(None, float, "kinetic, by default mu_static", low=0)
     payload: float | None = entry(None, float, "on the hip [kg]", low=0)
-    mean_rate: float = entry(3.0, float, "mean crank rate [rad/s]", low=0, strict=True)
+    mean_rate: float = positive(3.0, "mean crank rate [rad/s]")
     see_friction: bool = entry(False, bool, "the policy observes the friction underfoot")
     see_patch: bool = entry(False, bool, "the policy observes the next patch of floor")
 
-    random_friction: tuple[float, float] | None = entry(
-        None, "range", "factor on every friction, drawn at each start", low=0
-    )
-    random_mass: tuple[float, float] | None = entry(
-        None, "range", "factor on every mass, drawn at each start", low=1e-6
-    )
-    random_payload: tuple[float, float] | None = entry(
-        None, "range", "payload drawn at each start [kg]", low=0
-    )
-    random_mean_rate: tuple[float, float] | None = entry(
-        None, "range", "commanded rate drawn at each start [rad/s]", low=1e-6
-    )
+    random_friction: tuple[float, float] | None = drawn("factor on every friction")
+    random_mass: tuple[float, float] | None = drawn("factor on every mass", 1e-6)
+    random_payload: tuple[float, float] | None = drawn("payload [kg]")
+    random_mean_rate: tuple[float, float] | None = drawn("commanded rate [rad/s]", 1e-6)
     start_rate: float | None = entry(
-        None,
-        float,
-        "training starts at any phase and up to this crank rate [rad/s]",
-        low=0,
-        high=20,
+        None, float, "training starts at any phase, up to this crank rate [rad/s]", low=0, high=20
     )
     episode_time: float | None = entry(None, float, "length of training episodes [s]", low=0.02)
     tracking_weight: float | None = entry(None, float, "of speed in the training reward", low=0)
@@ -122,12 +108,7 @@ class TrainConfig(Configuration):
 
     machine = "biped"
     FLAGS: ClassVar = (
-        *Configuration.FLAGS,
-        "scene",
-        "mu_static",
-        "mu_kinetic",
-        "payload",
-        "mean_rate",
+        *(*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload", "mean_rate"),
     )
     USUALLY: ClassVar = {
         "start_rate": 5.0,

@@ -9,12 +9,9 @@ from stickslip.agents.machine import Machine, Option, defined_in
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
-    from stickslip.agents.biped.evaluate import Episodes
-    from stickslip.agents.evaluation.table import Measures
     from stickslip.agents.protocol import Options
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState
 
 BIPED_BASELINES = (
     "constant-torque",
@@ -39,6 +36,7 @@ AXES = {
 }
 """For the help of a sweep."""
 STARTS = ("moving", "rest")
+PER_METRE = ("slip_per_metre", "energy_per_metre")
 TASK, EVALUATE = "stickslip.agents.biped.task", "stickslip.agents.biped.evaluate"
 PICTURES = "stickslip.agents.biped.pictures"
 
@@ -60,25 +58,9 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     )
     baselines = BIPED_BASELINES
     scenes = SCENES
-    axes = AXES
-    evaluated = (
-        "return",
-        "mean_speed",
-        "mean_crank_rate",
-        "slip_per_metre",
-        "energy_per_metre",
-        "falls",
-    )
-    episode = (
-        "episodes",
-        "return",
-        "duration",
-        "mean_crank_rate",
-        "speed",
-        "slip_per_metre",
-        "energy_per_metre",
-        "falls",
-    )
+    axes, measured = AXES, EVALUATE
+    evaluated = ("return", "mean_speed", "mean_crank_rate", *PER_METRE, "falls")
+    episode = ("episodes", "return", "duration", "mean_crank_rate", "speed", *PER_METRE, "falls")
     film, frames, film_time = FILM, FRAMES, 6.0
 
     def options(self, viewed: bool = False) -> tuple[Option, ...]:
@@ -135,15 +117,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         from dataclasses import replace
 
         return replace(env, see_friction=False, see_patch=False)
-
-    def measures(
-        self, env: BipedEnv, *, task: bool = False, bound: bool = False
-    ) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
-        """See Machine."""
-        self.require_no_bound(bound)
-        from stickslip.agents.biped.evaluate import MEASURES
-
-        return MEASURES
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

@@ -161,24 +161,18 @@ class ComputedTorque:
     """Hold P(theta) x crank rate constant: in steady walking the floor need not push at all.
 
     With the foot at rest the friction is the change of the horizontal momentum, f = d(P w)/dt
-    (MODEL 1.4). P is m times the slope of the centre of mass's position over the crank angle, so
-    P w = c means that the centre of mass travels at constant speed. Over a step it travels one step
-    length s, in the time pi / (commanded rate): hence c = m s x commanded rate / pi.
+    (MODEL 1.4). P w = c means that the centre of mass travels at constant speed: one step length s
+    in the time pi / (commanded rate), hence c = m s x commanded rate / pi.
 
-    The torque is held for a control period, so it is chosen by prediction: the torque that brings
-    P w to its target at the end of the coming period, found by secant steps on the stepped dynamics
-    of a foot at rest. P has a kink at the exchange of support, which a held torque cannot follow;
-    so the walk is timed, within half a control period a step, such that exchanges fall on control
-    instants.
+    The torque is held for a control period, so it is found by secant steps on the stepped dynamics
+    of a foot at rest, such that P w is at its target at the end of the period. P has a kink at the
+    exchange of support; the walk is timed such that exchanges fall on control instants.
 
-    Far from its target (a start from rest, a slide, a push) P w moves by no more than the friction
-    and the foot's edges allow, both with margin: |f| <= friction x N, and the zero-moment point
-    within `footing` of the way to toe and heel. A slide is predicted with `friction` for its drag.
-
-    It reads phase, rates, masses and commanded rate of the true state and never the floor's
-    friction. friction [-]: the coefficient it relies on when it changes speed, to be set below the
-    floor's static one. footing [-]: share of the foot it relies on, in (0, 1].
-    The default robot's motor (4 N m) can follow up to about 4 rad/s.
+    Far from its target P w moves by no more than |f| <= friction x N allows, and a zero-moment
+    point within `footing` of the way to toe and heel. A slide is predicted with `friction` for its
+    drag. friction [-]: to be set below the floor's static one. footing [-]: share of the foot, in
+    (0, 1]. It reads phase, rates, masses and commanded rate of the true state, never the floor's
+    friction. The default robot's motor (4 N m) can follow up to about 4 rad/s.
     """
 
     friction: ArrayLike = 0.04
@@ -293,17 +287,14 @@ class GaitTable(NamedTuple):
 class OptimalGait(Memoryless):
     """Follow a gait found by `stickslip.optim.GaitProblem`, from any state.
 
-    Without slip the energy M w^2 / 2 + V changes by the motor's work alone, so that a walk off its
-    gait by E - E* is brought back by the torque of one control period, wherever on the step it is:
-    a feedback on the crank rate whose gain M w / (turn of a period) changes along the step. The
-    torque is held for a period, so it is chosen by prediction, as computed torque does. Far from
-    the gait (a start from rest, a slide, a push) the torque is kept where |f| <= friction x N and
-    the zero-moment point within `footing` of the way to toe and heel.
+    The torque of a period is chosen by prediction, such that the crank rate at its end is the
+    gait's there. Far from the gait it is kept where |f| <= friction x N and the zero-moment point
+    within `footing` of the way to toe and heel.
 
-    friction [-]: the coefficient relied on, to be set below the floor's. footing [-]: share of the
-    foot, in (0, 1]. gaits: a GaitTable; by default those of least friction demand of the reference
-    robot with a motor of 3.6 N m at 1 to 7 rad/s. The commanded rate picks among them, beyond their
-    ends the nearest one. Masses are read from the true state, never the floor's friction.
+    friction [-]: to be set below the floor's. footing [-]: share of the foot, in (0, 1]. gaits: by
+    default those of least friction demand of the reference robot with a motor of 3.6 N m at 1 to 7
+    rad/s. The commanded rate picks among them, beyond their ends the nearest one. Masses are read
+    from the true state, never the floor's friction.
     """
 
     friction: ArrayLike = 0.05

@@ -53,6 +53,16 @@ def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Any) -> T:
     return field(default=default, metadata={"rule": found, "of": of})
 
 
+def positive(default: T, about: str, of: str = "") -> T:
+    """A field with a number > 0."""
+    return entry(default, float, about, of, low=0, strict=True)
+
+
+def drawn(about: str, low: float = 0.0) -> tuple[float, float] | None:
+    """A field with the ends of a range that a start draws from, by default none."""
+    return entry(None, "range", f"{about}, drawn at each start", low=low)
+
+
 def rule_of(one: Field[object]) -> Rule:
     """Rule of a field's accepted values."""
     return one.metadata["rule"]
@@ -68,14 +78,12 @@ class Configuration:
     """
 
     algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo", "shac"))
-    trainer: str = entry(
-        "jax", str, "what learns, JAX or Stable-Baselines3", choices=("jax", "sb3")
-    )
+    trainer: str = entry("jax", str, "JAX or Stable-Baselines3", choices=("jax", "sb3"))
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
     timesteps: int = entry(1_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
 
     num_envs: int = entry(64, int, "environments side by side", low=1, high=65536)
-    learning_rate: float = entry(1e-3, float, "at the beginning", low=0, strict=True)
+    learning_rate: float = positive(1e-3, "at the beginning")
     final_learning_rate: float = entry(1e-4, float, "at the end", low=0)
     discount: float = entry(0.99, float, "gamma, per control step", low=0, high=1)
     batch_size: int = entry(512, int, "samples a gradient step", low=2)
@@ -86,38 +94,21 @@ class Configuration:
     rollout_steps: int = entry(128, int, "steps of each environment an update", "ppo", low=2)
     epochs: int = entry(6, int, "passes over a rollout", "ppo", low=1, high=10_000)
     gae_lambda: float = entry(0.95, float, "of the advantage estimate", "ppo", low=0, high=1)
-    clip_range: float = entry(0.2, float, "of the probability ratio", "ppo", low=0, strict=True)
-    noise: float = entry(
-        0.22,
-        float,
-        "standard deviation of exploration, the largest action being 1",
-        "ppo",
-        low=0,
-        strict=True,
+    clip_range: float = positive(0.2, "of the probability ratio", "ppo")
+    noise: float = positive(
+        0.22, "standard deviation of exploration, the largest action being 1", "ppo"
     )
-    final_noise: float = entry(0.03, float, "the same at the end", "ppo", low=0, strict=True)
+    final_noise: float = positive(0.03, "the same at the end", "ppo")
 
-    horizon: int = entry(
-        16, int, "steps of a window that derivatives go through", "shac", low=2, high=4096
-    )
+    horizon: int = entry(16, int, "steps of a window with derivatives", "shac", low=2, high=4096)
     critic_passes: int = entry(4, int, "of the critic over a window", "shac", low=1, high=10_000)
-    critic_pace: float = entry(
-        1.0, float, "the critic's learning rate, in the actor's", "shac", low=0
-    )
+    critic_pace: float = entry(1.0, float, "critic's learning rate, in the actor's", "shac", low=0)
     td_lambda: float = entry(0.95, float, "of the critic's targets", "shac", low=0, high=1)
-    target_memory: float = entry(
-        0.2, float, "what the target keeps an update", "shac", low=0, high=1
-    )
-    action_noise: float = entry(
-        0.2, float, "standard deviation of exploration", "shac", low=0, strict=True
-    )
-    final_action_noise: float = entry(
-        0.05, float, "the same at the end", "shac", low=0, strict=True
-    )
+    target_memory: float = entry(0.2, float, "kept by the target an update", "shac", low=0, high=1)
+    action_noise: float = positive(0.2, "standard deviation of exploration", "shac")
+    final_action_noise: float = positive(0.05, "the same at the end", "shac")
 
-    checkpoint_interval: int = entry(
-        65_536, int, "steps to the next checkpoint", low=1, high=MOST_STEPS
-    )
+    checkpoint_interval: int = entry(65_536, int, "steps of a stretch", low=1, high=MOST_STEPS)
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
     evaluation_episodes: int = entry(32, int, "episodes an evaluation", low=1, high=65536)
     task: str | None = entry(None, str, "of `stickslip tasks`; it says all of what is trained on")

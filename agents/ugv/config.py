@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.training.configuration import Configuration, entry, shared
+from stickslip.agents.training.configuration import Configuration, drawn, entry, positive, shared
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.optim.posture import CRITERIA_IN_WORDS
@@ -51,9 +51,7 @@ class UGVTrainConfig(Configuration):
 
     timesteps: int = shared("timesteps", 600_000)
 
-    criterion: str = entry(
-        "wheel_energy", str, "what is to be small", choices=tuple(CRITERIA_IN_WORDS)
-    )
+    criterion: str = entry("wheel_energy", str, "minimised", choices=tuple(CRITERIA_IN_WORDS))
     tracks: str = entry(
         GROUND,
         str,
@@ -61,11 +59,9 @@ class UGVTrainConfig(Configuration):
         "file",
     )
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
-    random_friction: tuple[float, float] | None = entry(
-        None, "range", "friction drawn at each start instead", low=0
-    )
-    leg_rate: float = entry(1.0, float, "of the legs at action 1 [rad/m]", low=0, strict=True)
-    spacing: float = entry(0.1, float, "way of a step [m]", low=0, strict=True)
+    random_friction: tuple[float, float] | None = drawn("friction instead")
+    leg_rate: float = positive(1.0, "of the legs at action 1 [rad/m]")
+    spacing: float = positive(0.1, "way of a step [m]")
     start_angle: float = entry(
         90.0, float, "of both legs at the start [degrees]", low=LEGS[0], high=LEGS[1]
     )
@@ -77,18 +73,12 @@ class UGVTrainConfig(Configuration):
         high=LEGS[1],
     )
     preview: int = entry(16, int, "points of the ground ahead that are observed", low=0, high=256)
-    preview_length: float = entry(4.0, float, "how far ahead [m]", low=0, strict=True)
+    preview_length: float = positive(4.0, "how far ahead [m]")
     preview_noise: float | None = entry(None, float, "standard deviation of each [m]", low=0)
-    reward_scale: float | None = entry(
-        None,
-        float,
-        "factor on the training reward, by default what makes a usual cost about 1",
-        low=0,
-        strict=True,
+    reward_scale: float | None = positive(
+        None, "factor on the training reward, by default what makes a usual cost about 1"
     )
-    failure: float | None = entry(
-        None, float, "penalty of a failure in the scaled training reward", low=0
-    )
+    failure: float | None = entry(None, float, "penalty in the scaled training reward", low=0)
 
     learning_rate: float = shared("learning_rate", 3e-3)
     final_learning_rate: float = shared("final_learning_rate", 3e-4)
