@@ -76,22 +76,22 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     """In the policy's file."""
 
 
-def defined_in(module: str, name: str = "") -> Any:
-    """A machine's method whose function, of the same name unless given, stands in another module.
+def defined_in(module: str) -> Any:
+    """A machine's method: a module's function of the same name, which does not take the machine.
 
-    The module is imported at the first call. The function does not take the machine.
+    The module is imported at the first call.
     """
-    return _DefinedIn(module, name)
+    return _DefinedIn(module)
 
 
 class _DefinedIn:
     """See `defined_in`."""
 
-    def __init__(self, module: str, name: str):
-        self.module, self.name = module, name
+    def __init__(self, module: str):
+        self.module = module
 
     def __set_name__(self, owner: type, name: str) -> None:
-        self.name = self.name or name
+        self.name = name
 
     def __get__(self, machine: object, kind: type) -> object:
         """The function."""
@@ -232,14 +232,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
         raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
 
     def state_map(self, env: Env, params: Params) -> StateMap[Any, Params]:
-        """The coordinates that later rewards of a task depend on, for `stickslip.agents.optimum`.
-
-        ValueError where they are too many, or nobody has said which they are.
-        """
-        raise ValueError(
-            f"nobody has said which coordinates the state of {type(env).__name__} has; accepted: "
-            "an environment whose machine says so, or states= of your own"
-        )
+        """Coordinates that later rewards of a task depend on. ValueError where there are none."""
+        raise ValueError(f"a {type(env).__name__} has no coordinates of its own; accepted: states=")
 
     # Evaluation.
 
@@ -259,7 +253,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
     def amplifications(
         self, env: Env, player: AnyPlayer, params: Params, seeds: Sequence[int]
     ) -> np.ndarray:
-        """How many times a small difference of the start grew in each seed's episode [-].
+        """Growth of a small difference of the start in each seed's episode [-].
 
         ValueError for a machine without dynamics.
         """

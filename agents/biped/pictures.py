@@ -10,13 +10,13 @@ import numpy as np
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.machine import BIPED_BASELINES, STOPPING
 from stickslip.agents.pictures.episodes import (
+    ended_of,
     facts,
     from_start,
     panel,
     reward_panels,
     samples,
 )
-from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.biped.state import drawn_robot, drawn_scene
 from stickslip.envs.rendering.biped import biped_drawing
@@ -166,8 +166,7 @@ def as_episode(
             ("energy", float(last["episode_energy"][-1]), "J"),
         ]
     )
-    status = Status(int(last["status"][-1]))
-    ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
+    ended = ended_of(played)
     return Episode(
         name=name,
         period=float(params.control_period),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.pictures.episodes import (
+    ended_of,
     facts,
     from_start,
     panel,
@@ -64,9 +65,7 @@ def as_episode(
             ("shown at", float(params.speed), "m/s"),
         ]
     )
-    status = Status(int(totals["status"][-1]))
-    ended = status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
-    slips = frame.slips
+    slips, ended = frame.slips, ended_of(played)
     return Episode(
         name=name,
         period=float(params.control_period),
