@@ -191,12 +191,12 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
         ("evaluate computed-torque --scene ice-patch --mu-static 0.05", "both say which floor"),
         ("evaluate computed-torque --payload 1 --payload 2", "--payload is given twice"),
         ("view computed-torque --window --out a.gif", "--out a.gif with --window"),
-        ("train --payload 1 --set random_payload=0,2", "payload with random_payload"),
+        ("train biped --payload 1 --set random_payload=0,2", "payload with random_payload"),
         (
-            "train --set random_mean_rate=4,5",
+            "train biped --set random_mean_rate=4,5",
             "mean_rate = 3.0 outside random_mean_rate",
         ),
-        ("train --algorithm sac --set epochs=3", "epochs with algorithm = 'sac'"),
+        ("train biped --algorithm sac --set epochs=3", "epochs with algorithm = 'sac'"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(capsys, arguments: str, said: str):
