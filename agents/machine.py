@@ -386,7 +386,7 @@ def unregister(name: str) -> None:
 
 
 def machines() -> tuple[AnyMachine, ...]:
-    """All machines in order of their registration; the first one is meant where none is named."""
+    """All machines in order of their registration; the first is the default."""
     return tuple(map(machine_by_name, _MACHINES))
 
 

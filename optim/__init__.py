@@ -1,9 +1,8 @@
 """Optimisation problems, and the methods that solve them.
 
-What a problem is, whatever it is about (`Problem`), and one door to all methods (`solve`). The
-UGV's: which leg angles to drive over a track with (`PostureProblem`), by which of several criteria.
-The biped's: the best gait of all that do not slip (`GaitProblem`).
-Nothing here imports a solver: each method's module is imported when that method is asked for.
+`Problem` is the interface, and `solve` runs a method on it. `PostureProblem` chooses the UGV's leg
+angles along a track by a criterion; `GaitProblem` is the best gait of the biped without slip.
+`suite` has fixed instances of both. A method's module is imported when the method is first used.
 """
 
 from typing import TYPE_CHECKING

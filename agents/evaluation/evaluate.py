@@ -63,7 +63,7 @@ def evaluate_task(
     progress: Say | None = None,
     bound: bool = False,
 ) -> Evaluation:
-    """The same on a task of the ladder, by its name, with the columns task_score and gap.
+    """Run every controller on a named task's own episodes, with the columns task_score and gap.
 
     episodes: by default those that its best known score was measured on. On these, also on some of
     them, a score compares returns episode by episode, and its interval is of that; on others it

@@ -58,7 +58,7 @@ def _profile(shape: Shape, x: Number) -> Profile:
 @register_pytree
 @dataclass(frozen=True)
 class Surface:
-    """The friction coefficient along the ground, in parts of the one that a problem has.
+    """Friction coefficient along the ground, relative to the problem's.
 
     knots: places [n], ascending, two or more [m]. factors: there [n], >= 0 [-]; straight between
     the knots, constant beyond them. Patches are knots in pairs, as far apart as a wheel takes from

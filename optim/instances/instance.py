@@ -168,7 +168,7 @@ def suite(*families: str) -> dict[str, Instance]:
 
 
 def instance(name: str) -> Instance:
-    """One of them by its id. ValueError, with the nearest ids, for an unknown one, and with the
+    """The instance with an id. ValueError, with the nearest ids, for an unknown one, and with the
     reason for a withdrawn one."""
     if name in withdrawn():
         stem = name.rpartition("-v")[0]

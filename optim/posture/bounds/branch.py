@@ -188,7 +188,7 @@ def bound_every_drive(
     most_corners: int = CORNERS,
     progress: bool = False,
 ) -> DriveBound:
-    """A number that no drive at the problem's waypoints goes below, on the grid or off it.
+    """Lower bound on the value of every drive at the problem's waypoints, on the grid or off it.
 
     Leg angles are cut into cells at every waypoint. Torques, turns and forces at the cells' corners
     and their derivatives inside are enclosed in interval arithmetic (ground.py, vehicle.py); with
