@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_number, shown
+from stickslip.dynamics.checks import is_concrete, require_integer, require_number, shown
 from stickslip.dynamics.pytrees import register_pytree
 
 if TYPE_CHECKING:
@@ -46,6 +46,8 @@ class Axis:
         """Return self, or raise ValueError naming the axis and its error."""
         accepted = "finite numbers in ascending order, at least two, of shape [nodes]"
         require_number(f"nodes of {self.name}", self.nodes, accepted=accepted)
+        if not is_concrete(self.nodes):
+            return self
         shape = np.shape(self.nodes)
         if len(shape) != 1 or shape[0] < 2 or np.any(np.diff(np.asarray(self.nodes)) <= 0):
             raise ValueError(f"nodes of {self.name} = {shown(self.nodes)}; accepted: {accepted}")
