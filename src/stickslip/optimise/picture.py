@@ -177,7 +177,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     """
     gait = result.best
     figure, (top, rate, torque, friction) = make_sheet(
-        4, 1, (WIDTH, 7.8), heights=[1.4, 1, 1, 1], sharex=False
+        4, 1, (WIDTH, 7.0), heights=[1, 1, 1, 1], sharex=False
     )
     draw_robots(top, problem, gait)
     turned = (gait.theta - np.pi / 2) / np.pi + np.arange(gait.grid.steps)[:, None]
@@ -196,7 +196,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
             torque.axhline(sign * float(limit), **LEVEL)
         for j, mu in enumerate([] if limits is None else limits):
             friction.plot([j, j + 1], [sign * mu] * 2, **LEVEL)
-    name_panel(torque, "motor's torque [N m]", "" if limit is None else "dashed: limit")
+    name_panel(torque, "motor torque [N m]", "" if limit is None else "dashed: limit")
     notes = ["dashed: limit"] if limits is not None else []
     if not loaded.all():
         notes.append("gaps: nothing presses the foot down")
@@ -235,4 +235,4 @@ def draw_robots(axis: Axes, problem: GaitProblem, gait: Gait) -> None:
     note = "dark: the supporting leg; blue: the crank"
     if steps < gait.grid.steps:
         note += f"; the first {steps} of {gait.grid.steps} steps"
-    name_panel(axis, "link by link", note)
+    name_panel(axis, "the robot at equal times", note)
