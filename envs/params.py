@@ -1,12 +1,13 @@
-"""Parts of every environment's parameters: the time limit, and ranges that a reset draws from."""
+"""Parts of every environment's parameters: time limit, numbers, ranges that a reset draws from."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number, shown
+from stickslip.dynamics.checks import as_number, is_concrete, require_number, shown
 from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
 
 if TYPE_CHECKING:
@@ -41,6 +42,35 @@ def horizon(params: Timed) -> int:
             f"{MOST_STEPS:g}"
         )
     return max(1, int(np.ceil(count - 0.5)))
+
+
+Rule: TypeAlias = Mapping[str, Any]
+"""Keywords of `require_number`; a number may be None where "accepted" begins with it."""
+POSITIVE: Rule = {"low": 0.0, "strict": True, "accepted": "finite, > 0"}
+NON_NEGATIVE: Rule = {"low": 0.0, "accepted": "finite, >= 0"}
+
+
+def as_numbers(given: Mapping[str, Any], rules: Mapping[str, Rule]) -> dict[str, Any]:
+    """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
+    return {
+        name: value if _is_none(name, value, rules) else as_number(name, value, **rules[name])
+        for name, value in given.items()
+    }
+
+
+def require_numbers(params: Any, rules: Mapping[str, Rule], dtype: Any) -> None:
+    """Raise ValueError unless the parameters that the rules name keep them and broadcast."""
+    numbers = {name: getattr(params, name) for name in rules}
+    numbers = {name: one for name, one in numbers.items() if not _is_none(name, one, rules)}
+    require_numeric(**numbers)
+    for name, value in numbers.items():
+        require_number(name, value, **rules[name], dtype=dtype)
+    require_broadcast(**numbers)
+
+
+def _is_none(name: str, value: object, rules: Mapping[str, Rule]) -> bool:
+    """True for None where it is accepted, and for entries without a rule."""
+    return name not in rules or (value is None and rules[name]["accepted"].startswith("None"))
 
 
 Range = tuple[Numeric, Numeric]

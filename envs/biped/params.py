@@ -19,22 +19,17 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.settings import Fidelity
 from stickslip.dynamics.biped.simulation import require_exchange
 from stickslip.dynamics.checks import (
-    as_number,
     is_concrete,
     require_choice,
     require_kind,
     require_known,
-    require_number,
 )
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
-    require_broadcast,
-    require_numeric,
     require_one,
 )
 from stickslip.dynamics.pytrees import (
-    brief,
     holds_numbers,
     joined,
     rebuilt,
@@ -44,7 +39,15 @@ from stickslip.dynamics.pytrees import (
 )
 from stickslip.dynamics.scene import PAYLOAD, Grip, Scene, scene_of
 from stickslip.envs.functional import defaults_of
-from stickslip.envs.params import Range, require_range
+from stickslip.envs.params import (
+    NON_NEGATIVE,
+    POSITIVE,
+    Range,
+    Rule,
+    as_numbers,
+    require_numbers,
+    require_range,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -156,13 +159,8 @@ class BipedEnvParams:
         words = [f"scene={self.scene!r}", f"robot={self.robot!r}"]
         if any(value is not None for value in vars(self.randomisation).values()):
             words.append(f"randomisation={self.randomisation!r}")
-        words += [f"{name}={brief(one)}" for name, one in self.given_mark.items()]
-        return f"BipedEnvParams({joined(self, *words, usual=defaults_of(make_params, NUMBERS))})"
-
-    @property
-    def given_mark(self) -> dict[str, Real[Number, "..."]]:
-        """The entries of the mark, where there is one."""
-        return {name: one for name in MARK if (one := getattr(self, name)) is not None}
+        usual = defaults_of(make_params, (*MARK, *NUMBERS))
+        return f"BipedEnvParams({joined(self, *words, usual=usual)})"
 
     def __post_init__(self):
         require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
@@ -194,31 +192,23 @@ class BipedEnvParams:
         """The parameters with a time limit of so many control steps."""
         return self.replace(time_limit=steps * self.control_period)
 
-    def _require_whole_mark(self) -> None:
-        """ValueError for half a mark, and for one that is drawn where there is none."""
-        if len(self.given_mark) == 1:
+    def validate(self) -> BipedEnvParams:
+        """Return self, or raise ValueError naming the field, the value and the accepted range."""
+        kind = jnp.result_type(self.robot.own_mass)
+        require_numbers(self, NUMBERS | MARK, kind)
+        if (self.mark is None) != (self.mark_width is None):
             raise ValueError(
                 f"mark = {self.mark} with mark_width = {self.mark_width}; accepted: both, or None"
             )
+        require_kind("scene", self.scene, Scene, "a Scene")
+        require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
+        self.scene.validate()
+        self.randomisation.validate()
         if self.randomisation.mark is not None and self.mark is None:
             raise ValueError(
                 "mark is drawn in a task without one; accepted: with mark, which it takes the "
                 "place of, and mark_width"
             )
-
-    def validate(self) -> BipedEnvParams:
-        """Return self, or raise ValueError naming the field, the value and the accepted range."""
-        kind = jnp.result_type(self.robot.own_mass)
-        numbers = {name: getattr(self, name) for name in NUMBERS} | self.given_mark
-        require_numeric(**numbers)
-        for name, value in numbers.items():
-            require_number(name, value, **(NUMBERS | MARK)[name], dtype=kind)
-        self._require_whole_mark()
-        require_broadcast(**numbers)
-        require_kind("scene", self.scene, Scene, "a Scene")
-        require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
-        self.scene.validate()
-        self.randomisation.validate()
         if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
             raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
         if is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
@@ -229,23 +219,16 @@ class BipedEnvParams:
         return self
 
 
-POSITIVE = (
-    "torque_limit",
-    "control_period",
-    "mean_rate",
-    "time_limit",
-    "max_crank_rate",
+NUMBERS: dict[str, Rule] = dict.fromkeys(
+    ("torque_limit", "control_period", "mean_rate", "time_limit", "max_crank_rate"), POSITIVE
 )
-NON_NEGATIVE = ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
-NUMBERS: dict[str, dict[str, Any]] = {
-    **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
-    **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
-}
+NUMBERS |= dict.fromkeys(
+    ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty"), NON_NEGATIVE
+)
 """The rule of every number."""
-MARK = {
-    name: {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
-    for name in ("mark", "mark_width")
-}
+MARK: dict[str, Rule] = dict.fromkeys(
+    ("mark", "mark_width"), POSITIVE | {"accepted": "None, or a finite way > 0 [m]"}
+)
 """Rules of a mark's parameters."""
 
 
@@ -256,11 +239,7 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     if "randomisation" in given:
         require_kind("randomisation", given["randomisation"], Randomisation, "a Randomisation")
         given["randomisation"].validate()
-    rules = NUMBERS | {name: rule for name, rule in MARK.items() if given.get(name) is not None}
-    return {
-        name: as_number(name, value, **rules[name]) if name in rules else value
-        for name, value in given.items()
-    }
+    return as_numbers(given, NUMBERS | MARK)
 
 
 def _same_number(one: Numeric | None, other: Numeric | None) -> bool:

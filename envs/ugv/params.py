@@ -9,18 +9,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import (
-    as_number,
     is_concrete,
     require_kind,
     require_known,
-    require_number,
 )
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.numeric import (
     Numeric,
     float_kind,
-    require_broadcast,
-    require_numeric,
     require_one,
 )
 from stickslip.dynamics.pytrees import (
@@ -33,6 +29,7 @@ from stickslip.dynamics.pytrees import (
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.functional import defaults_of
+from stickslip.envs.params import NON_NEGATIVE, POSITIVE, Rule, as_numbers, require_numbers
 from stickslip.envs.ugv.randomisation import (
     UGVRandomisation,
     cast,
@@ -157,7 +154,7 @@ class UGVEnvParams:
         dtype = jnp.result_type(self.start)
         kinds = {"vehicle", "randomisation", "odometer"} & set(changes)
         _require_kinds(**{name: changes[name] for name in kinds})
-        changes = _as_numbers(changes)
+        changes = as_numbers(changes, GIVEN)
         if "track" in changes:
             track, drawn = changes.pop("track"), changes.get("randomisation", self.randomisation)
             named = isinstance(track, str) and track in RANDOM_TRACKS
@@ -198,17 +195,12 @@ class UGVEnvParams:
         given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
         _require_kinds(**given)
         self.vehicle.validate()
-        numbers = {name: getattr(self, name) for name in NUMBERS}
-        numbers = {k: of for k, of in numbers.items() if of is not None or k not in OPTIONAL}
         kind = jnp.result_type(self.odometer.start)
-        require_numeric(**numbers)
-        penalty = numbers.pop("failure_penalty")  # follows from the others
-        for name, value in numbers.items():
-            require_number(name, value, **NUMBERS[name], dtype=kind)
-        require_broadcast(**numbers, failure_penalty=penalty)
+        own = {name: rule for name, rule in NUMBERS.items() if name != "failure_penalty"}
+        require_numbers(self, own, kind)
         if is_concrete(self.start, self.end, self.spacing):
             self._require_steps(kind)
-        require_number("failure_penalty", penalty, **NUMBERS["failure_penalty"], dtype=kind)
+        require_numbers(self, NUMBERS, kind)  # the penalty follows from the others
         self.vehicle.check_leg_angles(self.start_angles, "start_angles")
         self.randomisation.validate(self.vehicle)
         return self
@@ -216,32 +208,19 @@ class UGVEnvParams:
 
 COARSEST = 0.1
 """Greatest distance of neighbouring floats at the end of a drive, in parts of `spacing`."""
-POSITIVE = ("leg_rate", "spacing", "preview_length", "reward_scale", "speed")
-NON_NEGATIVE = ("friction", "min_clearance", "failure_penalty")
-NUMBERS: dict[str, dict[str, Any]] = {
-    **{name: {"low": 0.0, "strict": True, "accepted": "finite, > 0"} for name in POSITIVE},
-    **{name: {"low": 0.0, "accepted": "finite, >= 0"} for name in NON_NEGATIVE},
+ANGLES: dict[str, Rule] = {"start_angles": {"accepted": "2 finite angles, rear and front [rad]"}}
+PENALTY: Rule = {"low": 0.0, "accepted": "None, or a finite number >= 0"}
+NUMBERS: dict[str, Rule] = {
+    **dict.fromkeys(("leg_rate", "spacing", "preview_length", "reward_scale", "speed"), POSITIVE),
+    **dict.fromkeys(("friction", "min_clearance"), NON_NEGATIVE),
+    "failure_penalty": PENALTY,
     "preview_noise": {"low": 0.0, "accepted": "None, or a finite length >= 0 [m]"},
     "max_torque": {"low": 0.0, "strict": True, "accepted": "None, or a finite torque > 0 [N m]"},
     "start": {"accepted": "a finite place [m]"},
     "end": {"accepted": "a finite place [m]"},
 }
 """The rule of every number."""
-OPTIONAL = ("preview_noise", "max_torque")
-"""May be None."""
-
-
-def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
-    """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
-    optional = (*OPTIONAL, "failure_penalty", "given_penalty")
-    kept = {name: value for name, value in given.items() if name in optional and value is None}
-    angles = {"accepted": "2 finite angles, rear and front [rad]"}
-    rules = NUMBERS | {"start_angles": angles, "given_penalty": NUMBERS["failure_penalty"]}
-    return kept | {
-        name: as_number(name, value, **rules[name]) if name in rules else value
-        for name, value in given.items()
-        if name not in kept
-    }
+GIVEN = NUMBERS | ANGLES | {"given_penalty": PENALTY}
 
 
 def _require_kinds(**given: Any) -> None:
@@ -278,25 +257,14 @@ def make_params(
     far in that the rear wheel stays on the track in every posture to the track's end, and evenly
     spaced by at most `spacing`. failure_penalty: by default `penalty_for` the criterion.
     """
+    apart = ("spacing", "start", "end")
+    numbers = {name: one for name, one in locals().items() if name in GIVEN and name not in apart}
     vehicle = UGVParams() if vehicle is None else vehicle
     drawn = UGVRandomisation() if randomisation is None else randomisation
     _require_kinds(vehicle=vehicle, randomisation=drawn)
     track, drawn = ground_of("bump" if track is None else track, drawn)
     drawn.validate(vehicle)
-    numbers = _as_numbers(
-        {
-            "friction": friction,
-            "leg_rate": leg_rate,
-            "start_angles": start_angles,
-            "min_clearance": min_clearance,
-            "preview_length": preview_length,
-            "preview_noise": preview_noise,
-            "max_torque": max_torque,
-            "reward_scale": reward_scale,
-            "speed": speed,
-            "failure_penalty": failure_penalty,
-        }
-    )
+    numbers = as_numbers(numbers, GIVEN)
     accepted = "a length > 0 [m]"
     spacing = require_one("spacing", spacing, low=0.0, strict=True, accepted=accepted)
     start, end = (
