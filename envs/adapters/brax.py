@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_known
+from stickslip.dynamics.kernels.lanes import where_needed
 from stickslip.envs.functional import FunctionalEnv, bare_step, pure_step
 from stickslip.envs.params import horizon
 from stickslip.envs.rendering.extras import require
@@ -71,18 +72,15 @@ class BraxEnv(base.Env):
     def step(self, state: BraxState, action: Array) -> BraxState:
         """One control step."""
         action = jnp.asarray(self.functional.check_action(action))
-        result = pure_step(self.functional, None, state.pipeline_state, action, self.params)
-        return self.stepped(state, result, result[3])
-
-    def stepped(self, state: BraxState, result: tuple[Any, ...], done: Array) -> BraxState:
-        """The state with a step's results; entries of wrappers in its info stay."""
-        obs, after, reward, _, truncated, info = result
+        obs, after, reward, terminated, truncated, info = pure_step(
+            self.functional, None, state.pipeline_state, action, self.params
+        )
         kind = self._obs.dtype
         return state.replace(
             pipeline_state=after,
             obs=obs,
             reward=reward,
-            done=done.astype(kind),
+            done=terminated.astype(kind),
             metrics=state.metrics | {name: info[name].astype(kind) for name in self.metrics},
             info=state.info | {"truncation": truncated.astype(kind)},
         )
@@ -109,50 +107,37 @@ class BraxEnv(base.Env):
 
 
 class FreshEpisodes(base.Wrapper):
-    """A batch of a BraxEnv whose episodes are drawn anew, with what brax's trainers read in info.
+    """A batch of a BraxEnv in brax's EpisodeWrapper whose episodes are drawn anew.
 
-    As `brax.envs.training.wrap`: done is 1 where an episode ends in any way, truncation where its
-    time was over and nothing else ended it, and the observation is then the next episode's first.
+    In place of brax's AutoResetWrapper: where an episode has ended in any way the observation is
+    the next episode's first.
     """
 
     def reset(self, rng: Array) -> BraxState:
         """rng: keys [n]."""
-
-        def one(rng: Array) -> BraxState:
-            chain, first = jax.random.split(_typed(rng))
-            state = self.env.reset(first)
-            zero = state.done
-            sums = dict.fromkeys(("sum_reward", "length", *self.env.metrics), zero)
-            more = {"steps": zero, "episode_done": zero, "episode_metrics": sums}
-            return state.replace(info=state.info | more | {"chain": jax.random.key_data(chain)})
-
-        return jax.vmap(one)(rng)
+        chain, first = jnp.moveaxis(jax.vmap(jax.random.split)(_typed(rng)), 1, 0)
+        state = self.env.reset(jax.random.key_data(first))
+        return state.replace(info=state.info | {"chain": jax.random.key_data(chain)})
 
     def step(self, state: BraxState, action: Array) -> BraxState:
         """state, action: of all, [n, ...]."""
-        inner = self.env.unwrapped
-        env = replace(inner.functional, autoreset="same_step")
+        env, params = self.env.unwrapped.functional, self.env.unwrapped.params
         action = jnp.asarray(env.check_action(action, state.done.shape))
+        begun = {"steps": (1 - state.done) * state.info["steps"]}
+        after = self.env.step(
+            state.replace(done=jnp.zeros_like(state.done), info=state.info | begun), action
+        )
 
-        def one(state: BraxState, action: Array) -> BraxState:
-            chain, key = jax.random.split(jax.random.wrap_key_data(state.info["chain"]))
-            result = pure_step(env, key, state.pipeline_state, action, inner.params)
-            state = inner.stepped(state, result, result[3] | result[4])
-            new = {"sum_reward": state.reward, "length": jnp.ones_like(state.reward)}
-            new |= state.metrics
-            goes_on = 1 - state.info["episode_done"]
-            before = state.info["episode_metrics"]
-            more = {
-                "steps": goes_on * state.info["steps"] + 1,
-                "episode_done": state.done,
-                "episode_metrics": {
-                    name: goes_on * value + new[name] for name, value in before.items()
-                },
-                "chain": jax.random.key_data(chain),
-            }
-            return state.replace(info=state.info | more)
+        def following(chain: Array, done: Array, now: Any) -> Any:
+            chain, key = jax.random.split(jax.random.wrap_key_data(chain))
+            obs, state = where_needed(done > 0, env.reset_env, (key, params), now)
+            return jax.random.key_data(chain), obs, state
 
-        return jax.vmap(one)(state, action)
+        chain, obs, inner = jax.vmap(following)(
+            state.info["chain"], after.done, (after.obs, after.pipeline_state)
+        )
+        info = after.info | {"chain": chain}
+        return after.replace(obs=obs, pipeline_state=inner, info=info)
 
 
 def fresh_episodes(
@@ -173,7 +158,9 @@ def fresh_episodes(
         raise ValueError(
             "randomization_fn is not accepted; accepted: None, and the task's own randomisation"
         )
-    return FreshEpisodes(env)
+    training = require("brax.envs.wrappers.training", "fresh_episodes", "brax")
+    inner = training.VmapWrapper(env)
+    return FreshEpisodes(training.EpisodeWrapper(inner, env.episode_length, action_repeat))
 
 
 def _typed(rng: Array) -> Array:
