@@ -26,7 +26,7 @@ NUMBER = re.compile(r"(?<![\w.])[-+−]?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w])")
 NEAR = {"rtol": 0.02, "atol": 0.002}
 """Single precision, summed in another order on another machine."""
 LEARNS = "model.learn("
-"""What is learnt differs from machine to machine."""
+"""What is learnt differs from machine to machine; a policy that stands has no slip a metre."""
 FEWER = {
     "total_timesteps=500_000": "total_timesteps=2_048",
     " timesteps=1_000_000": " timesteps=8_192",
@@ -90,16 +90,13 @@ def program(chain: list[Block]):
 def test_the_program_runs_and_prints_what_is_shown(chain, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     precision = jax.config.read("jax_enable_x64")
-    printed, code, names = code_of(chain), "".join(block.code for block in chain), {}
-    names["__name__"] = "example"
-    exec(compile(printed, chain[0].page, "exec"), names)
+    exec(compile(code_of(chain), chain[0].page, "exec"), {"__name__": "example"})
     assert jax.config.read("jax_enable_x64") == precision
     printed = capsys.readouterr().out
-    for words, holds in CHECKS.items():
-        if words in code:
-            holds(names, printed)
     shown = [block.shown for block in chain if block.shown is not None]
-    if shown and LEARNS in code:  # a policy that stays where it is has no slip a metre
+    if shown and any(
+        LEARNS in block.code for block in chain
+    ):  # a policy that stays where it is has no slip a metre
         assert heads(printed) == heads("".join(shown))
     elif shown:
         assert words_of(printed) == words_of("".join(shown))
@@ -118,48 +115,6 @@ def words_of(text: str) -> list[str]:
 
 def numbers(text: str) -> list[float]:
     return [float(one.replace("−", "-")) for one in NUMBER.findall(text)]
-
-
-def learnt_with_sb3(names: dict, printed: str) -> None:
-    assert names["model"].num_timesteps == 2_048
-    assert "by hand" in printed
-
-
-def learnt_in_a_loop(names: dict, printed: str) -> None:
-    assert np.isfinite(names["mean"])
-    assert names["weights"].shape == (1, 7)
-    assert np.abs(names["weights"]).max() > 0.0
-
-
-def learnt_gently(names: dict, printed: str) -> None:
-    assert Path("gentle.gif").stat().st_size > 10_000
-    assert "mine" in printed
-    assert names["found"].losses["return"].shape == (2, 1)
-    assert names["env"].observation_bounds(names["params"])[0].shape == (8,)
-
-
-def went_on(names: dict, printed: str) -> None:
-    assert names["check"].angle_error < 1e-2
-
-
-def found_in_a_valley(names: dict, printed: str) -> None:
-    assert names["one"].id == "valley-d2-v1"
-    assert printed.splitlines()[-1].endswith(" 1.0")
-
-
-def searched(names: dict, printed: str) -> None:
-    assert np.isfinite(names["record"].best)
-
-
-CHECKS: dict[str, Callable[[dict, str], None]] = {
-    "one = made(": found_in_a_valley,
-    "def search(objective)": searched,
-    "total_timesteps=500_000": learnt_with_sb3,
-    "def improved": learnt_in_a_loop,
-    "class Gentle": learnt_gently,
-    "check_walk(": went_on,
-}
-"""What else is true after a program."""
 
 
 def test_every_block_is_of_a_kind_that_is_looked_at():

@@ -104,8 +104,8 @@ def toys(count: int = 3, mode: Any = AutoresetMode.NEXT_STEP) -> GymVectorEnv:
     return GymVectorEnv(Toy("disabled"), PARAMS, count, mode)
 
 
-def one_toy() -> GymEnv:
-    return GymEnv(Toy("disabled"), PARAMS)
+def one_toy(**more: Any) -> GymEnv:
+    return GymEnv(Toy("disabled"), PARAMS, **more)
 
 
 def pushes(count: int, *values: float) -> np.ndarray:

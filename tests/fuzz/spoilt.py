@@ -76,7 +76,7 @@ def numbers(raw: bytes, rng: np.random.Generator) -> bytes:
     return archive_of(members | {name: array_bytes(array)})
 
 
-CONSTANTS = (
+CONSTANTS = [
     "null",
     "true",
     "[]",
@@ -88,7 +88,7 @@ CONSTANTS = (
     "1e999",
     '"\\ud800"',
     '"\\u0000"',
-)
+]
 LONG: tuple[Callable[[int], str], ...] = (
     lambda n: "9" * n,
     lambda n: "[" * n + "]" * n,

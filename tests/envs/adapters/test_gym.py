@@ -19,20 +19,20 @@ from stickslip.envs.adapters.packing import Shared
 from stickslip.envs.params import horizon
 from stickslip.optim import options
 from tests.envs.helpers import BIPED, make
-from tests.envs.toy import Toy, ToyParams
+from tests.envs.toy import one_toy
+from tests.envs.ugv import helpers as ugv
 
 STILL = np.zeros(1, np.float32)
 
 
-def toy(**more: Any) -> GymEnv:
-    return GymEnv(Toy("disabled"), ToyParams(), **more)
+UGV = [pytest.param(ugv.make, name, marks=pytest.mark.long) for name in ("short", "random")]
 
 
-@pytest.mark.parametrize("name", ["default", "random"])
-def test_check_env_finds_nothing_to_complain_about(name):
+@pytest.mark.parametrize(("build", "name"), [(make, "default"), (make, "random"), *UGV])
+def test_check_env_finds_nothing_to_complain_about(build, name):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        check_env(make(name), skip_render_check=True)
+        check_env(build(name), skip_render_check=True)
 
 
 def test_flags_are_python_bools_and_numbers_python_numbers():
@@ -52,7 +52,7 @@ def test_flags_are_python_bools_and_numbers_python_numbers():
 
 
 def test_nothing_that_was_returned_is_used_again():
-    env = toy()
+    env = one_toy()
     first, first_info = env.reset(seed=0)
     kept = first.copy()
     action = np.asarray([0.5, 0.0], np.float32)
@@ -75,16 +75,16 @@ def episodes(env: gymnasium.Env, count: int, **reset: Any) -> list:
 
 
 def test_a_seed_fixes_the_whole_sequence_of_episodes():
-    assert episodes(toy(), 4, seed=5) == episodes(toy(), 4, seed=5)
-    assert len(set(episodes(toy(), 4, seed=5))) == 4
-    assert set(episodes(toy(), 4, seed=5)).isdisjoint(episodes(toy(), 4, seed=6))
-    env = toy()
+    assert episodes(one_toy(), 4, seed=5) == episodes(one_toy(), 4, seed=5)
+    assert len(set(episodes(one_toy(), 4, seed=5))) == 4
+    assert set(episodes(one_toy(), 4, seed=5)).isdisjoint(episodes(one_toy(), 4, seed=6))
+    env = one_toy()
     again = [episodes(env, 3, seed=5) for _ in range(2)]
     assert again[0] == again[1]
 
 
 def test_stepping_outside_an_episode_is_refused():
-    env = toy()
+    env = one_toy()
     with pytest.raises(ValueError, match=r"step without an episode; accepted: after reset"):
         env.step(np.zeros(2))
     env.reset(seed=0)
@@ -101,24 +101,31 @@ def test_stepping_outside_an_episode_is_refused():
 
 def test_unknown_options_of_reset_are_refused():
     with pytest.raises(ValueError, match=r"'mask' is no option of reset; accepted: none"):
-        toy().reset(options={"mask": 1})
-    toy().reset(options={})
+        one_toy().reset(options={"mask": 1})
+    one_toy().reset(options={})
 
 
 def test_the_core_must_leave_resetting_to_the_user():
     with pytest.raises(ValueError, match=r"autoreset = 'same_step'; accepted: 'disabled'"):
         GymEnv(BipedEnv(), BipedEnv().default_params)
-    with pytest.raises(ValueError, match=r"autoreset = 'next_step'; accepted: 'disabled'"):
-        make(autoreset="next_step")
+    for build in (make, ugv.make):
+        with pytest.raises(ValueError, match=r"autoreset = 'next_step'; accepted: 'disabled'"):
+            build(autoreset="next_step")
 
 
-def test_the_spec_makes_the_same_environment_again():
-    env = gymnasium.make(BIPED, mean_rate=2.5, see_friction=True)
+@pytest.mark.parametrize(
+    ("name", "choices"),
+    [
+        (BIPED, {"mean_rate": 2.5, "see_friction": True}),
+        pytest.param(ugv.UGV, {"criterion": "grip", "preview": 0}, marks=pytest.mark.long),
+    ],
+)
+def test_the_spec_makes_the_same_environment_again(name, choices):
+    env = gymnasium.make(name, **choices)
     assert env.spec is not None
     again = gymnasium.make(env.spec)
     assert again.unwrapped.functional == env.unwrapped.functional  # type: ignore[attr-defined]
     first, second = env.reset(seed=3)[0], again.reset(seed=3)[0]
-    assert first[5] == 2.5
     assert np.array_equal(first, second)
     kept = gymnasium.envs.registration.EnvSpec.from_json(env.spec.to_json())
     assert gymnasium.make(kept).reset(seed=3)[0] == pytest.approx(first)

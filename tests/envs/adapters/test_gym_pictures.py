@@ -14,11 +14,7 @@ from gymnasium.utils.env_checker import check_env
 
 from stickslip.envs import GymEnv, GymVectorEnv
 from tests.envs.helpers import BIPED, make
-from tests.envs.toy import Toy, ToyParams
-
-
-def toy(**more: Any) -> GymEnv:
-    return GymEnv(Toy("disabled"), ToyParams(), **more)
+from tests.envs.toy import Toy, ToyParams, one_toy
 
 
 @pytest.mark.parametrize("mode", [pytest.param(None, marks=pytest.mark.long), "rgb_array"])
@@ -30,7 +26,7 @@ def test_check_env_finds_nothing_to_complain_about_in_its_pictures(mode):
 
 
 def test_a_picture_is_of_the_present_state_and_a_reset_clears_the_history():
-    env = toy(render_mode="rgb_array")
+    env = one_toy(render_mode="rgb_array")
     with pytest.raises(ValueError, match=r"render without an episode; accepted: after reset"):
         env.render()
     env.reset(seed=0)
@@ -43,7 +39,7 @@ def test_a_picture_is_of_the_present_state_and_a_reset_clears_the_history():
 
 
 def test_rendering_without_a_mode_warns_and_draws_nothing():
-    env = toy()
+    env = one_toy()
     env.reset(seed=0)
     with pytest.warns(UserWarning, match="render_mode"):
         assert env.render() is None
@@ -51,7 +47,7 @@ def test_rendering_without_a_mode_warns_and_draws_nothing():
 
 def test_an_episode_can_be_watched_without_a_display():
     pytest.importorskip("pygame")
-    env = toy(render_mode="human")
+    env = one_toy(render_mode="human")
     env.reset(seed=0)
     for _ in range(2):
         env.step(np.zeros(2))
@@ -73,7 +69,7 @@ def sb3() -> Any:
 
 def watched() -> GymEnv:
     pytest.importorskip("pygame")
-    return toy(render_mode="human")
+    return one_toy(render_mode="human")
 
 
 def biped() -> gymnasium.Env:
@@ -90,7 +86,7 @@ def ugv() -> gymnasium.Env:
 @pytest.mark.parametrize(
     "build",
     [
-        lambda: toy(render_mode="rgb_array"),
+        lambda: one_toy(render_mode="rgb_array"),
         watched,
         many,
         sb3,
@@ -115,7 +111,7 @@ def test_a_rendered_environment_is_copied_without_its_renderer(build, copied):
 
 
 def test_the_frame_rate_is_that_of_the_control_steps():
-    assert toy().metadata["render_fps"] == 10
+    assert one_toy().metadata["render_fps"] == 10
     assert make().metadata["render_fps"] == 50
     assert make(control_period=0.05).metadata["render_fps"] == 20
     assert GymEnv.metadata["render_fps"] == 50

@@ -14,8 +14,6 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
 from tests.envs.helpers import RANGES, actions, rollout, task
 
-pytestmark = pytest.mark.long
-
 NAMES = [one.name for one in fields(Randomisation) if getattr(RANGES, one.name) is not None]
 
 
@@ -32,6 +30,7 @@ def drawn(state) -> dict[str, np.ndarray]:
     return values | {"phase": state.biped.phase, "crank_rate": state.biped.crank_rate}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_draws_fill_their_range_and_stay_inside_it(name):
     low, high = getattr(RANGES, name)
@@ -44,6 +43,7 @@ def test_draws_fill_their_range_and_stay_inside_it(name):
     assert len(np.unique(values)) > 490
 
 
+@pytest.mark.long
 def test_every_episode_of_a_walker_draws_anew():
     env, params = task("random")
     run = rollout(env, params, actions(0.3))
@@ -54,6 +54,7 @@ def test_every_episode_of_a_walker_draws_anew():
             assert len(np.unique(values[i, resets])) == len(resets), name
 
 
+@pytest.mark.long
 def test_nothing_is_drawn_and_nothing_compiled_for_it_unless_asked_for():
     env, params = task()
     program = str(jax.make_jaxpr(env.reset_env)(jax.random.key(0), params))
@@ -66,6 +67,7 @@ def test_nothing_is_drawn_and_nothing_compiled_for_it_unless_asked_for():
     assert params.unit_payload is None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_one_range_alone_draws_one_thing_alone(name):
     env = BipedEnv()
@@ -92,6 +94,7 @@ def rebuilt_task(mass: float, payload: float) -> tuple[BipedEnv, BipedEnvParams]
     return env, env.make_params(robot=heavy, dtype=jnp.float64)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("mass", "payload"), [(1.0, 0.0), (1.3, 0.0), (0.7, 0.8), (1.2, 2.0)])
 def test_a_drawn_load_walks_as_a_robot_built_with_it(float64, mass, payload):
     given = actions(0.2)[:, :]
@@ -102,3 +105,38 @@ def test_a_drawn_load_walks_as_a_robot_built_with_it(float64, mass, payload):
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=1e-7)
     for name in one.info:
         np.testing.assert_allclose(one.info[name], other.info[name], atol=1e-5, err_msg=name)
+
+
+PERIOD, RANGE = 0.02, (1.0, 3.0)
+
+
+def ranges(interval: tuple[float, float] | None) -> Randomisation:
+    return Randomisation(mean_rate=RANGE, command_interval=interval)
+
+
+def test_the_command_changes_after_each_interval_and_only_then():
+    env = BipedEnv(autoreset="disabled")
+    params = env.make_params(scene="firm", randomisation=ranges((0.3, 0.3)))
+    obs, state = env.reset(jax.random.key(0), params)
+    seen = []
+    for _ in range(60):
+        seen.append(float(obs[5]))
+        obs, state, *_ = env.step(jax.random.key(0), state, [0.0], params)
+    seen = np.asarray(seen)
+    changes = 1 + np.flatnonzero(np.diff(seen))
+    assert changes.tolist() == [15, 30, 45]  # 0.3 s are 15 control periods
+    assert len(set(seen)) == 4
+    assert np.all((seen >= RANGE[0]) & (seen <= RANGE[1]))
+
+
+def test_a_step_is_judged_by_the_command_that_was_observed_before_it():
+    env = BipedEnv(autoreset="disabled")
+    params = env.make_params(scene="firm", randomisation=ranges((PERIOD, PERIOD)))
+    key = jax.random.key(5)
+    obs, state = env.reset(key, params)
+    seen = float(obs[5])
+    obs, state, _, _, _, info = env.step(key, state, [0.2], params)
+    speed = seen / np.pi * float(params.robot.step_length)
+    expected = PERIOD * max(-1.0, 1 - abs(float(info["walking_speed"]) - speed) / speed)
+    assert float(info["reward_tracking"]) == pytest.approx(expected, rel=1e-4)
+    assert float(obs[5]) != seen

@@ -1,4 +1,4 @@
-"""Speed against accuracy in the environment: presets, settings, and what is refused."""
+"""Speed against accuracy in the environment, both precisions, and parameters of each walker."""
 
 import jax
 import jax.numpy as jnp
@@ -7,8 +7,9 @@ import pytest
 
 import stickslip  # noqa: F401
 from stickslip.dynamics import Scene, Setting
-from stickslip.dynamics.biped import EventExact, RK4Split
+from stickslip.dynamics.biped import BipedParams, EventExact, RK4Split
 from stickslip.envs import BipedEnv, Randomisation
+from tests.envs.helpers import actions, mapped_rollout, rollout, task
 
 pytestmark = pytest.mark.long
 
@@ -70,3 +71,37 @@ def test_a_smoothed_floor_is_walked_on_and_seen():
     assert env.picture(state, jax.tree.map(np.asarray, info), params).mu_kinetic == pytest.approx(
         0.1
     )
+
+
+def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):
+    env, _ = task(dtype="float64")
+    friction, rate = [0.04, 0.06, 0.3, 0.9], [2.0, 3.0, 3.5, 5.0]
+    payload, density = [0.0, 0.5, 1.0, 0.2], [1.48, 1.2, 1.8, 1.48]
+
+    def build(mu, mean_rate, extra, bar_density):
+        biped = BipedParams.from_bars(bar_density=bar_density, payload=extra, dtype=jnp.float64)
+        scene = Scene.uniform(mu, 0.8 * mu)
+        return env.make_params(robot=biped, scene=scene, mean_rate=mean_rate)
+
+    columns = [friction, rate, payload, density]
+    batch = jax.jit(jax.vmap(build))(*map(jnp.asarray, columns))
+    given = actions(0.2)
+    run = mapped_rollout(env, batch, given)
+    seen = []
+    for i, numbers in enumerate(zip(*columns, strict=True)):
+        alone = rollout(env, build(*numbers), given)
+        for name in ("obs", "reward", "terminated"):
+            ours, theirs = getattr(run, name)[i], getattr(alone, name)[i]
+            np.testing.assert_allclose(ours, theirs, atol=1e-7, err_msg=name)
+        seen.append(alone.info["slid"][i].sum())
+    assert seen[0] > seen[1] > seen[2]
+
+
+def test_single_precision_walks_like_double():
+    single = rollout(*task(), actions(0.1))
+    with jax.enable_x64(True):
+        double = rollout(*task(dtype="float64"), actions(0.1))
+    assert single.obs.dtype == np.float32
+    assert double.obs.dtype == np.float64
+    assert 0 < np.abs(single.obs[:, :250] - double.obs[:, :250]).max() < 5e-3
+    assert np.array_equal(single.truncated, double.truncated)
