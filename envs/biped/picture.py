@@ -13,7 +13,7 @@ from stickslip.dynamics.biped.contact import friction_on, patch_at
 from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot, drawn_scene
-from stickslip.envs.rendering.biped import BipedFrame, patches_of
+from stickslip.envs.rendering.biped import BipedFrame, stretches_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,7 +49,7 @@ def biped_frames(
         mean_crank_rate=np.asarray(infos.get("episode_mean_rate", biped.crank_rate), float),
         commanded_rate=np.asarray(states.drawn.mean_rate, float),
         status="ok" if not status.terminal else status.name.lower().replace("_", " "),
-        floor=tuple(patches_of(Scene(floor))),
+        floor=stretches_of(Scene(floor)),
         weight=float(weight),
         walked=np.asarray(states.totals.walked, float),
     )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 from math import pi
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -43,28 +44,11 @@ OWN = ("E", "ankle_bar", "H", "K", "knee_bar", "C", "F", "C_bar", "slot_pin", "r
 """Pins of one leg."""
 
 
-class Patch(NamedTuple):
-    """A stretch of floor [m] with its friction coefficients, None where the foot cannot slip."""
-
-    start: float
-    end: float
-    mu_static: float | None
-    mu_kinetic: float | None
-
-    @property
-    def label(self) -> str:
-        if self.mu_static is None or self.mu_kinetic is None:
-            return "no slip"
-        if self.mu_static == self.mu_kinetic:
-            return f"μ {self.mu_static:.3g}"
-        return f"μₛ {self.mu_static:.3g}   μₖ {self.mu_kinetic:.3g}"
-
-
-def patches_of(scene: Scene) -> list[Patch]:
-    """The floor from left to right as plain numbers."""
+def stretches_of(scene: Scene) -> tuple[Stretch, ...]:
+    """The floor from left to right."""
     kind = scene.floor
     if isinstance(kind, Grip):
-        return [Patch(-np.inf, np.inf, None, None)]
+        return (_stretch(-FAR, FAR, None, None),)
     if isinstance(kind, Smoothed):
         kind = Uniform(kind.mu_kinetic, kind.mu_kinetic)
     edges = np.asarray(kind.edges, float) if isinstance(kind, Patches) else np.empty(0)
@@ -74,9 +58,21 @@ def patches_of(scene: Scene) -> list[Patch]:
             "scene holds a batch of floors; accepted: one floor, for instance "
             "jax.tree.map(lambda leaf: leaf[0], scene)"
         )
-    static, kinetic = (np.broadcast_to(mu, len(edges) + 1).tolist() for mu in (static, kinetic))
-    starts, ends = [-np.inf, *edges.tolist()], [*edges.tolist(), np.inf]
-    return [Patch(*row) for row in zip(starts, ends, static, kinetic, strict=True)]
+    ends = pairwise([-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR])
+    mus = (np.broadcast_to(mu, len(edges) + 1).tolist() for mu in (static, kinetic))
+    return tuple(_stretch(*at, *mu) for at, mu in zip(ends, zip(*mus, strict=True), strict=True))
+
+
+def _stretch(start: float, end: float, static: float | None, kinetic: float | None) -> Stretch:
+    """Floor from start to end [m] with its friction coefficients, None where nothing can slip."""
+    if static is None or kinetic is None:
+        words = "no slip"
+    elif static == kinetic:
+        words = f"μ {static:.3g}"
+    else:
+        words = f"μₛ {static:.3g}   μₖ {kinetic:.3g}"
+    colour = theme.hexadecimal(theme.floor_colour(static))
+    return Stretch(start, end, colour, words, static is not None and static < theme.SLIPPERY)
 
 
 @dataclass(frozen=True)
@@ -111,7 +107,7 @@ class BipedFrame:
     mean_crank_rate: Numbers = 0.0
     commanded_rate: Numbers = np.nan
     status: str = "ok"
-    floor: tuple[Patch, ...] | None = None
+    floor: tuple[Stretch, ...] | None = None
     weight: float | None = None
     walked: Numbers = np.nan
 
@@ -164,7 +160,7 @@ class BipedSketch:
 
     def __init__(self, params: BipedParams, scene: Scene):
         self.mechanism = Mechanism(params)
-        self._patches = tuple(patches_of(scene))
+        self._floor = stretches_of(scene)
         mass = plain(params.total_mass) + (0.0 if scene.payload is None else plain(scene.payload))
         self._weight = mass * plain(params.gravity)
         self._surface = -SOLE * self.mechanism.crank
@@ -180,14 +176,13 @@ class BipedSketch:
         leg = frames.steps % 2
         points, names = _points(poses, frames.floor_position, leg)
         tall = self.mechanism.top - self._surface
-        patches = self._patches if frames.floor is None else frames.floor
         return Drawing(
             points=points,
             bodies=_bodies(poses, points, names, leg),
             parts=_parts(self.mechanism, names),
             contacts=tuple(_contact(frames, leg == k, self._surface, slips) for k in (0, 1)),
             ground=np.array([[-FAR, self._surface], [FAR, self._surface]]),
-            stretches=tuple(_stretch(patch) for patch in patches),
+            stretches=self._floor if frames.floor is None else frames.floor,
             focus=points[:, names["A"]],
             span=0.85 * tall,
             height=1.05 * tall,
@@ -348,10 +343,3 @@ def _contact(
         mu_kinetic=frames.mu_kinetic,
         slips=slips,
     )
-
-
-def _stretch(patch: Patch) -> Stretch:
-    mu = patch.mu_static
-    colour = theme.hexadecimal(theme.floor_colour(mu))
-    icy = mu is not None and mu < theme.SLIPPERY
-    return Stretch(max(patch.start, -FAR), min(patch.end, FAR), colour, patch.label, icy)

@@ -15,7 +15,7 @@ from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
-from stickslip.envs.rendering.biped import BipedRenderer, patches_of
+from stickslip.envs.rendering.biped import BipedRenderer, stretches_of
 from stickslip.envs.rendering.window import Window
 from tests.envs.rendering.frames import SCENE, STANDING, walk
 
@@ -52,9 +52,9 @@ def rgb(colour: str) -> list[int]:
 
 def test_a_frame_brings_its_episodes_own_floor_and_weight(params, renderer):
     bare = renderer.draw(STANDING)
-    same = replace(STANDING, floor=tuple(patches_of(SCENE)))
+    same = replace(STANDING, floor=stretches_of(SCENE))
     assert np.array_equal(renderer.draw(same), bare)
-    patches = tuple(patches_of(Scene.patches([0.1], [0.05, 0.9], [0.04, 0.8])))
+    patches = stretches_of(Scene.patches([0.1], [0.05, 0.9], [0.04, 0.8]))
     other = renderer.draw(replace(STANDING, floor=patches))
     assert not np.array_equal(other, bare)
     made_for_it = BipedRenderer(params, Scene.patches([0.1], [0.05, 0.9], [0.04, 0.8]))
