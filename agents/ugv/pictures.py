@@ -76,9 +76,9 @@ def as_episode(
         ),
         events=_events(slips, ended),
         numbers=(
-            ("driven [m]", frame.x - frame.start, 2),
-            ("pitch [°]", np.degrees(frame.pitch), 1),
-            ("torque [N m]", frame.torque, 1),
+            ("driven [m]", frame.at.x - frame.start, 2),
+            ("pitch [°]", np.degrees(frame.placed.pitch), 1),
+            ("torque [N m]", frame.at.torque, 1),
             ("friction / normal", frame.demand, 2),
             (criterion + ("" if unit == "-" else f" [{unit}]"), cost, 2),
         ),
@@ -87,7 +87,7 @@ def as_episode(
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn)),
         states=("GRIP", "SLIP"),
-        axis=("front wheel [m]", frame.x),
+        axis=("front wheel [m]", frame.at.x),
     )
 
 
@@ -100,8 +100,8 @@ def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:
 
 def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tuple[Panel, ...]:
     """Ground, legs, torque, work, friction and grip, waypoint by waypoint."""
-    heights = frame.wheels.contact[..., 1].T
-    angles = np.degrees(frame.wheels.leg_angle.T)
+    heights = frame.wheels("point")[..., 1].T
+    angles = np.degrees(frame.at.leg_angles.T)
     work = [from_start(played.info[name]) / spacing for name in ("wheel_work", "total_work")]
 
     def two(
@@ -118,7 +118,7 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
     return (
         two(GROUND, "m", sides, heights),
         two(LEGS, "°", sides, angles),
-        panel(TORQUE, "N m", frame.torque),
+        panel(TORQUE, "N m", frame.at.torque),
         two("work put in, for each metre", "J/m", ("motors", "with the legs"), work, steps=True),
         Panel(
             "friction used",
@@ -128,7 +128,7 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
                 Line("friction there is", frame.mu, dashed=True),
             ),
         ),
-        panel("margin of grip", "kN", frame.grip / 1000, limits=(0.0,)),
+        panel("margin of grip", "kN", frame.at.grip / 1000, limits=(0.0,)),
     )
 
 

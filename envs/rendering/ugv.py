@@ -16,7 +16,8 @@ from stickslip.envs.rendering.scene import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.ugv import UGVParams
+    from stickslip.dynamics.ugv import Pose, UGVParams
+    from stickslip.optim.posture.station import Station
 
 WEIGHT_LENGTH, CONE_LENGTH = 1.5, 0.62
 """Of the arrow of a force that equals the weight, and of friction cones [m]."""
@@ -35,64 +36,63 @@ MOST_POINTS = 1200
 
 
 @dataclass(frozen=True)
-class Wheels:
-    """Rear and front wheel at n stations. centre, contact: points [n, 2, 2] m. slope: of the ground
-    under each, and turned: its angle in the world, anticlockwise [n, 2] rad. hinge: of its leg
-    [n, 2, 2] m. leg_angle [n, 2] rad. friction, normal: of the ground on the wheel, along it
-    forwards and out of it [n, 2] N. mu: under it [n, 2]."""
-
-    centre: np.ndarray
-    contact: np.ndarray
-    slope: np.ndarray
-    turned: np.ndarray
-    hinge: np.ndarray
-    leg_angle: np.ndarray
-    friction: np.ndarray
-    normal: np.ndarray
-    mu: np.ndarray
-
-
-@dataclass(frozen=True)
 class UGVFrame:
-    """The UGV at n stations. Nothing is computed from it but positions.
+    """The UGV at n stations, every leaf [n] and of NumPy. Nothing is computed but positions.
 
-    x: of the front contact [n]; start: where the drive began [m]. ground: points [n, k, 2] of the
-    profile about the vehicle, and preview: points [n, m, 2] of it that are observed, without noise
-    [m]. pitch [n, rad]. torque: on each wheel [n, N m]. cost: the criterion so far [n]. mu: under
-    the wheels, the lesser of them [n]. grip: the lesser margin mu N - |F| [n, N]. status: codes of
-    Status [n]. ground_mu: at the points of `ground` [n, k], None where it is the same everywhere.
+    at: forces and leg angles; placed: the pose, in the world. turned: each wheel's angle in the
+    world, anticlockwise [n, 2] rad. ground: points [n, k, 2] of the profile about the vehicle, and
+    preview: points [n, m, 2] of it that are observed, without noise [m]. cost: the criterion so
+    far. status: codes of Status. start: where the drive began [m]. ground_mu: at the points of
+    `ground` [n, k], None where it is the same everywhere.
     """
 
-    x: np.ndarray
-    start: float
-    wheels: Wheels
+    at: Station
+    placed: Pose
+    turned: np.ndarray
     ground: np.ndarray
     preview: np.ndarray
-    pitch: np.ndarray
-    torque: np.ndarray
     cost: np.ndarray
-    mu: np.ndarray
-    grip: np.ndarray
     status: np.ndarray
+    start: float
     ground_mu: np.ndarray | None = None
+
+    def wheels(self, name: str) -> np.ndarray:
+        """An entry of the contacts of the rear and the front wheel [n, 2, ...]."""
+        return np.stack([getattr(side, name) for side in (self.placed.rear, self.placed.front)], 1)
+
+    @property
+    def hinges(self) -> np.ndarray:
+        """Of both legs [n, 2, 2] m."""
+        return np.stack([self.placed.rear_hinge, self.placed.front_hinge], axis=1)
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Friction along the ground, normal force [N] and mu of both wheels [n, 2, 3]."""
+        return np.stack([np.stack(of, axis=-1) for of in self.at.wheels], axis=1)
+
+    @property
+    def mu(self) -> np.ndarray:
+        """Under the wheels, the lesser of them [n]."""
+        return self.forces[..., 2].min(axis=1)
 
     @property
     def demand(self) -> np.ndarray:
         """The greater |F| / N of both wheels [n]; infinite without a load."""
-        normal = self.wheels.normal
+        friction, normal, _ = np.moveaxis(self.forces, -1, 0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            each = np.where(normal > 0, np.abs(self.wheels.friction) / normal, np.inf)
+            each = np.where(normal > 0, np.abs(friction) / normal, np.inf)
         return each.max(axis=1)
 
     @property
     def slips(self) -> np.ndarray:
         """Whether a wheel's friction is used up [n]."""
-        return (self.grip < 0) | (self.status == Status.WHEEL_SLIP)
+        return (self.at.grip < 0) | (self.status == Status.WHEEL_SLIP)
 
     @property
     def slipping(self) -> np.ndarray:
         """Whether it is the wheel with the lesser margin, once the friction is used up [n, 2]."""
-        margin = self.wheels.mu * self.wheels.normal - np.abs(self.wheels.friction)
+        friction, normal, mu = np.moveaxis(self.forces, -1, 0)
+        margin = mu * normal - np.abs(friction)
         return self.slips[:, None] & (margin <= margin.min(axis=1, keepdims=True))
 
 
@@ -100,19 +100,21 @@ def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
     """The drawing of one vehicle's drive."""
     length, radius = float(vehicle.body_length), float(vehicle.wheel_radius)
     reach = length + 2 * float(vehicle.leg_length)
-    wheels = frame.wheels
-    hinge, centre = wheels.hinge, wheels.centre
-    body = np.column_stack([hinge[:, 0], frame.pitch])
-    turned = np.concatenate([centre, wheels.turned[..., None]], axis=-1)
-    normal, slipping = np.where(wheels.normal > 0, wheels.normal, np.nan), frame.slipping
+    hinge, centre, place = frame.hinges, frame.wheels("centre"), frame.wheels("point")
+    body = np.column_stack([hinge[:, 0], frame.placed.pitch])
+    turned = np.concatenate([centre, frame.turned[..., None]], axis=-1)
+    tangent, slipping = frame.wheels("tangent"), frame.slipping
+    slope = np.arctan2(tangent[..., 1], tangent[..., 0])
+    friction, normal, mu = np.moveaxis(frame.forces, -1, 0)
+    normal = np.where(normal > 0, normal, np.nan)
     contacts = tuple(
         GroundContact(
-            place=wheels.contact[:, i],
-            slope=wheels.slope[:, i],
-            friction=wheels.friction[:, i],
+            place=place[:, i],
+            slope=slope[:, i],
+            friction=friction[:, i],
             normal=normal[:, i],
-            mu_static=wheels.mu[:, i],
-            mu_kinetic=wheels.mu[:, i],
+            mu_static=mu[:, i],
+            mu_kinetic=mu[:, i],
             slips=slipping[:, i],
         )
         for i in (0, 1)
@@ -127,7 +129,7 @@ def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
         contacts=contacts,
         ground=ground,
         stretches=stretches,
-        focus=wheels.contact.mean(axis=1),
+        focus=place.mean(axis=1),
         span=2.4 * reach,
         height=1.1 * reach,
         left=0.45,
@@ -167,9 +169,10 @@ class UGVRenderer(Renderer[UGVFrame]):
 
     def readout(self, frame: UGVFrame) -> Readout:
         """Way, torque, pitch, legs, cost and friction."""
-        x, torque, cost, mu = (float(of[0]) for of in (frame.x, frame.torque, frame.cost, frame.mu))
+        at = frame.at
+        x, torque, cost, mu = (float(of[0]) for of in (at.x, at.torque, frame.cost, frame.mu))
         demand, slips, status = frame.demand[0], bool(frame.slips[0]), Status(int(frame.status[0]))
-        rear, front = np.degrees(frame.wheels.leg_angle[0]).tolist()
+        rear, front = np.degrees(at.leg_angles[0]).tolist()
         ended = status != Status.OK
         badge = status.name.replace("_", " ") if ended else "SLIP" if slips else "GRIP"
         used = written(demand, 2) if np.isfinite(demand) else "–"
@@ -177,7 +180,7 @@ class UGVRenderer(Renderer[UGVFrame]):
             numbers=(
                 ("driven  [m]", written(x - frame.start, 2)),
                 ("torque  [N m]", brief(torque)),
-                ("pitch  [°]", written(degrees(frame.pitch[0]), 1)),
+                ("pitch  [°]", written(degrees(frame.placed.pitch[0]), 1)),
                 ("legs  [°]", f"{written(rear, 0)}, {written(front, 0)}"),
                 (self._cost, brief(cost)),
                 ("friction / normal", f"{used} of {mu:.2f}"),

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.ugv import PoseSolver, place
-from stickslip.envs.rendering.ugv import UGVFrame, Wheels
+from stickslip.envs.rendering.ugv import UGVFrame
 from stickslip.envs.ugv.state import ground
 
 if TYPE_CHECKING:
@@ -41,9 +41,8 @@ def ugv_frames(
 
     preview: how many points ahead are observed.
     """
-    sampled = jax.device_get(_sampled(solver, preview, states, params))
-    station, cost = jax.device_get((states.station, states.cost))
-    return _frame(sampled, station, cost, float(params.start), infos["status"])
+    sampled = _sampled(solver, preview, states, params)
+    return _frame(sampled, states.station, states.cost, params.start, infos["status"])
 
 
 def station_frames(
@@ -56,46 +55,25 @@ def station_frames(
 ) -> UGVFrame:
     """The frame of a drive's stations [n]; costs: so far [n]; friction: mu, one or [n], by which a
     surface's is multiplied."""
-    sampled = jax.device_get(_at_each(solver, stations, odometer, friction, vehicle))
-    stations = jax.device_get(stations)
-    return _frame(sampled, stations, costs, float(stations.x[0]), np.asarray(stations.status))
+    sampled = _at_each(solver, stations, odometer, friction, vehicle)
+    return _frame(sampled, stations, costs, stations.x[0], np.asarray(stations.status))
 
 
 def _frame(
-    sampled: Sampled, at: Station, cost: np.ndarray, start: float, status: np.ndarray
+    sampled: Sampled, at: Station, cost: Array, start: Number, status: np.ndarray
 ) -> UGVFrame:
-    """Frame of stations, from NumPy arrays."""
-    placed, turned, points, seen, mu = sampled
-    sides = placed.rear, placed.front
-
-    def both(name: str) -> np.ndarray:
-        return np.stack([getattr(side, name) for side in sides], axis=1).astype(float)
-
-    tangent = both("tangent")
-    forces = np.stack([np.stack(of, axis=-1) for of in at.wheels], axis=1).astype(float)
+    tree = jax.device_get((*sampled, at, cost))
+    placed, turned, points, seen, mu, at, cost = jax.tree.map(lambda leaf: leaf.astype(float), tree)
     return UGVFrame(
-        x=np.asarray(at.x, float),
-        start=start,
-        wheels=Wheels(
-            centre=both("centre"),
-            contact=both("point"),
-            slope=np.arctan2(tangent[..., 1], tangent[..., 0]),
-            turned=np.asarray(turned, float),
-            hinge=np.stack([placed.rear_hinge, placed.front_hinge], axis=1).astype(float),
-            leg_angle=np.asarray(at.leg_angles, float),
-            friction=forces[..., 0],
-            normal=forces[..., 1],
-            mu=forces[..., 2],
-        ),
-        ground=np.asarray(points, float),
-        preview=np.asarray(seen, float),
-        pitch=np.asarray(placed.pitch, float),
-        torque=np.asarray(at.torque, float),
-        cost=np.asarray(cost, float),
-        mu=forces[..., 2].min(axis=1),
-        grip=np.asarray(at.grip, float),
+        at=at,
+        placed=placed,
+        turned=turned,
+        ground=points,
+        preview=seen,
+        cost=cost,
         status=np.asarray(status, int),
-        ground_mu=None if mu is None else np.asarray(mu, float),
+        start=float(start),
+        ground_mu=mu,
     )
 
 

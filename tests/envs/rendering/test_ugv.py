@@ -45,16 +45,16 @@ def renderer(**options) -> UGVRenderer:
 
 def test_a_frame_is_what_the_state_says():
     frame = frames()[1]
-    (centre,), (contact,), (hinge,) = frame.wheels.centre, frame.wheels.contact, frame.wheels.hinge
+    (centre,), (contact,), (hinge,) = frame.wheels("centre"), frame.wheels("point"), frame.hinges
     far = np.hypot(*(centre - contact).T), np.hypot(*(hinge - centre).T)
     np.testing.assert_allclose(far[0], UGVParams().wheel_radius, rtol=1e-5)
     np.testing.assert_allclose(far[1], 0.35, rtol=1e-5)
     length = np.hypot(*(hinge[1] - hinge[0]))
     assert length == pytest.approx(UGVParams().body_length, rel=1e-5)
-    assert contact[1, 0] == pytest.approx(frame.x[0])
+    assert contact[1, 0] == pytest.approx(frame.at.x[0])
     assert frame.preview.shape == (1, 4, 2)
-    assert np.interp(frame.x[0], *frame.ground[0].T) == pytest.approx(contact[1, 1], abs=1e-3)
-    assert np.all(frames()[2].wheels.turned < frame.wheels.turned)  # it rolls forwards
+    assert np.interp(frame.at.x[0], *frame.ground[0].T) == pytest.approx(contact[1, 1], abs=1e-3)
+    assert np.all(frames()[2].turned < frame.turned)  # it rolls forwards
 
 
 def test_a_picture_holds_vehicle_ground_and_forces():
@@ -71,7 +71,11 @@ def test_slip_is_shown_in_another_colour():
     frame = frames()[1]
     holds = renderer().draw(frame)
     slips = renderer().draw(
-        replace(frame, status=np.array([Status.WHEEL_SLIP]), grip=np.array([-1.0]))
+        replace(
+            frame,
+            status=np.array([Status.WHEEL_SLIP]),
+            at=frame.at._replace(grip=np.array([-1.0])),
+        )
     )
     assert pixels(slips, theme.SLIDES) > pixels(holds, theme.SLIDES) + 1000
     assert pixels(slips, theme.HOLDS) < pixels(holds, theme.HOLDS)
