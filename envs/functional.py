@@ -130,9 +130,9 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     def renderer(self, params: Params) -> Any:
         """Something with draw(picture) -> [height, width, 3] and reset()."""
 
-    @abstractmethod
-    def is_over(self, state: State) -> Bool[Array, ""]:
+    def is_over(self, state: Any) -> Bool[Array, ""]:
         """True if the state's episode has ended."""
+        return state.over
 
     def reset(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:
         """Begin an episode: observation and state. `key`: a JAX random key."""

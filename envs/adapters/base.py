@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Generic, Protocol
+from typing import TYPE_CHECKING, Any, Generic
 
 import numpy as np
 from gymnasium import spaces
@@ -112,25 +112,13 @@ def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
         raise ValueError(f"autoreset = {env.autoreset!r}; accepted: {wanted!r}, {why}")
 
 
-class Renderer(Protocol):
-    """Protocol of an environment's renderer."""
-
-    def reset(self) -> None:
-        """Forget what was drawn before."""
-        ...
-
-    def draw(self, picture: Any, /) -> np.ndarray:
-        """[height, width, 3] of what the environment's `picture` says."""
-        ...
-
-
 class Pictures(Generic[Params]):
     """A renderer for each environment, made when it is first asked for a picture, and anew for
     episodes with parameters of their own. A copy makes its own."""
 
     def __init__(self, env: FunctionalEnv[Any, Params], params: Params, envs: PackedEnvs):
         self._env, self._params, self._envs = env, params, envs
-        self._renderers: dict[int, tuple[Params | None, Renderer]] = {}
+        self._renderers: dict[int, tuple[Params | None, Any]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the renderers, which hold a canvas that cannot be copied."""

@@ -303,10 +303,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         terms = [info[f"reward_{name}"] for name in ("tracking", "slip", "energy", "fall")]
         return sum(terms, start=jnp.zeros((), terms[0].dtype))
 
-    def is_over(self, state):
-        """See FunctionalEnv."""
-        return state.over
-
     def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
         from stickslip.envs.biped.picture import biped_frames

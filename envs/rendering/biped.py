@@ -214,15 +214,8 @@ class BipedRenderer(Renderer[BipedFrame]):
     and weight.
     """
 
-    def __init__(
-        self,
-        params: BipedParams,
-        scene: Scene,
-        *,
-        width: int = 960,
-        height: int = 540,
-    ):
-        super().__init__(width, height)
+    def __init__(self, params: BipedParams, scene: Scene):
+        super().__init__()
         self._sketch = BipedSketch(params, scene)
         self._marks = SlipMarks()
 

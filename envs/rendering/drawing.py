@@ -12,7 +12,7 @@ class Part:
     """One shape: exactly one of bars, dots and outline.
 
     role: its colour, by its name in theme.DAY. bars: pairs of indices of points. dots: indices of
-    points. outline: [k, 2] m in the axes of `body`. width: of a bar or a dot, in page units. group:
+    points. outline: [k, 2] m in the axes of `body`. width: of a bar or a dot, in pixels. group:
     of a leg, None for shapes that are always there, see Drawing.active. edge: role of the edge.
     """
 

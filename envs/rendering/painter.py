@@ -24,34 +24,25 @@ if TYPE_CHECKING:
     Colour: TypeAlias = str | tuple[str, float] | tuple[float, float, float]
 
 Box: TypeAlias = tuple[float, float, float, float]
-"""Left, bottom, right, top in page units."""
+"""Left, bottom, right, top [px]."""
 MARGIN = 2
 """About the letters of a word [px]."""
 SHARES = {"left": 0.0, "center": 0.5, "right": 1.0}
 
 
 class Painter:
-    """A picture of `width` x `height` pixels, measured in page units with y upwards.
+    """A picture of theme.WIDTH x theme.HEIGHT pixels, y upwards.
 
-    The page is 960 x 540 units at the default size and grows with the picture; line widths and
-    letters are in the same units. Nothing depends on the user's matplotlib settings. ValueError for
-    a picture that is too small to read.
+    Nothing depends on the user's matplotlib settings.
     """
 
-    def __init__(self, width: int, height: int):
-        if width < 480 or height < 270:
-            raise ValueError(
-                f"a picture of {width} x {height} is too small to read; accepted: width >= 480, "
-                "height >= 270"
-            )
-        self.unit = min(width / 960, height / 540)
-        self.width, self.height = width / self.unit, height / self.unit
+    def __init__(self):
         agg = require("matplotlib.backends.backend_agg")
-        self._agg = agg.RendererAgg(width, height, 72 * self.unit)  # a point is a page unit
-        self._transform = require("matplotlib.transforms").Affine2D().scale(self.unit)
+        self._agg = agg.RendererAgg(theme.WIDTH, theme.HEIGHT, 72)  # a point is a pixel
+        self._transform = require("matplotlib.transforms").IdentityTransform()
         self._new_path = require("matplotlib.path").Path
         self._clip: Box | None = None
-        self.box((0, 0, self.width, self.height), theme.PAGE)
+        self.box((0, 0, theme.WIDTH, theme.HEIGHT), theme.PAGE)
 
     @contextmanager
     def inside(self, box: Box) -> Iterator[None]:
@@ -109,18 +100,16 @@ class Painter:
         align: str = "left",
     ) -> None:
         """Write a line of text on a baseline."""
-        cover, descent = _letters(words, size * self.unit, bold)
-        left = round((x - SHARES[align] * self.width_of(words, size, bold)) * self.unit) - MARGIN
+        cover, descent = _letters(words, size, bold)
+        left = round(x - SHARES[align] * self.width_of(words, size, bold)) - MARGIN
         letters = np.empty((*cover.shape, 4), np.uint8)
         letters[:] = np.round(255 * np.array(_rgba(colour)))
         letters[..., 3] = cover
-        self._agg.draw_image(
-            self._style(colour), left, round(y * self.unit) - descent, letters[::-1]
-        )
+        self._agg.draw_image(self._style(colour), left, round(y) - descent, letters[::-1])
 
     def width_of(self, words: str, size: float, bold: bool = False) -> float:
         """The width of a line of text."""
-        return (_letters(words, size * self.unit, bold)[0].shape[1] - 2 * MARGIN) / self.unit
+        return _letters(words, size, bold)[0].shape[1] - 2 * MARGIN
 
     def picture(self) -> np.ndarray:
         """The picture: uint8 [height, width, 3], a fresh array."""
@@ -154,8 +143,8 @@ class Painter:
         style = self._agg.new_gc()
         style.set_foreground(_rgba(colour), isRGBA=True)
         if self._clip is not None:
-            corners = (side * self.unit for side in self._clip)
-            style.set_clip_rectangle(require("matplotlib.transforms").Bbox.from_extents(*corners))
+            box = require("matplotlib.transforms").Bbox.from_extents(*self._clip)
+            style.set_clip_rectangle(box)
         return style
 
 

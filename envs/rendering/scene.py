@@ -235,7 +235,7 @@ def _scale(painter: Painter, camera: Camera) -> None:
 
 
 def draw_machine(axis: Axes, drawing: Drawing, i: int, scale: float) -> None:
-    """Draw the machine of sample i on a matplotlib axis in metres; scale: points a page unit."""
+    """Draw the machine of sample i on a matplotlib axis in metres; scale: points a pixel."""
     points = drawing.points[i]
     for part, shade in _ordered(drawing, i):
         fill, edge = theme.DAY[shade + part.role], theme.DAY[part.edge or "panel"]
@@ -275,14 +275,12 @@ class Readout(NamedTuple):
 class Renderer(Generic[Frame]):
     """Draws frames of one machine, without a display.
 
-    width, height: of the picture [px]. A picture depends on its frame alone, but for the marks of
-    slides, which remember the frames since `reset`; a frame of an earlier instant resets. Needs the
-    extra `viz`.
+    A picture depends on its frame alone, but for the marks of slides, which remember the frames
+    since `reset`; a frame of an earlier instant resets. Needs the extra `viz`.
     """
 
-    def __init__(self, width: int = 960, height: int = 540):
-        self._size = width, height
-        Painter(width, height)  # which refuses sizes, and names a missing extra
+    def __init__(self):
+        Painter()  # which names a missing extra
         self._at: float | None = None
 
     def readout(self, frame: Frame) -> Readout:
@@ -303,8 +301,8 @@ class Renderer(Generic[Frame]):
         if self._at is not None and self._at > readout.at:
             self.reset()
         self._at = readout.at
-        painter = Painter(*self._size)
-        left, right, top = theme.MARGIN, painter.width - theme.MARGIN, painter.height - theme.MARGIN
+        painter = Painter()
+        left, right, top = theme.MARGIN, theme.WIDTH - theme.MARGIN, theme.HEIGHT - theme.MARGIN
         bottom = top - theme.HEADER
         panel = (left, theme.MARGIN + theme.FOOTER, right, bottom - 10)
         paint_scene(painter, self.drawing(frame), 0, panel)

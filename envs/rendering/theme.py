@@ -1,7 +1,7 @@
 """Colours, sizes and formats of numbers shared by every part of a picture.
 
 Accents are from Okabe and Ito's set, which stays apart under every kind of colour blindness, and
-none of them is the only carrier of its meaning. Sizes are in page units: pixels at 960 x 540.
+none of them is the only carrier of its meaning. Sizes are in pixels.
 """
 
 from __future__ import annotations
@@ -82,6 +82,8 @@ NIGHT: dict[str, str] = DAY | {
 }
 """DAY and NIGHT: colours by role, of pictures and pages by day, of pages by night."""
 
+WIDTH, HEIGHT = 960, 540
+"""Of a picture."""
 MARGIN = 16.0
 HEADER = 40.0
 FOOTER = 24.0

@@ -148,16 +148,8 @@ class UGVRenderer(Renderer[UGVFrame]):
     vehicle: one, not a batch. criterion, unit: of the cost in the header.
     """
 
-    def __init__(
-        self,
-        vehicle: UGVParams,
-        criterion: str = "cost",
-        unit: str = "-",
-        *,
-        width: int = 960,
-        height: int = 540,
-    ):
-        super().__init__(width, height)
+    def __init__(self, vehicle: UGVParams, criterion: str = "cost", unit: str = "-"):
+        super().__init__()
         if any(np.ndim(value) for value in (vehicle.body_length, vehicle.wheel_radius)):
             raise ValueError("vehicle holds a batch; accepted: one vehicle")
         self._vehicle = vehicle

@@ -51,7 +51,7 @@ from stickslip.optim.posture.waypoints import waypoints_along
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from jaxtyping import Array, Bool, Float
+    from jaxtyping import Array, Float
 
     from stickslip.envs.functional import Entries, Given
     from stickslip.envs.rendering.ugv import UGVRenderer
@@ -323,10 +323,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             done & ~failed,
             info,
         )
-
-    def is_over(self, state: UGVEnvState) -> Bool[Array, ""]:
-        """See FunctionalEnv."""
-        return state.over
 
     def picture(self, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""

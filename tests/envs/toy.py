@@ -84,9 +84,6 @@ class Toy(FunctionalEnv[ToyState, ToyParams]):
     def observation_bounds(self, params):
         return np.asarray([-2.0, 0.0]), np.asarray([2.0, 1000.0])
 
-    def is_over(self, state):
-        return state.over
-
     def picture(self, state, info, params):
         return state
 

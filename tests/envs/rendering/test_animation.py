@@ -16,7 +16,7 @@ pytest.importorskip("PIL")
 
 @pytest.fixture(scope="module")
 def film():
-    renderer = BipedRenderer(BipedParams.from_bars(), SCENE, width=480, height=270)
+    renderer = BipedRenderer(BipedParams.from_bars(), SCENE)
     frames = [renderer.draw(frame) for frame in walk(6, slide_per_frame=0.002)]
     return [*frames, frames[-1]]  # a picture that stands still is shown for longer
 
