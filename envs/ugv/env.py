@@ -204,10 +204,14 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     @classmethod
     def choices_from_plain(cls, choices: Entries) -> Given:
-        """See FunctionalEnv: the solver as its settings by name."""
-        solver = choices.get("solver")
-        given = {} if solver is None else {"solver": PoseSolver(**solver)}
-        return {**choices, **given}
+        """See FunctionalEnv: the solver as its settings by name. A "method" and "candidates" of
+        definitions from before there was one method change nothing: a pose is a pose."""
+        given = dict(choices)
+        if "solver" in given:
+            gone = ("method", "candidates")
+            settings = {k: v for k, v in given["solver"].items() if k not in gone}
+            given["solver"] = PoseSolver(**settings)
+        return given
 
     def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
         """See FunctionalEnv; what the options set is not drawn."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import gymnasium
@@ -47,7 +47,10 @@ def built(task: TaskDefinition) -> str:
     leaves, structure = jax.tree.flatten(given)
     numbers = [f"{value:.4g}" for leaf in leaves for value in np.ravel(np.asarray(leaf))]
     kinds = [type(one).__name__ for one in given]
-    text = json.dumps([str(env), kinds, structure.num_leaves, numbers])
+    solver = getattr(env, "solver", None)
+    chosen = {one.name: str(getattr(env, one.name)) for one in fields(env) if one.name != "solver"}
+    chosen |= {} if solver is None else {"samples": solver.samples, "overlap": solver.overlap}
+    text = json.dumps([chosen, kinds, structure.num_leaves, numbers], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
