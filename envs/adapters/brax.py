@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_known
-from stickslip.dynamics.kernels.lanes import where_needed
+from stickslip.dynamics.kernels.fused import where_needed
 from stickslip.envs.functional import FunctionalEnv, bare_step, pure_step
 from stickslip.envs.params import horizon
 from stickslip.envs.rendering.extras import require

@@ -17,7 +17,7 @@ from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAware
 from stickslip.envs import BipedEnv, GymEnv, UGVEnv
 from stickslip.envs.adapters.packing import Shared
 from stickslip.envs.params import horizon
-from stickslip.optim import options
+from stickslip.optim import problem
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import one_toy
 from tests.envs.ugv import helpers as ugv
@@ -179,8 +179,8 @@ def test_parameters_are_kept_without_their_hash():
 @pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedIce-v0"])
 def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch, name):
     """As in a process that was forked after JAX had run in this one."""
-    monkeypatch.setattr(options, "_MADE_IN", os.getpid() + 1)
-    monkeypatch.setattr(options, "_jax_ran", True)
+    monkeypatch.setattr(problem, "_MADE_IN", os.getpid() + 1)
+    monkeypatch.setattr(problem, "_jax_ran", True)
     for make_it in (gymnasium.make, gymnasium.make_vec):
         with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context=\"spawn\""):
             make_it(f"stickslip/{name}")

@@ -80,13 +80,6 @@ def test_a_reset_draws_the_mark_and_an_option_says_where_it_lies():
     assert len(ENV.observation_bounds(params)[0]) == len(obs) == 7
 
 
-def test_without_a_mark_nothing_is_added():
-    plain = ENV.make_params()
-    obs, state = ENV.reset_env(jax.random.key(0), plain)
-    assert state.to_go is None
-    assert obs.shape == (6,)
-
-
 @pytest.mark.parametrize(
     ("changes", "named"),
     [

@@ -32,7 +32,7 @@ def ending(status: Status):
     return env, cases[status]()
 
 
-def test_wheels_that_meet_end_the_episode_unless_they_are_let():
+def test_wheels_that_meet_end_the_episode():
     env, params = task(preview=0)
     inwards = -np.ones((int(params.steps), 2))
     run = drive(env, params, inwards)
@@ -44,13 +44,21 @@ def test_wheels_that_meet_end_the_episode_unless_they_are_let():
     assert 0 <= reached[end] == reached[end - 1]
     again = drive(env, params.replace(vehicle=params.vehicle.replace(wheel_gap=0.1)), inwards)
     assert int(np.argmax(again.over)) < end
+
+
+@pytest.mark.long
+def test_wheels_may_meet_as_in_the_chapter():
+    env, params = task(preview=0)
+    inwards = -np.ones((int(params.steps), 2))
     chapter = drive(replace(env, solver=replace(env.solver, overlap=True)), params, inwards)
     assert chapter.truncated.any()
 
 
-@pytest.mark.parametrize(
-    "status", [Status.WHEEL_SLIP, Status.GROUNDED, Status.ROLLOVER, Status.HOLLOW_GROUND]
-)
+GROUNDS = [pytest.param(Status[n], marks=pytest.mark.long) for n in ("ROLLOVER", "HOLLOW_GROUND")]
+"""Each a program of its own."""
+
+
+@pytest.mark.parametrize("status", [Status.WHEEL_SLIP, Status.GROUNDED, *GROUNDS])
 def test_what_the_model_does_not_cover_terminates(status):
     env, params = ending(status)
     run = drive(env, params, np.zeros((int(params.steps), 2)))
@@ -124,6 +132,7 @@ def test_bad_values_are_named(make, message):
         make()
 
 
+@pytest.mark.long
 def test_a_pose_that_is_not_found_ends_the_episode():
     env = UGVEnv("wheel_energy", 0, PoseSolver(iterations=1, samples=4), "disabled")
     params = env.make_params(track=Track.sinusoid(0.1, 1.5, end=4.0), friction=20.0)
