@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.registry import machine_of_env
+from stickslip.agents.machine import machine_of_env
 from stickslip.dynamics import Status
 from stickslip.dynamics.biped import BODIES, kinematics
 from stickslip.envs import BipedEnv
