@@ -21,7 +21,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.scan import fused_scan
-from stickslip.envs.functional import FunctionalEnv, Params, State, bare_step, pure_step
+from stickslip.envs.functional import FunctionalEnv, Params, State, abstract_step, pure_step
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -199,25 +199,20 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
     """Memory of one environment's returned step [bytes]; ValueError for an unknown entry."""
     leaves = [jax.ShapeDtypeStruct(*each) for each in shapes]
     params, policy_params = jax.tree.unflatten(structure, leaves)
-    key = jax.eval_shape(lambda: jax.random.key(0))
-    one = jax.eval_shape(partial(_first, program.env), params, key)
-    action = jax.eval_shape(program.policy, policy_params, one.obs, key)
+    data = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
+    obs, state, results = abstract_step(program.env, params)
+    key = jax.eval_shape(jax.random.wrap_key_data, data)
+    action = jax.eval_shape(program.policy, policy_params, obs, key)
     size = (len(program.env.action_names),)
     if getattr(action, "shape", None) != size:
         raise ValueError(
             f"the policy's action has shape {getattr(action, 'shape', type(action).__name__)}; "
             f"accepted: {size}, for {', '.join(program.env.action_names)}"
         )
-    step = partial(bare_step, program.env)
-    info = jax.eval_shape(step, key, one.state, action, params)[5]
-    require_known(program.keep, ("obs", "action", "next_obs", *info), "name to keep")
-    rows = jax.eval_shape(program.step, params, policy_params, one)[1]
+    require_known(program.keep, ("obs", "action", "next_obs", *results[5]), "name to keep")
+    now = Progress(state, obs, data)
+    rows = jax.eval_shape(program.step, params, policy_params, now)[1]
     return sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(rows))
-
-
-def _first(env: FunctionalEnv, params: Any, key: Array) -> Progress:
-    obs, state = env.reset_env(key, params)
-    return Progress(state, obs, jax.random.key_data(key))
 
 
 def _joined(parts: list[Collected]) -> Collected:

@@ -266,6 +266,14 @@ def bare_step(
     return _choose(over, reset, result)
 
 
+def abstract_step(env: FunctionalEnv[State, Params], params: Any) -> tuple[Any, State, Any]:
+    """Shapes and types of a reset's observation and state, and of a step's results."""
+    key = jax.eval_shape(lambda: jax.random.key(0))
+    obs, state = jax.eval_shape(env.reset_env, key, params)
+    action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
+    return obs, state, jax.eval_shape(partial(bare_step, env), key, state, action, params)
+
+
 @partial(fused, fixed=1)
 def _step_env(
     env: FunctionalEnv[State, Params],

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_known
 from stickslip.dynamics.kernels.fused import where_needed
-from stickslip.envs.functional import FunctionalEnv, bare_step, pure_step
+from stickslip.envs.functional import FunctionalEnv, abstract_step, pure_step
 from stickslip.envs.params import horizon
 from stickslip.envs.rendering.extras import require
 
@@ -52,15 +52,8 @@ class BraxEnv(base.Env):
         env.check_params(params)
         self.functional: FunctionalEnv = replace(env, autoreset="disabled")  # type: ignore[type-var]
         self.params, self.metrics = params, tuple(metrics)
-        key = jax.eval_shape(lambda: jax.random.key(0))
-        self._obs, state = jax.eval_shape(env.reset_env, key, params)
-        action = jax.ShapeDtypeStruct((self.action_size,), self._obs.dtype)
-        info = jax.eval_shape(
-            lambda state, action: bare_step(self.functional, None, state, action, params)[5],
-            state,
-            action,
-        )
-        require_known(self.metrics, info, "metric")
+        self._obs, _, step = abstract_step(self.functional, params)
+        require_known(self.metrics, step[5], "metric")
 
     def reset(self, rng: Array) -> BraxState:
         """Begin an episode. rng: a key, of either kind that JAX has."""

@@ -18,7 +18,7 @@ from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs.adapters.packing import Codec, Columns, Results, Shared, row_of
-from stickslip.envs.functional import bare_step
+from stickslip.envs.functional import abstract_step, bare_step
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -66,11 +66,8 @@ class _Episodes:
         self, env: FunctionalEnv, shared: Shared, params: Any, entries: tuple[str, ...], n: int
     ):
         """params: of one episode, of which the structure counts."""
-        key = jax.eval_shape(lambda: jax.random.key(0))
-        data = jax.eval_shape(jax.random.key_data, key)
-        obs, state = jax.eval_shape(env.reset_env, key, params)
-        action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
-        step = jax.eval_shape(partial(bare_step, env), key, state, action, params)
+        data = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
+        obs, state, step = abstract_step(env, params)
         self.results = obs, *step[2:]
         """Shapes and types of a step's results."""
         self.columns, self.dtype = Columns(obs, step[5]), np.dtype(obs.dtype)
