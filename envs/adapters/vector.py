@@ -10,7 +10,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from stickslip.dynamics.checks import (
-    nearest,
+    require_choice,
     require_integer,
     require_kind,
     require_known,
@@ -22,11 +22,6 @@ from stickslip.envs.adapters.packing import Results, ending
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
 
-MODES = {
-    AutoresetMode.NEXT_STEP: "next_step",
-    AutoresetMode.SAME_STEP: "same_step",
-    AutoresetMode.DISABLED: "disabled",
-}
 SEEDS = "None, a whole number >= 0, or a list of such, one an environment"
 
 
@@ -48,7 +43,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         render_mode: str | None = None,
     ):
         self.mode = _mode(autoreset_mode)
-        self._compile(env, params, num_envs, render_mode, autoreset=MODES[self.mode])
+        self._compile(env, params, num_envs, render_mode, autoreset=self.mode.name.lower())
         self.num_envs = self._envs.num_envs
         self.single_observation_space, self.single_action_space = self._spaces()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -140,21 +135,22 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if isinstance(seed, int | np.integer):
             super().reset(seed=int(seed))
             seed = [int(seed) + i for i in range(self.num_envs)]
-        require_kind("seed", seed, (list, tuple, np.ndarray, type(None)), SEEDS)
-        seeds = [
-            one if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
-            for one in ([None] * self.num_envs if seed is None else seed)
-        ]
+        seeds = [None] * self.num_envs if seed is None else seed
+        require_kind("seed", seeds, (list, tuple, np.ndarray), SEEDS)
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds; accepted: {self.num_envs}, one an environment")
-        if mask is not None:
-            seeds = [one if chosen else None for one, chosen in zip(seeds, mask, strict=True)]
+        wanted = np.ones(self.num_envs, bool) if mask is None else mask
+        given: list[int | None] = [
+            None if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
+            for one in seeds
+        ]
+        given = [one if chosen else None for one, chosen in zip(given, wanted, strict=True)]
         if not self._seeded:
             drawn = self.np_random.integers(2**31, size=self.num_envs).tolist()
-            seeds = [new if one is None else one for one, new in zip(seeds, drawn, strict=True)]
+            given = [new if one is None else one for one, new in zip(given, drawn, strict=True)]
             self._seeded = True
-        if any(one is not None for one in seeds):
-            self._envs.seed(seeds)
+        if any(one is not None for one in given):
+            self._envs.seed(given)
 
     def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
         mask = (options or {}).get("reset_mask")
@@ -171,14 +167,11 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
 
 def _mode(given: AutoresetMode | str) -> AutoresetMode:
     """The mode from itself, its value or its name."""
-    if isinstance(given, str | AutoresetMode):
-        for mode, name in MODES.items():
-            if given in (mode, mode.value, name):
-                return mode
-    raise ValueError(
-        f"autoreset_mode = {shown(given)}; accepted: {', '.join(map(str, MODES))}, "
-        f"{', '.join(MODES.values())}{nearest(given, MODES.values())}"
-    )
+    known = {name: mode for mode in AutoresetMode for name in (mode.name.lower(), mode.value)}
+    if isinstance(given, AutoresetMode):
+        return given
+    require_choice("autoreset_mode", given, tuple(known), also="an AutoresetMode")
+    return known[given]
 
 
 def _masked(columns: dict[str, np.ndarray], mask: np.ndarray) -> dict[str, np.ndarray]:
