@@ -9,9 +9,9 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -25,6 +25,7 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.kernels.fused import fused, where_needed
+from stickslip.dynamics.pytrees import rebuilt
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -74,15 +75,14 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         make = getattr(cls, "make_params", None)
         return () if make is None else tuple(inspect.signature(make).parameters)[1:]
 
-    @classmethod
-    def from_plain(cls, parameters: Entries) -> Given:
-        """Arguments of `make_params` from JSON values; numbers stay as they are."""
-        return dict(parameters)
+    readers: ClassVar[dict[str, Callable[[Any], Any]]] = {}
+    """Of entries that are no JSON values, by their names."""
 
     @classmethod
-    def choices_from_plain(cls, choices: Entries) -> Given:
-        """Arguments of the class from JSON values."""
-        return dict(choices)
+    def from_plain(cls, entries: Entries) -> Given:
+        """Arguments of the class, or of `make_params`, from JSON values; numbers stay."""
+        readers = cls.readers
+        return {k: readers[k](value) if k in readers else value for k, value in entries.items()}
 
     episode_entries: tuple[str, ...] = ()
     """Entries of the parameters that options of a reset may change."""
@@ -98,10 +98,19 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         require_known(options, self.option_names, "option of reset")
         return params
 
+    reset_only: tuple[str, ...] = ()
+    """Entries of the parameters and of their `randomisation` that no step reads."""
+
     def read_by_steps(self, params: Params) -> Any:
-        """Parameters that a step reads: from the same state it is the same step where this
-        is the same, whatever else a reset has read."""
-        return params
+        """Parameters that a step reads: from the same state it is the same step where this is the
+        same. Steps do ask what is drawn, not the range."""
+        if not self.reset_only:
+            return params
+        drawn = params.randomisation  # type: ignore[attr-defined]
+        starts = [name for name in self.reset_only if hasattr(drawn, name)]
+        own = {name: getattr(params, name) for name in self.reset_only if hasattr(params, name)}
+        own["randomisation"] = replace(drawn, **dict.fromkeys(starts))
+        return rebuilt(params, **jax.tree.map(lambda _: 0.0, own))
 
     @property
     @abstractmethod

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -26,11 +26,12 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.params import (
     CONTROL_PERIOD,
     OPTIONS,
+    START_ALONE,
     BipedEnvParams,
     episode_params,
-    from_plain,
     make_params,
-    read_by_steps,
+    ranges_from_plain,
+    scene_from_plain,
 )
 from stickslip.envs.biped.state import (
     BipedEnvState,
@@ -52,7 +53,6 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
-    from stickslip.envs.functional import Entries, Given
     from stickslip.envs.rendering.biped import BipedRenderer
 
 
@@ -162,6 +162,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     params_kind = BipedEnvParams
     option_names = OPTIONS
     episode_entries = ("scene", "randomisation")
+    reset_only = START_ALONE
+    readers: ClassVar = {"scene": scene_from_plain, "randomisation": ranges_from_plain}
 
     def __post_init__(self):
         super().__post_init__()
@@ -178,19 +180,10 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         for name in ("see_friction", "see_patch"):
             require_kind(name, getattr(self, name), bool, "True or False")
 
-    @classmethod
-    def from_plain(cls, parameters: Entries) -> Given:
-        """See FunctionalEnv and stickslip.envs.biped.params."""
-        return from_plain(parameters)
-
     def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
         """See FunctionalEnv."""
         self.check_params(params)
         return episode_params(params, options)
-
-    def read_by_steps(self, params: BipedEnvParams) -> BipedEnvParams:
-        """See FunctionalEnv."""
-        return read_by_steps(params)
 
     @property
     def default_params(self) -> BipedEnvParams:

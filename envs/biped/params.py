@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -32,7 +31,6 @@ from stickslip.dynamics.numeric import (
 from stickslip.dynamics.pytrees import (
     holds_numbers,
     joined,
-    rebuilt,
     register_pytree,
     settle,
     short_repr,
@@ -57,7 +55,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.model import Inertia
     from stickslip.dynamics.numeric import Number
-    from stickslip.envs.functional import Entries, Given
 
 
 SLACK = 1e-6
@@ -325,27 +322,16 @@ def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedE
     return params.replace(randomisation=drawn, **changes)
 
 
-def read_by_steps(params: BipedEnvParams) -> BipedEnvParams:
-    """The parameters without what only a reset reads. Steps do ask what is drawn, not the range."""
-    drawn = replace(params.randomisation, **dict.fromkeys(START_ALONE))
-    drawn = jax.tree.map(lambda _: 0.0, drawn)
-    mark = None if params.mark is None else 0.0
-    return rebuilt(params, randomisation=drawn, mean_rate=0.0, mark=mark)
+def scene_from_plain(scene: Any) -> Any:
+    """A scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's
+    arguments."""
+    if not isinstance(scene, dict):
+        return scene
+    ((kind, numbers),) = scene.items()
+    require_choice("scene", kind, ("uniform", "patches"))
+    return getattr(Scene, kind)(**numbers)
 
 
-def from_plain(parameters: Entries) -> Given:
-    """Arguments of `BipedEnv.make_params` from plain values.
-
-    scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's arguments.
-    randomisation: ranges as pairs, by the names of Randomisation. Numbers stay as they are.
-    """
-    given = dict(parameters)
-    scene = given.get("scene")
-    if isinstance(scene, dict):
-        ((kind, numbers),) = scene.items()
-        require_choice("scene", kind, ("uniform", "patches"))
-        given["scene"] = getattr(Scene, kind)(**numbers)
-    if "randomisation" in given:
-        ranges = {name: tuple(ends) for name, ends in given["randomisation"].items()}
-        given["randomisation"] = Randomisation(**ranges)
-    return given
+def ranges_from_plain(ranges: Mapping[str, Any]) -> Randomisation:
+    """A Randomisation: ranges as pairs, by its names."""
+    return Randomisation(**{name: tuple(ends) for name, ends in ranges.items()})

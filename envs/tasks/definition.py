@@ -100,7 +100,7 @@ class TaskDefinition:
     def make(self, autoreset: str = "disabled") -> Made:
         """The functional environment and its parameters."""
         kind = getattr(envs, self.environment)
-        env = kind(**kind.choices_from_plain(self.choices), autoreset=autoreset)
+        env = kind(**kind.from_plain(self.choices), autoreset=autoreset)
         return env, env.make_params(**kind.from_plain(self.parameters), dtype=DTYPE)
 
 

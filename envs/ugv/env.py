@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -62,6 +62,33 @@ OPTIONS = ("track", "friction", "start_angles")
 ROUNDING = 1e-6
 """Waypoints may lie so much further apart, relatively: the spacing is one that came out of others,
 rounded, and a track as long as the one before gets as many."""
+
+
+def _track(track: Any) -> Any:
+    """A track: a name, or {name: {...}} with the named track's arguments."""
+    if not isinstance(track, dict):
+        return track
+    ((name, numbers),) = track.items()
+    return Track.named(name, **numbers)
+
+
+def _ranges(given: Entries) -> UGVRandomisation:
+    """A UGVRandomisation: ranges as pairs, by its names; its track by the names of RandomTrack."""
+
+    def tuples(entries: Entries) -> Given:
+        return {name: tuple(one) if isinstance(one, list) else one for name, one in entries.items()}
+
+    drawn = tuples(given)
+    if "track" in drawn:
+        drawn["track"] = RandomTrack(**tuples(drawn["track"]))
+    return UGVRandomisation(**drawn)
+
+
+def _solver(settings: Entries) -> PoseSolver:
+    """A solver: its settings by name. "method" and "candidates" of definitions from before there
+    was one method change nothing: a pose is a pose."""
+    gone = ("method", "candidates")
+    return PoseSolver(**{name: one for name, one in settings.items() if name not in gone})
 
 
 @dataclass(frozen=True)
@@ -157,6 +184,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
     option_names = OPTIONS
+    reset_only = ("start_angles",)
+    readers: ClassVar = {"track": _track, "randomisation": _ranges, "solver": _solver}
     episode_entries = (
         "odometer",
         "randomisation",
@@ -181,37 +210,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     def measure(self) -> Criterion:
         """The criterion itself."""
         return CRITERIA[self.criterion]
-
-    @classmethod
-    def from_plain(cls, parameters: Entries) -> Given:
-        """See FunctionalEnv.
-
-        track: a name, or {name: {...}} with the named track's arguments. randomisation: ranges as
-        pairs, by the names of UGVRandomisation; its track by the names of RandomTrack. Numbers stay
-        as they are.
-        """
-        given = dict(parameters)
-        track = given.get("track")
-        if isinstance(track, dict):
-            ((name, numbers),) = track.items()
-            given["track"] = Track.named(name, **numbers)
-        if "randomisation" in given:
-            drawn = _ranges(given["randomisation"])
-            if "track" in drawn:
-                drawn["track"] = RandomTrack(**_ranges(drawn["track"]))
-            given["randomisation"] = UGVRandomisation(**drawn)
-        return given
-
-    @classmethod
-    def choices_from_plain(cls, choices: Entries) -> Given:
-        """See FunctionalEnv: the solver as its settings by name. A "method" and "candidates" of
-        definitions from before there was one method change nothing: a pose is a pose."""
-        given = dict(choices)
-        if "solver" in given:
-            gone = ("method", "candidates")
-            settings = {k: v for k, v in given["solver"].items() if k not in gone}
-            given["solver"] = PoseSolver(**settings)
-        return given
 
     def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
         """See FunctionalEnv; what the options set is not drawn."""
@@ -238,11 +236,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}
             return rebuilt(params, **own)
         return changed
-
-    def read_by_steps(self, params: UGVEnvParams) -> UGVEnvParams:
-        """See FunctionalEnv. Steps do ask what is drawn, not the range."""
-        drawn = jax.tree.map(lambda _: 0.0, replace(params.randomisation, start_angles=None))
-        return rebuilt(params, randomisation=drawn, start_angles=0.0)
 
     @property
     def default_params(self) -> UGVEnvParams:
@@ -384,11 +377,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         station = station._replace(status=status)
         attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude
-
-
-def _ranges(given: Entries) -> Given:
-    """Pairs as ranges; what is no pair as it is."""
-    return {name: tuple(one) if isinstance(one, list) else one for name, one in given.items()}
 
 
 def _double(tree: T) -> T:
