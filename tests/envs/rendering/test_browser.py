@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stickslip.envs.rendering.page import page_text
-from tests.envs.rendering.pages import page, walked
+from tests.envs.rendering.frames import page, walked
 from tests.envs.rendering.test_page import evil_page
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from html.parser import HTMLParser
 import pytest
 
 from stickslip.envs.rendering.page import Page, page_text
-from tests.envs.rendering.pages import page, walked
+from tests.envs.rendering.frames import page, walked
 from tests.pages import read_episodes
 
 EVIL = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
