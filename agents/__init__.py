@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy, PlainPolicy
     from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
-    from stickslip.agents.sweeps.axes import Axis
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
     from stickslip.agents.sweeps.sweep import sweep
     from stickslip.agents.training.configuration import Trained
@@ -56,7 +55,6 @@ else:
             "policy.shipped": ("shipped_names",),
             "protocol": ("Controller",),
             "sweeps.sweep": ("sweep",),
-            "sweeps.axes": ("Axis",),
             "sweeps.data": ("SweepArrays", "read_sweep", "sweep_arrays"),
             "training.run": ("train",),
             "training.configuration": ("Trained",),

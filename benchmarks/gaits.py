@@ -1,4 +1,4 @@
-"""The best gaits: speed against friction, cost of transport against speed, accuracy, baselines.
+"""The best gaits: speed against friction, cost of transport against speed.
 
     python -m benchmarks.gaits [--only PART ...] [--update] [--out FILE]
 
@@ -14,12 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.report import markdown, measured_by_command, put_between
-from stickslip.agents import ComputedTorque, OptimalGait, evaluate
-from stickslip.agents.biped.controllers import CrankSpeedPI
-from stickslip.agents.biped.task import from_anywhere
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.scene import Scene
-from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.rendering import sheet, theme
 from stickslip.optim import GaitProblem, solve
 from stickslip.records.files import write_whole
@@ -31,11 +26,6 @@ TORQUE = 4.0
 MUS = (0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5, 0.7, 1.0)
 SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
 FLOORS = {"mu 0.06": 0.06, "mu 0.2": 0.2, "foot held": None}
-GRIDS = (50, 100, 200, 400, 800)
-TASKS = ((0.06, 0.05, 3.0), (0.06, 0.05, 4.5), (0.06, 0.05, 6.0))
-TASKS += ((0.02, 0.017, 5.0), (0.15, 0.125, 5.0))
-"""Static and kinetic friction, commanded rate [rad/s]."""
-EPISODES = 48
 PAGE = Path("docs/gaits.md")
 
 
@@ -91,50 +81,7 @@ def constant_cost(p: Profile, rate: float) -> float:
     return float(energy / (p.robot.weight * p.robot.step_length))
 
 
-def accuracy(quick: bool) -> Iterator[dict[str, Any]]:
-    """Gap between the bounds, and time of a solve, by grid: the fastest gait at mu 0.06."""
-    del quick
-    robot = BipedParams.from_bars()
-    for cells in GRIDS:
-        problem, other = (
-            GaitProblem.periodic(robot, mu=mu, torque_limit=TORQUE, steps=cells)
-            for mu in (0.06, 0.065)
-        )
-        solve(problem)
-        again, found = solve(other), solve(problem)
-        yield {
-            "cells": cells,
-            "of the grid [s]": f"{found.value:.7f}",
-            "kept between nodes [s]": f"{found.held_value:.7f}",
-            "no gait below [s]": f"{found.every_bound:.7f}",
-            "open": f"{found.discretisation:.1e}",
-            "gap of the grid": f"{found.gap:.0e}",
-            "solved again [ms]": round(1000 * again.seconds),
-        }
-
-
-def baselines(quick: bool) -> Iterator[dict[str, Any]]:
-    """Returns of 10 s episodes from any phase and up to the commanded rate."""
-    del quick
-    robot = BipedParams.from_bars()
-    env = BipedEnv()
-    tasks = {
-        f"mu {mu:g}/{mu_k:g}, {rate:g} rad/s": from_anywhere(
-            env.make_params(robot=robot, scene=Scene.uniform(mu, mu_k), mean_rate=rate)
-        )
-        for mu, mu_k, rate in TASKS
-    }
-    players = {"PI": CrankSpeedPI(), "computed torque": ComputedTorque(), "gait": OptimalGait()}
-    table = evaluate(env, players, tasks, episodes=EPISODES)
-    rows: dict[str, dict[str, Any]] = {}
-    for one in table.rows:
-        row = rows.setdefault(one.scene, {"task": one.scene})
-        falls = 100 * one.metrics["falls"].value
-        row[one.controller] = f"{one.metrics['return'].value:.2f} ({falls:.0f} %)"
-    yield from rows.values()
-
-
-PARTS = {"fastest": fastest, "thrift": thrift, "accuracy": accuracy, "baselines": baselines}
+PARTS = {"fastest": fastest, "thrift": thrift}
 """Parts of the page."""
 
 

@@ -11,6 +11,7 @@ import platform
 import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import fields
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -161,6 +162,16 @@ def rows_json(content: dict[str, Any]) -> str:
 def three(number: float) -> float | None:
     """The number with three digits; None, JSON's null, for infinity."""
     return None if math.isinf(number) else float(f"{number:.3g}")
+
+
+def code_of(spec: Any, *always: str) -> str:
+    """The expression that makes a dataclass; defaults left out, but for the fields of `always`."""
+    given = [
+        f"{one.name}={getattr(spec, one.name)!r}"
+        for one in fields(spec)
+        if one.name in always or getattr(spec, one.name) != one.default
+    ]
+    return f"{type(spec).__name__}({', '.join(given)})"
 
 
 def called(code: str) -> list[Any]:

@@ -51,6 +51,17 @@ def seconds_of(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
     return processor, wall
 
 
+def seconds_of_many(
+    runs: Callable[[int], Any], patience: float, repeats: int, most: int
+) -> tuple[float, float]:
+    """`seconds_of` one of n runs that fill `patience` [s] of processor time; warm. runs: of n."""
+    jax.block_until_ready(runs(1))
+    once, _ = seconds_of(lambda: runs(1), 1)
+    count = int(np.clip(patience / max(once, 1e-7), 1, most))
+    processor, wall = seconds_of(lambda: runs(count), repeats)
+    return processor / count, wall / count
+
+
 def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
     """Run each in a thread of its own, a single one in this; their results, or what one raised."""
     if len(runs) == 1:

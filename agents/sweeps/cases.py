@@ -180,7 +180,7 @@ def _require_observed(player: object, given: Given, env: AnyEnv) -> None:
 
 def _corners(design: Design) -> list[dict[str, float]]:
     """Values at corners of the axes' box, the one opposite to the first among them."""
-    ends = [dict.fromkeys(axis.ends) for axis in design.axes.values()]
+    ends = [dict.fromkeys((min(values), max(values))) for values in design.axes.values()]
     corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
     corners.append(tuple(list(one)[-1] for one in ends))
     return [dict(zip(design.axes, one, strict=True)) for one in dict.fromkeys(corners) if one]

@@ -61,16 +61,15 @@ def _planned(given: Options) -> Plan:
         axes[name] = values
     options = {name: given.get(name) for name in every_option()}
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
-    design = Design.of(axes, given["samples"], 0)
+    design = Design.of(axes)
     cases, about = cases_named(machine, given["policy"], options, given["task"])
     plan = Plan.of(machine, cases, design, given["episodes"])
     print(about)
-    for name, axis in design.axes.items():
+    for name, values in design.axes.items():
         unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
-        count = axis.kind if axis.random else f"{len(axis.values)} values"
         sets = ", ".join(plan.cases[0].fields[name])
-        low, high = axis.ends
-        print(f"  {name}: {count}, {low:g} to {high:g}{unit}, in place of the task's {sets}")
+        span = f"{len(values)} values, {min(values):g} to {max(values):g}{unit}"
+        print(f"  {name}: {span}, in place of the task's {sets}")
     print(
         f"{plan.total:,} episodes of up to {max(one.steps for one in plan.cases)} steps: "
         f"{len(plan.cases)} cases (policy on task) x {design.points:,} points x {plan.episodes} "

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.cells import cell_files, read_head, reading
 from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.agents.untrusted import refusing
@@ -93,9 +92,8 @@ def read_sweep(
 class SweepArrays:
     """Arrays over named dimensions.
 
-    dims: task, policy, the gridded axes, "sample" where axes are random, seed. coordinates: labels
-    of each dimension; of random axes by their own names, [samples]. arrays: each of the shape of
-    dims. units: of axes and arrays. random: tasks whose resets draw.
+    dims: task, policy, the axes, seed. coordinates: labels of each dimension. arrays: each of the
+    shape of dims. units: of axes and arrays. random: tasks whose resets draw.
     """
 
     dims: tuple[str, ...]
@@ -131,18 +129,11 @@ def _arrays(head: Head, table: pa.Table, name: str) -> SweepArrays:
         dim: np.asarray(list(dict.fromkeys(one[place] for one in whole["cases"])))
         for place, dim in enumerate(("task", "policy"))
     }
-    random = [axis for axis, one in axes.items() if one["values"] is None]
-    coordinates |= {
-        axis: np.asarray(one["values"], float) for axis, one in axes.items() if axis not in random
-    }
-    if whole["samples"]:
-        coordinates[SAMPLE] = np.arange(whole["samples"])
+    coordinates |= {axis: np.asarray(one["values"], float) for axis, one in axes.items()}
     coordinates["seed"] = np.arange(whole["episodes"])
     dims = tuple(coordinates)
     shape = tuple(map(len, coordinates.values()))
     require_memory(name, "numbers", math.prod(shape), 16 * 10)
-    for axis in random:
-        coordinates[axis] = np.asarray(table[axis])[:: whole["episodes"]][: whole["samples"]]
     arrays = {}
     for column in table.column_names:
         if column == "ending":  # by its number in ENDINGS

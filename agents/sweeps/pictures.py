@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.sweeps.axes import SAMPLE
 from stickslip.agents.sweeps.data import Z95, slip_of
 from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.envs.rendering import theme
@@ -29,13 +28,6 @@ OUTLIERS = 2.0
 """Percentiles beyond which values of a map saturate its colours."""
 
 
-class View(NamedTuple):
-    """One or two coordinates to draw along; samples: whether they are random ones."""
-
-    names: tuple[str, ...]
-    samples: bool
-
-
 class Panel(NamedTuple):
     """A quantity [policies, x] or [policies, x, y], and the half-width of its interval."""
 
@@ -44,15 +36,12 @@ class Panel(NamedTuple):
     half: np.ndarray | None = None
 
 
-def view_of(found: SweepArrays) -> View | None:
-    """The two longest gridded axes, else the first two random ones; None where nothing varies."""
+def drawn_axes(found: SweepArrays) -> tuple[str, ...]:
+    """The two longest axes of those that vary, in their order."""
     lengths = {dim: len(found.coordinates[dim]) for dim in found.dims[2:-1]}
-    varied = [dim for dim in lengths if dim != SAMPLE and lengths[dim] > 1]
+    varied = [dim for dim in lengths if lengths[dim] > 1]
     longest = sorted(varied, key=lambda dim: -lengths[dim])[:2]
-    if longest:
-        return View(tuple(dim for dim in varied if dim in longest), False)
-    random = [name for name in found.coordinates if name not in found.dims]
-    return View(tuple(random[:2]), True) if random else None
+    return tuple(dim for dim in varied if dim in longest)
 
 
 @styled
@@ -61,8 +50,8 @@ def write_pictures(
 ) -> list[Path]:
     """Write sweep.png and, where episodes failed, endings.png, numbered where there are several
     tasks. Nothing is drawn where nothing varies."""
-    view, written = view_of(found), []
-    if view is None:
+    view, written = drawn_axes(found), []
+    if not view:
         return []
     for t, task in enumerate(found.coordinates["task"]):
         number = f"-{t + 1}" if len(found.coordinates["task"]) > 1 else ""
@@ -74,14 +63,15 @@ def write_pictures(
     return written
 
 
-def _mean(found: SweepArrays, values: np.ndarray, view: View) -> np.ndarray:
+def _mean(found: SweepArrays, values: np.ndarray, view: Sequence[str]) -> np.ndarray:
     """Mean of finite values [policies, *axes, ...] over the axes that are not drawn."""
-    drawn = (SAMPLE,) if view.samples else view.names
-    over = tuple(i for i, dim in enumerate(found.dims[2:-1], 1) if dim not in drawn)
+    over = tuple(i for i, dim in enumerate(found.dims[2:-1], 1) if dim not in view)
     return np.ma.filled(np.ma.masked_invalid(values).mean(axis=over), np.nan) if over else values
 
 
-def _measures(found: SweepArrays, t: int, view: View, slip: tuple[str, str] | None) -> list[Panel]:
+def _measures(
+    found: SweepArrays, t: int, view: Sequence[str], slip: tuple[str, str] | None
+) -> list[Panel]:
     returns = _mean(found, found["reward"][t].astype(float), view)
     count, half = returns.shape[-1], None
     if count > 1 and found.is_random(t):
@@ -95,7 +85,7 @@ def _measures(found: SweepArrays, t: int, view: View, slip: tuple[str, str] | No
     return panels
 
 
-def _endings(found: SweepArrays, t: int, view: View) -> list[Panel]:
+def _endings(found: SweepArrays, t: int, view: Sequence[str]) -> list[Panel]:
     """The share of each ending that is a failure."""
     if "ending" not in found.arrays:
         return []
@@ -105,11 +95,11 @@ def _endings(found: SweepArrays, t: int, view: View) -> list[Panel]:
     return [Panel(f"{name.replace('_', ' ')} [%]", 100 * one) for name, one in shares.items()]
 
 
-def _drawn(found: SweepArrays, view: View, panels: Sequence[Panel], task: str) -> Figure:
+def _drawn(found: SweepArrays, view: Sequence[str], panels: Sequence[Panel], task: str) -> Figure:
     """A row for each panel: lines of all policies along one axis, or a map for each policy."""
     names = [str(one) for one in found.coordinates["policy"][: len(COLOURS)]]
-    units = (found.units.get(name, "-") for name in view.names)
-    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view.names, units, strict=True)]
+    units = (found.units.get(name, "-") for name in view)
+    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view, units, strict=True)]
     lines = len(titles) == 1
     columns = 1 if lines else len(names)
     size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(panels))
@@ -131,13 +121,15 @@ def _drawn(found: SweepArrays, view: View, panels: Sequence[Panel], task: str) -
     return figure
 
 
-def _lines(axis: Axes, found: SweepArrays, view: View, panel: Panel, names: Sequence[str]) -> None:
-    x = found.coordinates[view.names[0]]
-    order, width = np.argsort(x), 0 if view.samples else 1.6
+def _lines(
+    axis: Axes, found: SweepArrays, view: Sequence[str], panel: Panel, names: Sequence[str]
+) -> None:
+    x = found.coordinates[view[0]]
+    order = np.argsort(x)
     for p, name in enumerate(names):
         y = panel.values[p][order]
-        axis.plot(x[order], y, "o-", color=COLOURS[p], ms=3.5, lw=width, label=name)
-        if panel.half is not None and not view.samples:
+        axis.plot(x[order], y, "o-", color=COLOURS[p], ms=3.5, lw=1.6, label=name)
+        if panel.half is not None:
             error = panel.half[p][order]
             axis.fill_between(x[order], y - error, y + error, color=COLOURS[p], alpha=0.18, lw=0)
     axis.set_ylabel(panel.title)
@@ -145,23 +137,19 @@ def _lines(axis: Axes, found: SweepArrays, view: View, panel: Panel, names: Sequ
 
 
 def _maps(
-    figure: Figure, axes: Sequence[Axes], found: SweepArrays, view: View, panel: Panel
+    figure: Figure, axes: Sequence[Axes], found: SweepArrays, view: Sequence[str], panel: Panel
 ) -> None:
-    """A map of values [x, y] for each policy, or dots at samples, in one scale of colours."""
-    x, y = (found.coordinates[name] for name in view.names)
+    """A map of values [x, y] for each policy, in one scale of colours."""
+    x, y = (found.coordinates[name] for name in view)
+    rows, columns = np.argsort(x), np.argsort(y)
     known = panel.values[np.isfinite(panel.values)]
     low, high = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)
     how, drawn = {"cmap": "viridis", "vmin": low, "vmax": high}, []
     for axis, values in zip(axes, panel.values, strict=False):
         _scale(axis, "x", x)
         _scale(axis, "y", y)
-        if view.samples:
-            dots = axis.scatter(x, y, c=values, s=22, edgecolors=theme.MUTED, lw=0.6, **how)
-            drawn.append(dots)
-        else:
-            rows, columns = np.argsort(x), np.argsort(y)
-            cells = values[np.ix_(rows, columns)].T
-            drawn.append(axis.pcolormesh(x[rows], y[columns], cells, shading="nearest", **how))
+        cells = values[np.ix_(rows, columns)].T
+        drawn.append(axis.pcolormesh(x[rows], y[columns], cells, shading="nearest", **how))
     beyond = known.size and (known.min() < low or known.max() > high)
     extend = "both" if beyond else "neither"
     bar = figure.colorbar(drawn[0], ax=axes, fraction=0.05, pad=0.02, extend=extend)

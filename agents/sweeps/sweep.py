@@ -54,17 +54,13 @@ def sweep(
     axes: Mapping[str, AxisLike],
     episodes: int = 32,
     out: str | Path = "sweep",
-    *,
-    samples: int | None = None,
-    design_seed: int = 0,
     **how: Any,
 ) -> SweepResult:
     """Play episodes of every policy on every task at every point of the axes, and write them.
 
     task: a named task, (env, params), or several: a list of names or a dict by labels. policies:
     names (baselines, files), or controllers by name. axes: by names of parameters, dotted or short
-    (see docs/sweeps.md), each an `Axis`, its text ("0.02:0.3:64", "1:100:5:log", "0.1,0.2",
-    "0.02:0.3:sobol") or values. samples: points of the random axes, from design_seed.
+    (see docs/sweeps.md), each a text ("0.02:0.3:64", "1:100:5:log", "0.1,0.2") or values.
 
     Each point gets the episodes of seeds 0, 1, ..., as `evaluate` plays them: the same draws at
     every point. No result depends on cores, devices, workers or their order.
@@ -80,7 +76,7 @@ def sweep(
     ValueError for unknown axes, values out of a task's range, policies that do not fit, a directory
     of something else.
     """
-    design = Design.of(axes, samples, design_seed)
+    design = Design.of(axes)
     machine, given = cases_on(task, policies)
     return run_plan(Plan.of(machine, given, design, episodes), Path(out), **how)
 

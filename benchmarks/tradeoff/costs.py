@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.timing import CORES, built, on_threads, seconds_of
+from benchmarks.timing import CORES, built, on_threads, seconds_of_many
 from benchmarks.tradeoff.population import FLOORS
 from benchmarks.tradeoff.promises import names_of, settings
 from stickslip.dynamics import Scene
@@ -74,19 +74,16 @@ def cost(walk: Walk, along: BipedState, setting: Setting, batch: int) -> dict[st
         alone = partial(advance, setting.integrator, *arguments(walk, setting))
         state = start(walk, setting.dtype)
         one = built(alone, state, *numbers(setting, 1)).call
-        length = round(walk.duration / PERIOD)
-        processor, wall = timed(partial(one, state, *numbers(setting, length)), 5)
+        whole = partial(one, state, *numbers(setting, round(walk.duration / PERIOD)))
+        processor, wall = seconds_of_many(lambda n: [whole() for _ in range(n)], 0.0, 5, 1)
         states = spread(along, batch // CORES, setting.dtype)
         many = built(jax.vmap(alone, (0, None, None, None)), states, *numbers(setting, 1)).call
 
-        def together(periods: int) -> Callable[[], Any]:
-            run = partial(many, states, *numbers(setting, periods))
-            return lambda: on_threads([run] * CORES)
+        def together(periods: int) -> list[Any]:
+            return on_threads([partial(many, states, *numbers(setting, periods))] * CORES)
 
-        once, _ = timed(together(1), 1)
-        periods = int(np.clip(CORES * PATIENCE / once, 1, 50))
-        processors, walls = timed(together(periods), 3)
-    simulated = batch * periods * PERIOD
+        processors, walls = seconds_of_many(together, CORES * PATIENCE, 3, 50)
+    simulated = batch * PERIOD
     return {
         "cost_1": processor / walk.duration,
         "wall_1": wall / walk.duration,
@@ -99,12 +96,6 @@ def numbers(setting: Setting, periods: int) -> tuple:
     """Step size, steps a control period and control periods, as arrays of one program."""
     count = round(PERIOD / setting.dt)
     return jnp.asarray(setting.dt, setting.dtype), jnp.int32(count), jnp.int32(periods)
-
-
-def timed(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Processor and wall seconds of a run, warm."""
-    jax.block_until_ready(run())
-    return seconds_of(run, repeats)
 
 
 def advance(integrator, model, scene, law, state: BipedState, dt, count, periods):

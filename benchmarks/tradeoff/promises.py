@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.points import rank
+from benchmarks.report import code_of
 from benchmarks.tradeoff.population import (
     DEFAULT_LENGTH,
     DEFAULT_TIME,
@@ -166,21 +166,11 @@ def settings(quick: bool) -> list[Setting]:
 def names_of(setting: Setting) -> dict[str, Any]:
     """A setting's fidelity and integrator as code, its dtype and step."""
     return {
-        "fidelity": code(setting.fidelity),
-        "integrator": code(setting.integrator),
+        "fidelity": code_of(setting.fidelity, "pieces", "degree"),
+        "integrator": code_of(setting.integrator),
         "dtype": setting.dtype,
         "dt": setting.dt,
     }
-
-
-def code(spec: Any) -> str:
-    """The expression that makes a fidelity or an integrator; defaults left out."""
-    given = [
-        f"{field.name}={getattr(spec, field.name)!r}"
-        for field in fields(spec)
-        if getattr(spec, field.name) != field.default or isinstance(spec, Table)
-    ]
-    return f"{type(spec).__name__}({', '.join(given)})"
 
 
 def bound(values: np.ndarray, quantile: float, confidence: float = CONFIDENCE) -> float:

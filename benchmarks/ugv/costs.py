@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
@@ -11,8 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.timing import built, seconds_of
-from benchmarks.ugv.promise import FRICTION, SOLVERS, code
+from benchmarks.report import code_of
+from benchmarks.timing import built, seconds_of_many
+from benchmarks.ugv.promise import FRICTION, SOLVERS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_waves
 
@@ -52,7 +52,7 @@ def costs(quick: bool) -> Iterator[dict[str, Any]]:
         for solver in SOLVERS[1:2] if quick else SOLVERS:
             for dtype in ("float64", "float32"):
                 for batch in BATCHES:
-                    names = {"ground": ground, "solver": code(solver), "dtype": dtype}
+                    names = {"ground": ground, "solver": code_of(solver), "dtype": dtype}
                     yield {**names, "batch": batch, **cost(ground, solver, dtype, batch)}
 
 
@@ -64,13 +64,8 @@ def cost(ground: str, solver: PoseSolver, dtype: str, batch: int) -> dict[str, f
         arguments = (track.astype(jnp.dtype(dtype)), *map(jnp.asarray, drawn(dtype, batch)))
         program = built(partial(answers, solver), *arguments)
         run = partial(program.call, *arguments)
-        jax.block_until_ready(run())
-        begun = time.process_time()
-        jax.block_until_ready(run())
-        count = int(np.clip(PATIENCE / max(time.process_time() - begun, 1e-7), 1, 10_000))
-        processor, wall = seconds_of(lambda: [run() for _ in range(count)], 5)
-    calls = count * batch
-    return {"cost": processor / calls, "wall": wall / calls, "compile": program.seconds}
+        processor, wall = seconds_of_many(lambda n: [run() for _ in range(n)], PATIENCE, 5, 10_000)
+    return {"cost": processor / batch, "wall": wall / batch, "compile": program.seconds}
 
 
 def answers(solver: PoseSolver, track: Track, x, angles):

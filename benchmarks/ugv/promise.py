@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import fields
 from functools import cache, partial
 from typing import Any, NamedTuple
 
@@ -12,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.points import rank
+from benchmarks.report import code_of
 from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import (
@@ -90,7 +90,7 @@ def promises(quick: bool) -> Iterator[dict[str, Any]]:
                             yield {
                                 "ground": ground,
                                 "place": where,
-                                "solver": code(solver),
+                                "solver": code_of(solver),
                                 "dtype": dtype,
                                 "pieces_per_wave": pieces,
                                 **promised(*off),
@@ -252,16 +252,6 @@ def _table(shape, middle, half):
     track = Track(shape, middle - half, middle + half)
     made: Any = track.resampled(track.start, track.end, TABLE).shape
     return made.knots, made.coefficients
-
-
-def code(solver: PoseSolver) -> str:
-    """The expression that makes a solver; defaults left out."""
-    given = [
-        f"{one.name}={getattr(solver, one.name)!r}"
-        for one in fields(solver)
-        if getattr(solver, one.name) != one.default
-    ]
-    return f"PoseSolver({', '.join(given)})"
 
 
 _PROGRAMS: dict[Any, Any] = {}

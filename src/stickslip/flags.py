@@ -32,8 +32,6 @@ AXIS_VALUES = {
     "LOW:HIGH:N": "N values, evenly spaced",
     "LOW:HIGH:N:log": "the same, evenly spaced in the logarithm",
     "A,B,C": "these values",
-    "LOW:HIGH:sobol": "random: a coordinate of a Sobol sequence of --samples points",
-    "LOW:HIGH:latin": "random: a coordinate of a Latin hypercube; either also with :log",
 }
 POLICY = "a policy of the package, a policy file, a run's directory or a baseline, see below"
 
@@ -150,7 +148,6 @@ def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
         help="a parameter of the task and its values, see below; repeatable")  # fmt: skip
     add("--episodes", type=int, default=32, help="of each point (default: %(default)s)")
     add("--out", metavar="DIR", required=True, help="directory of the sweep")
-    add("--samples", type=int, help="points of the random axes")
     add("--resume", action="store_true", help="continue the sweep in --out")
     add("--no-pictures", action="store_true", help="neither sweep.png nor endings.png")
     add("--workers", type=int, metavar="N", help="N processes (default: a thread for each core)")

@@ -10,13 +10,13 @@ from tests.agents.mass import MassEnv, MassParams, Pull
 
 TASK = (MassEnv(), MassParams(time_limit=1.0))
 WHO = {"pull": Pull(), "hard": Pull(4.0)}
-AXES = {"mu": "0.02:0.3:5", "task.mass": "0.5:3:sobol", "mu_patch": "0.01:0.1:sobol:log"}
+AXES = {"mu": "0.02:0.3:5", "task.mass": "0.5:3:3", "mu_patch": "0.01:0.1:2:log"}
 CELL = 40
 
 
 def swept(out: Path, **changes: Any):
     """2 policies at 5 x 6 points with 7 episodes each: 420 episodes in 12 cells."""
-    how: dict[str, Any] = {"axes": AXES, "episodes": 7, "samples": 6, "cell": CELL} | changes
+    how: dict[str, Any] = {"axes": AXES, "episodes": 7, "cell": CELL} | changes
     return sweep(TASK, WHO, out=out, **how)
 
 

@@ -41,7 +41,7 @@ def test_threads_as_workers_write_the_same_rows(tmp_path, monkeypatch):
     assert there.equals(here)
 
 
-BIG = {"axes": {"mu": "0.02:0.3:20", "mass": "0.5:3:15"}, "samples": None, "episodes": 40}
+BIG = {"axes": {"mu": "0.02:0.3:20", "mass": "0.5:3:15"}, "episodes": 40}
 """24,000 episodes of 2 policies in 600 cells: longer than what is done to it."""
 
 

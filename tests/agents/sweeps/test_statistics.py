@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.agents import SweepArrays
 from stickslip.agents.sweeps.data import half_width, summary_table
-from stickslip.agents.sweeps.pictures import view_of, write_pictures
+from stickslip.agents.sweeps.pictures import drawn_axes, write_pictures
 from stickslip.agents.sweeps.plan import ENDINGS
 
 MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.0, 10.0]), 8
@@ -66,7 +66,7 @@ def test_two_plots_are_drawn_of_what_varies(tmp_path: Path, axes: int):
         keep["fell"][0, 0, 0] = True
         keep["ending"] = np.where(keep["fell"], ENDINGS.index("topple"), 0)
         found = replace(found, arrays=keep, coordinates=found.coordinates | {"payload": LOAD[:1]})
-    assert view_of(found).names == ("mu", "payload")[:axes]
+    assert drawn_axes(found) == ("mu", "payload")[:axes]
     names = [one.name for one in write_pictures(found, tmp_path, ("slid", "walked"))]
     assert names == ["sweep.png", "endings.png"]
     assert all((tmp_path / name).stat().st_size > 10_000 for name in names)

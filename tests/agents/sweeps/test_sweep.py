@@ -33,7 +33,7 @@ def test_no_result_depends_on_cores_or_their_order_nor_but_for_roundings_on_cell
 
 
 def test_an_episode_is_the_one_that_evaluate_plays(tmp_path):
-    swept(tmp_path, axes={"mu": [0.1, 0.3], "mass": [2.0, 4.0]}, samples=None)
+    swept(tmp_path, axes={"mu": [0.1, 0.3], "mass": [2.0, 4.0]})
     found = sweep_arrays(tmp_path)
     assert found.dims == ("task", "policy", "mu", "mass", "seed")
     params = MassParams(mu=0.3, mass=4.0, time_limit=1.0)
