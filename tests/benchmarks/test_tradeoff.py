@@ -1,7 +1,6 @@
 """The measurement of speed against accuracy: what it compares with, and what it writes."""
 
 import json
-import re
 from pathlib import Path
 
 import numpy as np

@@ -159,4 +159,4 @@ def some_stations(count: int | None = None, points: int = 4) -> Station:
 
 
 def a_drive(variation: float, between: float) -> bump.Drive:
-    return bump.Drive(some_stations(), variation, some_stations(points=31), between)
+    return bump.Drive(some_stations(points=31), variation, between)

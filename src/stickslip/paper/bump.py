@@ -14,11 +14,11 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, shades
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
+from stickslip.optim.posture.problem import refined
 from stickslip.optimise.picture import draw_angles, draw_vehicles, drawing_of, scene_height
 from stickslip.paper.figure import (
     BY_CONSTRUCTION,
     Claim,
-    Columns,
     Result,
     claim,
     share_of,
@@ -66,12 +66,11 @@ class Held(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """A trajectory of the legs: stations at its points and its torque variation [N^2 m]; dense,
-    between: the same with points closer together, the legs turning evenly."""
+    """A trajectory of the legs, which turn evenly between its points: stations at BETWEEN times as
+    many points; torque variation at its own points and at those [N^2 m]."""
 
     stations: Station
     variation: float
-    dense: Station
     between: float
 
 
@@ -93,7 +92,7 @@ def statics(samples: int) -> Result:
         for pair, torque in zip(drawn, torques, strict=True)
     }
     return Result(
-        {"": {"front wheel [m]": problem.x, **curves}, "-pairs": _table(every)},
+        {"front wheel [m]": problem.x, **curves},
         lambda: _draw_statics(problem.x, every, drawn, torques),
         [exists(every), passes(every)],
     )
@@ -156,21 +155,6 @@ def passes(held: Held) -> Claim:
     return claim("fig24", "passes", measured, share_of(fine))
 
 
-def _table(held: Held) -> Columns:
-    at = held.stations
-    rear, front = zip(*held.pairs, strict=True)
-    return {
-        "rear leg [deg]": rear,
-        "front leg [deg]": front,
-        "wheelbase [m]": held.wheelbase,
-        "largest torque [N m]": held.largest,
-        "largest |F| / N [-]": friction_needed(at),
-        "least normal force [N]": least_load(at),
-        "least clearance [m]": np.min(np.asarray(at.clearance), axis=1),
-        "status": [Status(int(np.max(of))).name for of in np.asarray(at.status)],
-    }
-
-
 def _draw_statics(x: np.ndarray, held: Held, drawn: Sequence[Pair], torques: np.ndarray):
     figure, (curves, largest) = make_sheet(2, 1, (WIDTH, 5.8), heights=[3.4, 2.1], sharex=False)
     colours = [*shades(len(EQUAL)), theme.SLIDES, theme.HIP_EDGE]
@@ -202,7 +186,7 @@ def least_variation(samples: int) -> Result:
     held, degrees = best_held(limited)
     found = {HELD: held, LIMITED: _solved(limited, FINE), FREE: _solved(free, COARSE)}
     drives = {name: _drive(limited, x) for name, x in found.items()}
-    columns = {"front wheel [m]": limited.x}
+    columns = {"front wheel [m]": drives[HELD].stations.x}
     for name, drive in drives.items():
         at = drive.stations
         columns |= {
@@ -211,10 +195,9 @@ def least_variation(samples: int) -> Result:
             f"{name}: torque [N m]": at.torque,
             f"{name}: least grip margin [N]": at.grip,
         }
-    dense = {f"{name}: torque [N m]": drive.dense.torque for name, drive in drives.items()}
-    tables = {"": columns, "-between": {"front wheel [m]": drives[HELD].dense.x, **dense}}
     claims = [varies_less(drives, degrees), between(drives), passes_turning(drives[LIMITED])]
-    return Result(tables, lambda: _draw_turning(limited, drives), claims)
+    fine = along_bump(len(drives[HELD].stations.x), leg_rate=RATE)
+    return Result(columns, lambda: _draw_turning(fine, drives), claims)
 
 
 def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]:
@@ -236,14 +219,10 @@ def _solved(problem: PostureProblem, angles: int) -> np.ndarray:
 
 
 def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
-    """The trajectory at the problem's points, and at BETWEEN times as many."""
-    finer = along_bump((len(problem.x) - 1) * BETWEEN + 1)
-    angles = problem.angles(x)
-    dense = np.stack([np.interp(finer.x, problem.x, angles[:, leg]) for leg in (0, 1)], -1).ravel()
-    return Drive(
-        *(problem.stations(x), replace(problem, leg_rate=None).objective(x)),
-        *(finer.stations(dense), finer.objective(dense)),
-    )
+    """The trajectory at BETWEEN times as many points."""
+    free = replace(problem, leg_rate=None)
+    fine, between = refined(free, x, BETWEEN)
+    return Drive(fine.stations(between), free.objective(x), fine.objective(between))
 
 
 def varies_less(drives: Mapping[str, Drive], degrees: tuple[float, float]) -> Claim:
@@ -274,7 +253,7 @@ def between(drives: Mapping[str, Drive]) -> Claim:
 
 def passes_turning(drive: Drive) -> Claim:
     """The trajectory holds between its points."""
-    at = drive.dense
+    at = drive.stations
     measured = (
         f"{LIMITED}, between the points, too: |F| / N up to {friction_needed(at):.3f}, normal "
         f"forces {least_load(at):.0f} N or more, {1e3 * np.min(at.clearance):.0f} mm of clearance "
@@ -295,7 +274,7 @@ def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
     looks = (theme.MUTED, ":", 1.6), (theme.INK, "-", 1.6), (theme.HOLDS, "--", 1.2)
     for (name, drive), (colour, style, width) in zip(drives.items(), looks, strict=True):
         look = {"color": colour, "ls": style, "lw": width}
-        torque.plot(drive.dense.x, drive.dense.torque, label=name, **look)
+        torque.plot(drive.stations.x, drive.stations.torque, label=name, **look)
     torque.axhline(0.0, **LEVEL)
     legend(torque)
     note = "legs turn evenly between waypoints"

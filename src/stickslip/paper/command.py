@@ -25,7 +25,7 @@ Claims = Mapping[str, Sequence[Claim]]
 
 
 def reproduce_command(given: Mapping[str, Any]) -> Content:
-    """Write DIR/NAME.png, DIR/NAME.csv, more CSV files and DIR/table.md; return the claims.
+    """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md; return the claims.
 
     Computes in float64. ValueError for unknown names and, unless --overwrite, for files that exist,
     before anything is computed.
@@ -43,9 +43,8 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             result = figure.compute(given["samples"])
             picture = png(styled(result.draw)(), figure.title)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
-            for ending, columns in result.tables.items():
-                text = Table.of_columns(columns).csv(digits=10)
-                write_whole(out / f"{name}{ending}.csv", text, overwrite=overwrite)
+            text = Table.of_columns(result.columns).csv(digits=10)
+            write_whole(out / f"{name}.csv", text, overwrite=overwrite)
             claims[name] = result.claims
     table = claims_table(claims)
     write_whole(out / TABLE, table.markdown(), overwrite=overwrite)
@@ -55,8 +54,8 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
 
 def files(out: Path, names: Iterable[str]) -> list[Path]:
     """Existing files of these figures, and the table of claims."""
-    patterns = [one for name in names for one in (f"{name}.png", f"{name}.csv", f"{name}-*.csv")]
-    return [path for pattern in [*patterns, TABLE] for path in sorted(out.glob(pattern))]
+    found = [out / f"{name}{ending}" for name in names for ending in (".png", ".csv")]
+    return [path for path in [*found, out / TABLE] if path.exists()]
 
 
 def claims_table(claims: Claims) -> Table:

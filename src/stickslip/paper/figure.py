@@ -64,12 +64,12 @@ def share_of(holds: Iterable[object]) -> str:
 
 @dataclass(frozen=True)
 class Result:
-    """A figure's tables by file ending ("" for the curves), its drawing and its claims.
+    """A figure's curves, its drawing and its claims.
 
     draw: a function without arguments that returns a matplotlib figure.
     """
 
-    tables: Mapping[str, Columns]
+    columns: Columns
     draw: Callable[[], Any]
     claims: Sequence[Claim] = ()
 

@@ -62,7 +62,7 @@ def states(samples: int) -> Result:
     states = timeline(one)
     titles = ("state", "start / T [-]", "end / T [-]")
     columns: Columns = dict(zip(titles, zip(*states, strict=True), strict=True))
-    return Result({"": columns}, lambda: _draw_states(states, one), [flow(states)])
+    return Result(columns, lambda: _draw_states(states, one), [flow(states)])
 
 
 def timeline(one: Walk) -> list[State]:
@@ -102,14 +102,14 @@ def frictions(samples: int) -> Result:
         second(walks),
         repeatedly(walks),
     ]
-    return _result("mu", "-", walks, f"constant crank rate {SLOW:g} rad/s", claims)
+    return _result("mu", walks, f"constant crank rate {SLOW:g} rad/s", claims)
 
 
 def speeds(samples: int) -> Result:
     """Fig. 18."""
     params = BipedParams.from_bars()
     walks = {rate: walk(params, rate, RATE_FRICTION, samples=samples) for rate in RATES}
-    return _result("crank rate", "rad/s", walks, f"friction {RATE_FRICTION:g}", [])
+    return _result("crank rate", walks, f"friction {RATE_FRICTION:g}", [])
 
 
 def kinetic(samples: int) -> Result:
@@ -122,7 +122,7 @@ def kinetic(samples: int) -> Result:
         smaller_slide(walks),
     ]
     note = f"constant crank rate {FAST:g} rad/s, μs = {STATIC:g}"
-    return _result("mu_kinetic", "-", walks, note, claims)
+    return _result("mu_kinetic", walks, note, claims)
 
 
 def friction_use(params: BipedParams, crank_rate: float, samples: int) -> np.ndarray:
@@ -250,22 +250,12 @@ def _main(walk: Walk) -> Slide | None:
     return min(walk.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
 
 
-def _result(
-    name: str, unit: str, walks: Mapping[float, Walk], note: str, claims: list[Claim]
-) -> Result:
-    """Places and slides of walks by the number that varies."""
-    rows = [(value, slide) for value, one in walks.items() for slide in one.slides]
+def _result(name: str, walks: Walks, note: str, claims: list[Claim]) -> Result:
+    """Places of the foot by the number that varies."""
     places = {f"place of the foot, {name} = {x:g} [m]": one.place for x, one in walks.items()}
-    slides = {
-        f"{name} [{unit}]": [value for value, _ in rows],
-        "start / T [-]": [slide.start for _, slide in rows],
-        "end / T [-]": [slide.end for _, slide in rows],
-        "displacement [m]": [slide.displacement for _, slide in rows],
-    }
     time = next(iter(walks.values())).time
-    tables = {"": {"time / T [-]": time, **places}, "-slides": slides}
     named = {SHOWN[name].format(x): one for x, one in walks.items()}
-    return Result(tables, lambda: _draw(named, note), claims)
+    return Result({"time / T [-]": time, **places}, lambda: _draw(named, note), claims)
 
 
 def _draw(walks: Mapping[str, Walk], note: str):

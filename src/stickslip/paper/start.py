@@ -130,7 +130,7 @@ def _result(walks: Mapping[str, Trajectory], found: Claim) -> Result:
         angles[name][1:][np.asarray(walk.contacts.status) > Status.SLIP_ONSET] = np.nan
     time = DURATION * np.linspace(0, 1, len(next(iter(angles.values()))))
     columns = {f"crank angle, {name} [rad]": angle for name, angle in angles.items()}
-    return Result({"": {"time [s]": time, **columns}}, lambda: _draw(time, angles), [found])
+    return Result({"time [s]": time, **columns}, lambda: _draw(time, angles), [found])
 
 
 def _draw(time: np.ndarray, angles: Mapping[str, np.ndarray]):

@@ -93,7 +93,7 @@ def speeds(samples: int) -> Result:
     columns = {f"torque at {w:g} rad/s [N m]": curve for w, curve in curves.items()}
     named = {"quasi-static": slow} | {f"{w:g} rad/s": curves[w] for w in SPEEDS}
     return Result(
-        {"": {"time / T [-]": _time(samples), **columns}},
+        {"time / T [-]": _time(samples), **columns},
         lambda: _draw_torques(samples, named, "constant crank rate"),
         [hardly(gap), same_shape(alike)],
     )
@@ -112,7 +112,7 @@ def loads(samples: int) -> Result:
     columns = {f"torque with {m:g} kg [N m]": curve for m, curve in curves.items()}
     named = {f"{m:g} kg": curve for m, curve in curves.items()}
     return Result(
-        {"": {"time / T [-]": _time(samples), **columns}},
+        {"time / T [-]": _time(samples), **columns},
         lambda: _draw_torques(samples, named, f"at {RATE:g} rad/s"),
         [
             slightly(rise, _gaps(curves), float(params.total_mass)),
@@ -211,11 +211,11 @@ def forces(samples: int) -> Result:
         for label, values in on_foot.by_label.items()
         for i, axis in enumerate("xy")
     }
-    time = {"time / T [-]": _time(samples)}
-    tables = {"": time | columns | {"zero-moment point from the ankle [m]": on_foot.zmp}}
+    columns = {"time / T [-]": _time(samples)} | columns
+    columns["zero-moment point from the ankle [m]"] = on_foot.zmp
     weight = gravity * float(params.total_mass)
     claims = [*equations(*residuals(on_foot, bar_pin, own), weight, on_foot.zmp), pinned(placed)]
-    return Result(tables, lambda: _draw_forces(on_foot), claims)
+    return Result(columns, lambda: _draw_forces(on_foot), claims)
 
 
 def foot_forces(motion: InverseDynamics) -> FootForces:
