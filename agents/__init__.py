@@ -70,7 +70,6 @@ else:
     )
 
 __all__ = [
-    "Axis",
     "ComputedTorque",
     "ConstantTorque",
     "Controller",

@@ -123,7 +123,7 @@ COMMANDS = {
     "tasks": Command(
         "named tasks that never change, and the best known on each",
         "flags:tasks_flags",
-        "tasks_command:tasks_command",
+        "listing:tasks_command",
         {
             "stickslip tasks": "all of them",
             "stickslip tasks BipedSprint-v1": "one in words: its numbers, and who earned what",
@@ -134,7 +134,7 @@ COMMANDS = {
     "policies": Command(
         "trained policies of the package, one for each task",
         "flags:policies_flags",
-        "policies_command:policies_command",
+        "listing:policies_command",
         {
             "stickslip policies": "all of them",
             "stickslip policies biped-ice": "one in words: how it was trained, what it earns",
@@ -145,7 +145,7 @@ COMMANDS = {
     "export": Command(
         "a policy as ONNX, or as a NumPy archive",
         "flags:export_flags",
-        "policies_command:export_command",
+        "listing:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
             "stickslip export runs/demo --out walker.npz": ("of a run, for NumPy alone"),

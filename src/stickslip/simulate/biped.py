@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +27,8 @@ from stickslip.optim.progress import say_stage
 from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.simulate.flags import WalkOptions
-from stickslip.simulate.output import STATUS, output_paths, print_summary, write_table
+from stickslip.simulate.output import STATUS, Files, print_summary
+from stickslip.simulate.picture import film_walk, plot_walk
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import (
     WHOLE,
@@ -39,8 +41,10 @@ from stickslip.simulate.walk import (
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from stickslip.dynamics import Setting
+    from stickslip.dynamics.biped.recommendation import Recommendation
     from stickslip.simulate.walk import Walk
 
 SECONDS = 6.0
@@ -57,14 +61,15 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     """
     given = options_of(WalkOptions, flags)
     torque = torque_of(given.torque, columns_of(given.columns))
-    setting, state = setting_of(given), state_of(given)
+    found = None if given.tolerance is None else recommend(given.tolerance, scene_of(given))
+    setting, state = setting_of(given, found), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
         scene, robot = scene_of(given), BipedParams.from_bars()
     seconds = given.seconds
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS
     count, _ = periods(seconds, given.period)
-    out, picture, film = output_paths(given.out, given, seconds)
+    files = Files.of(given, seconds)
     if count > MANY:
         say_stage(f"walking {count} periods")
     walk = walked(robot, scene, state, torque, seconds, given.period, setting)
@@ -73,20 +78,16 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
             f"--torque {given.torque}: {STATUS[walk.status.name]}; accepted: one whose first "
             "period is finite; nothing is written"
         )
-    summary, promise = walk_summary(walk, seconds), promise_of(given, setting, walk)
+    summary = walk_summary(walk, seconds)
+    promise = None if found is None or found.setting != setting else promise_of(found, walk)
     print_summary(summary, promise)
-    written = [write_table(out, walk_table(walk), given.overwrite)]
-    if picture is not None:
-        from stickslip.simulate.picture import plot_walk
 
+    def plot(path: Path) -> None:
         title = f"Torque {shorten(given.torque, 60)}, floor: {floor_words(scene)}"
-        written.append(plot_walk(walk, scene, picture, title))
-    if film is not None:
-        from stickslip.simulate.picture import film_walk
+        plot_walk(walk, path, title)
 
-        written.append(film_walk(walk, scene, film))
-    print(f"Written: {', '.join(map(str, written))}")
-    about = {"setting": _content(setting), "files": list(map(str, written))}
+    written = files.write(walk_table(walk), plot, partial(film_walk, walk))
+    about = {"setting": _content(setting), "files": written}
     about |= {} if promise is None else {"promise": promise}
     status = OK if walk.status.name in WHOLE else NOTHING_FOUND
     return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
@@ -119,14 +120,11 @@ def scene_of(given: WalkOptions) -> Scene:
     return Scene.uniform(static[0], kinetic[0] if kinetic else None, **options)
 
 
-def setting_of(given: WalkOptions) -> Setting:
+def setting_of(given: WalkOptions, recommended: Recommendation | None) -> Setting:
     """Setting of the walk. ValueError for flags that contradict each other."""
-    if given.tolerance is not None:
-        if given.setting is not None:
-            raise ValueError(f"--setting {given.setting} with --tolerance; accepted: one of them")
-        found = recommend(given.tolerance, scene_of(given)).setting
-    else:
-        found = PRESETS[given.setting or "exact"]
+    if recommended is not None and given.setting is not None:
+        raise ValueError(f"--setting {given.setting} with --tolerance; accepted: one of them")
+    found = PRESETS[given.setting or "exact"] if recommended is None else recommended.setting
     if given.fidelity is not None:
         found = replace(found, fidelity=FIDELITIES[given.fidelity])
     if given.integrator is not None:
@@ -150,13 +148,8 @@ def state_of(given: WalkOptions) -> BipedState:
     ).validate()
 
 
-def promise_of(given: WalkOptions, setting: Setting, walk: Walk) -> str | None:
-    """Promise of the setting for --tolerance, and whether it covers the walk; None without."""
-    if given.tolerance is None:
-        return None
-    found = recommend(given.tolerance, scene_of(given))
-    if setting != found.setting:
-        return None
+def promise_of(found: Recommendation, walk: Walk) -> str:
+    """Promise of the setting for --tolerance, and whether it covers the walk."""
     times = walk.trajectory.states.time
     covered = found.covers(walk.amplification, float(times[-1] - times[0]))
     share = f"within {found.promised_error:.2g} rad/s on {100 * found.quantile:g} % of walks"

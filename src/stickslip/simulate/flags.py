@@ -66,6 +66,7 @@ def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
 class Output:
     """Files of a simulation."""
 
+    out: str = option("simulation.csv", "rows with units, .csv or .parquet", metavar="FILE")
     plot: str | None = option(None, "also a .png of the numbers", metavar="FILE")
     film: str | None = option(
         None, "also a film of the motion: .gif, .png (animated), .webp or .mp4", metavar="FILE"

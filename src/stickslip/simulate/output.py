@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.extras import require
@@ -16,6 +16,8 @@ from stickslip.records.files import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from stickslip.records.table import Table
     from stickslip.simulate.flags import Output
 
@@ -46,43 +48,64 @@ LONGEST_FILM = 600.0
 """Seconds of motion."""
 
 
-def output_paths(out: str, files: Output, seconds: float) -> tuple[Path, Path | None, Path | None]:
-    """Paths of the table, the picture and the film of so many seconds.
+class Files(NamedTuple):
+    """Paths of the rows, the plot and the film; None for none."""
 
-    ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
-    long; the packages that write Parquet and pictures are imported now, not when everything is
-    computed.
-    """
-    path = Path(out)
-    require_suffix(path, TABLES)
-    if path.is_dir():
-        raise ValueError(f"{path} is a directory; accepted: the path of a file")
-    if path.suffix.lower() == ".parquet":
-        import pyarrow.parquet  # noqa: F401
-    picture, film = (None if name is None else Path(name) for name in (files.plot, files.film))
-    if picture is not None:
-        require_suffix(picture, (".png",))
-        require("matplotlib.figure")
-    if film is not None:
-        require_format(film)
-        if seconds > LONGEST_FILM:
-            raise ValueError(f"--film of {seconds:g} s; accepted: up to {LONGEST_FILM:g} s")
-        if film == picture:
-            raise ValueError(f"--film {film} with --plot {picture}; accepted: two files")
-    written = [one for one in (path, picture, film) if one is not None]
-    require_new(written, files.overwrite)
-    require_writable(written)
-    return path, picture, film
+    table: Path
+    plot: Path | None
+    film: Path | None
+    overwrite: bool
+
+    @classmethod
+    def of(cls, given: Output, seconds: float) -> Files:
+        """The paths that are asked for; seconds: of the film.
+
+        ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
+        long. The packages that write them are imported now, not when everything is computed.
+        """
+        table = Path(given.out)
+        plot, film = (None if one is None else Path(one) for one in (given.plot, given.film))
+        require_suffix(table, TABLES)
+        if table.is_dir():
+            raise ValueError(f"{table} is a directory; accepted: the path of a file")
+        if table.suffix.lower() == ".parquet":
+            import pyarrow.parquet  # noqa: F401
+        if plot is not None:
+            require_suffix(plot, (".png",))
+            require("matplotlib.figure")
+        if film is not None:
+            require_format(film)
+            if seconds > LONGEST_FILM:
+                raise ValueError(f"--film of {seconds:g} s; accepted: up to {LONGEST_FILM:g} s")
+            if film == plot:
+                raise ValueError(f"--film {film} with --plot {plot}; accepted: two files")
+        written = [one for one in (table, plot, film) if one is not None]
+        require_new(written, given.overwrite)
+        require_writable(written)
+        return cls(table, plot, film, given.overwrite)
+
+    def write(
+        self, table: Table, plot: Callable[[Path], object], film: Callable[[Path], object]
+    ) -> list[str]:
+        """Write the files that are asked for, say which, and return their names."""
+        write_table(self.table, table, self.overwrite)
+        for path, draw in ((self.plot, plot), (self.film, film)):
+            if path is not None:
+                draw(path)
+        written = [str(one) for one in self[:3] if one is not None]
+        print(f"Written: {', '.join(written)}")
+        return written
 
 
-def write_table(path: Path, table: Table, overwrite: bool) -> Path:
+def write_table(path: Path, table: Table, overwrite: bool) -> None:
     """Write it whole; no digit is lost.
 
     CSV: units in the head, numbers as Python shows them, None and NaN empty. Parquet: units in the
     columns' metadata, None as null.
     """
     if path.suffix.lower() == ".csv":
-        return write_whole(path, table.csv(), overwrite=overwrite)
+        write_whole(path, table.csv(), overwrite=overwrite)
+        return
     import pyarrow as pa
     from pyarrow import parquet
 
@@ -94,7 +117,6 @@ def write_table(path: Path, table: Table, overwrite: bool) -> Path:
     ]
     with writing(path, overwrite=overwrite) as file:
         parquet.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields)), file)
-    return path
 
 
 def print_summary(summary: Table, promise: str | None = None) -> None:

@@ -6,36 +6,24 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.biped.pictures import LEAST_SLID, Course, momentum_of
+from stickslip.agents.biped.pictures import LEAST_SLID, Course
 from stickslip.agents.pictures.film import write_pictures
 from stickslip.agents.pictures.plots import plot_panels
-from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.scene import Smoothed
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer
 from stickslip.envs.rendering.ugv import UGVRenderer
 from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim.posture.problem import refined
 from stickslip.optim.progress import say_stage
-from stickslip.simulate.walk import places
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from jaxtyping import Array, Float
-
-    from stickslip.dynamics import Scene
-    from stickslip.dynamics.biped import BipedModel, BipedState
-    from stickslip.dynamics.scene import Floor
     from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.optim import PostureProblem
     from stickslip.simulate.walk import Walk
-
 
 FPS = 25.0
 """Pictures a second."""
@@ -43,41 +31,17 @@ SPEED = 1.0
 """At which a drive is shown [m/s]; its statics know no time."""
 
 
-@run_once
-def _along(
-    robot: BipedModel, floor: Floor, states: BipedState
-) -> tuple[Float[Array, " n"], tuple[Float[Array, " n"] | None, Float[Array, " n"] | None]]:
-    """Momentum; static and kinetic friction under the foot, None where it cannot slip."""
-    friction = jax.vmap(lambda state: under_foot(robot, floor, state)[1])(states)
-    return momentum_of(robot, states), friction
-
-
-def _sampled(walk: Walk, scene: Scene) -> tuple[np.ndarray, list[np.ndarray]]:
-    """Momentum, and static and kinetic friction under the foot, at every state [n + 1]; NaN where
-    the foot cannot slip."""
-    with precision(walk.dtype):
-        floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, walk.dtype), scene.floor)
-        if isinstance(floor, Smoothed):
-            raise ValueError("a smoothed floor has no static friction; accepted: a dry one")
-        states = jax.tree.map(jnp.asarray, walk.trajectory.states)
-        momentum, friction = _along(walk.robot, floor, states)
-    unknown = np.full(walk.count + 1, np.nan)
-    return np.asarray(momentum), [unknown if mu is None else np.asarray(mu) for mu in friction]
-
-
-def plot_walk(walk: Walk, scene: Scene, path: Path, title: str) -> Path:
+def plot_walk(walk: Walk, path: Path, title: str) -> Path:
     """Plot torque, crank rate, P w, friction used and distance slid; return the path."""
     states = jax.tree.map(lambda leaf: leaf[1:], walk.trajectory.states)
-    contacts = walk.trajectory.contacts
-    momentum, (mu_static, _) = _sampled(walk, scene)
-    time = np.asarray(states.time)
+    contacts, time = walk.trajectory.contacts, np.asarray(states.time)
     course = Course(
         torque=np.asarray(walk.trajectory.torques),
         rate=np.asarray(states.crank_rate),
-        momentum=momentum[1:],
+        momentum=walk.along.momentum[1:],
         friction=np.asarray(contacts.friction_force),
         normal=np.asarray(contacts.normal_force),
-        mu_static=mu_static[1:],
+        mu_static=walk.along.mu_static[1:],
         slide=np.asarray(states.foot_position),
         slid=np.cumsum(contacts.slide_distance, dtype=np.float64),
     )
@@ -85,42 +49,35 @@ def plot_walk(walk: Walk, scene: Scene, path: Path, title: str) -> Path:
     return plot_panels(course.panels(), time, "time [s]", path, title, slips)
 
 
-def film_walk(walk: Walk, scene: Scene, path: Path) -> Path:
+def film_walk(walk: Walk, path: Path) -> Path:
     """Write a film of the walk in real time; return the path."""
     states, contacts = walk.trajectory.states, walk.trajectory.contacts
-    ankle, mass = places(walk)
-    _, (mu_static, mu_kinetic) = _sampled(walk, scene)
     time = np.asarray(states.time - states.time[0])
     turned = np.asarray(states.crank_angle) - np.asarray(states.crank_angle)[0]
-    with np.errstate(invalid="ignore"):
-        mean = np.where(time > 0, turned / time, states.crank_rate)
 
     def frame(i: int) -> BipedFrame:
         ended = i == walk.count and walk.status.terminal
         row = max(i - 1, 0)  # at the start there are no forces yet
-        forces = {
-            name: float(getattr(contacts, name)[row]) * (i > 0)
-            for name in ("friction_force", "normal_force", "zmp")
-        }
+        forces = ("friction_force", "normal_force", "zmp")
         return BipedFrame(
             phase=states.phase[i],
             steps=states.steps[i],
-            floor_position=ankle[i],
+            floor_position=walk.along.ankle[i],
             slide=states.foot_position[i],
             crank_rate=states.crank_rate[i],
             time=time[i],
             torque=walk.trajectory.torques[row],
-            **forces,
-            mu_static=mu_static[i],
-            mu_kinetic=mu_kinetic[i],
+            **{name: float(getattr(contacts, name)[row]) * (i > 0) for name in forces},
+            mu_static=walk.along.mu_static[i],
+            mu_kinetic=walk.along.mu_kinetic[i],
             sticking=i == 0 or contacts.mode[row] == 0,
-            mean_crank_rate=mean[i],
+            mean_crank_rate=turned[i] / time[i] if i else states.crank_rate[0],
             status=walk.status.name if ended else Status.OK.name,
-            walked=mass[i] - mass[0],
+            walked=walk.along.mass[i] - walk.along.mass[0],
         )
 
     say_stage(f"drawing {path}")
-    renderer = BipedRenderer(walk.robot.params, scene)
+    renderer = BipedRenderer(walk.robot.params, walk.scene)
     period = float(time[-1]) / walk.count
     return write_pictures(renderer, frame, walk.count, period, path, FPS, progress=True)
 

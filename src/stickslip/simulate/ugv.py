@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,8 +13,10 @@ import numpy as np
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import UGVParams
+from stickslip.envs.rendering.sheet import png
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
+from stickslip.optimise.picture import draw_drive
 from stickslip.optimise.shared import track_of
 from stickslip.optimise.ugv import (
     FRONT_LEG,
@@ -27,7 +30,8 @@ from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
 from stickslip.simulate.flags import DriveOptions
-from stickslip.simulate.output import STATUS, output_paths, print_summary, write_table
+from stickslip.simulate.output import STATUS, Files, print_summary
+from stickslip.simulate.picture import SPEED, film_drive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -54,7 +58,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     """
     given = options_of(DriveOptions, flags)
     problem, x = drive_of(given)
-    out, picture, film = output_paths(given.out, given, float(problem.x[-1] - problem.x[0]))
+    files = Files.of(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
     missed = found.residuals
     summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
@@ -63,21 +67,14 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     for name, by in missed.items():
         if by > 0 and not found.feasible:
             print(f"misses {name} by {by:.3g} {UNITS[name]}")
-    written = [write_table(out, stations_table(stations), given.overwrite)]
-    if picture is not None:
-        from stickslip.envs.rendering.sheet import png
-        from stickslip.optimise.picture import draw_drive
 
+    def plot(path: Path) -> None:
         title = f"Over {given.track}, friction {given.friction:g}"
-        content = png(draw_drive(problem, x), title)
-        written.append(write_whole(picture, content, overwrite=given.overwrite))
-    if film is not None:
-        from stickslip.simulate.picture import film_drive
+        write_whole(path, png(draw_drive(problem, x), title), overwrite=given.overwrite)
 
-        written.append(film_drive(problem, x, film))
-    print(f"Written: {', '.join(map(str, written))}")
+    written = files.write(stations_table(stations), plot, partial(film_drive, problem, x))
     tables = {"summary": summary, "criteria": criteria}
-    about = {"feasible": found.feasible, "missed": missed, "files": list(map(str, written))}
+    about = {"feasible": found.feasible, "missed": missed, "files": written}
     return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 

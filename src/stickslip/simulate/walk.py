@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -17,7 +18,6 @@ from stickslip.dynamics.biped import (
     BipedParams,
     BipedState,
     Trajectory,
-    floor_position,
     prepare,
     simulate,
 )
@@ -27,6 +27,7 @@ from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.status import Status
+from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass
 from stickslip.records.table import Column, Table
 from stickslip.simulate.output import STATUS
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics import Scene, Setting
+    from stickslip.dynamics.scene import Floor
 
 BYTES = 3000
 """Of a row, while it is a row of a table."""
@@ -48,6 +50,19 @@ SHORT = 0.1
 """Of a step: of a shorter walk no energy per metre is given."""
 
 
+class Along(NamedTuple):
+    """Numbers at every state of a walk, each [n + 1]; NaN where there is no friction."""
+
+    ankle: np.ndarray
+    """Place of the supporting ankle along the floor [m]."""
+    mass: np.ndarray
+    """Place of the centre of mass along the floor [m]."""
+    momentum: np.ndarray
+    """P(theta) x crank rate [kg m/s]."""
+    mu_static: np.ndarray
+    mu_kinetic: np.ndarray
+
+
 @dataclass(frozen=True)
 class Walk:
     """Simulated walk as NumPy arrays: states [n + 1], torques and contacts [n].
@@ -58,6 +73,8 @@ class Walk:
     """
 
     robot: BipedModel
+    scene: Scene
+    """Without the payload, which is the robot's."""
     trajectory: Trajectory
     status: Status
     dtype: str
@@ -72,6 +89,15 @@ class Walk:
     def events(self) -> list[tuple[float, str, float]]:
         """Time [s], kind and crank angle [rad] of each switching instant, in their order."""
         return self.trajectory.events()
+
+    @cached_property
+    def along(self) -> Along:
+        """Places, momentum and friction under the foot."""
+        states = jax.tree.map(jnp.asarray, self.trajectory.states)
+        with precision(self.dtype):
+            found = _along(self.robot, self.scene.floor, states)
+        unknown = np.full(self.count + 1, np.nan)
+        return Along(*(unknown if one is None else np.asarray(one) for one in found))
 
 
 def periods(seconds: float, period: float) -> tuple[int, float]:
@@ -113,7 +139,7 @@ def walked(
         whole, status = walk(state)
         beside, _ = walk(nudged(state, params.crank, own_time(params)))
         grown = _amplification(whole, beside, params.crank)
-    return Walk(robot, whole, status, setting.dtype, grown)
+    return Walk(robot, scene, whole, status, setting.dtype, grown)
 
 
 def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
@@ -152,7 +178,6 @@ def walk_table(walk: Walk) -> Table:
     states, torques, contacts = (
         getattr(walk.trajectory, name) for name in ("states", "torques", "contacts")
     )
-    ankle, mass = places(walk)
     at_ends: dict[Column, object] = {
         Column("time", "s"): states.time,
         Column("torque", "N m"): [*torques, *(torques[-1:] if len(torques) else [None])],
@@ -162,8 +187,8 @@ def walk_table(walk: Walk) -> Table:
         Column("crank rate", "rad/s"): states.crank_rate,
         Column("foot position", "m"): states.foot_position,
         Column("foot velocity", "m/s"): states.foot_velocity,
-        Column("ankle on the floor", "m"): ankle,
-        Column("centre of mass", "m"): mass,
+        Column("ankle on the floor", "m"): walk.along.ankle,
+        Column("centre of mass", "m"): walk.along.mass,
     }
     of_periods: dict[Column, object] = {
         Column("friction force", "N"): contacts.friction_force,
@@ -200,8 +225,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     states, contacts = walk.trajectory.states, walk.trajectory.contacts
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
-    mass = places(walk)[1]
-    distance = float(mass[-1] - mass[0])
+    distance = float(walk.along.mass[-1] - walk.along.mass[0])
     slid, work, positive = (
         float(np.sum(of, dtype=np.float64))
         for of in (contacts.slide_distance, contacts.work, contacts.positive_work)
@@ -240,15 +264,15 @@ def _meaning(status: Status, steps: int, distance: float) -> str:
     return f"{took}, {place}{meaning.removeprefix(STATUS['OK'])}"
 
 
-def places(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
-    """The supporting ankle and the centre of mass along the floor, at every state [m]."""
-    with precision(walk.dtype):
-        ankle, mass = _along(walk.robot, jax.tree.map(jnp.asarray, walk.trajectory.states))
-        return np.asarray(ankle), np.asarray(mass)
-
-
 @run_once
-def _along(robot: BipedModel, states: BipedState) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+def _along(
+    robot: BipedModel, floor: Floor, states: BipedState
+) -> tuple[Float[Array, " n"] | None, ...]:
     nought = jnp.zeros((), jnp.int32)
-    mass = jax.vmap(lambda state: centre_of_mass(robot, state, nought))(states)
-    return floor_position(robot, states), mass
+
+    def one(state: BipedState) -> tuple[Array | None, ...]:
+        ankle, friction = under_foot(robot, floor, state)
+        momentum = robot.inertia.at(state.phase).P * state.crank_rate
+        return ankle, centre_of_mass(robot, state, nought), momentum, *friction
+
+    return jax.vmap(one)(states)
