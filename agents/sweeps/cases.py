@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
-    from stickslip.agents.sweeps.axes import Design
+    from stickslip.agents.sweeps.plan import Design
 
     Pair: TypeAlias = tuple[AnyEnv, Timed]
     Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]

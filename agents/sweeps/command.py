@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.players import every_option
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.sweeps.axes import FORMS, Design
 from stickslip.agents.sweeps.cases import cases_named
 from stickslip.agents.sweeps.cells import StoppedError
 from stickslip.agents.sweeps.data import summary_table, sweep_arrays
 from stickslip.agents.sweeps.pictures import write_pictures
-from stickslip.agents.sweeps.plan import Plan
+from stickslip.agents.sweeps.plan import FORMS, Design, Plan
 from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import require_folder

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import jax
 
-from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import cases_on
 from stickslip.agents.sweeps.cells import (
     dask_pool,
@@ -23,7 +22,7 @@ from stickslip.agents.sweeps.cells import (
     write_cell,
 )
 from stickslip.agents.sweeps.data import cell_table
-from stickslip.agents.sweeps.plan import Plan, Player
+from stickslip.agents.sweeps.plan import Design, Plan, Player
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.collecting import cores_here
@@ -34,8 +33,8 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.sweeps.axes import AxisLike
     from stickslip.agents.sweeps.cases import Policies, Tasks
+    from stickslip.agents.sweeps.plan import AxisLike
 
 
 @dataclass(frozen=True)

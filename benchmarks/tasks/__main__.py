@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.report import markdown, options, put_between
-from benchmarks.tasks.bounds import assumed_of, bound_of
-from benchmarks.tasks.measure import measure
+from benchmarks.tasks.measure import assumed_of, bound_of, measure
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path

@@ -11,14 +11,268 @@ does that without measuring.
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from benchmarks.report import measured_by_command, put_between
-from benchmarks.tradeoff import recommended
+from benchmarks.points import USEFUL, front_of, knee_of
+from benchmarks.report import (
+    called,
+    markdown,
+    measured_by_command,
+    put_between,
+    rows_json,
+    three,
+    where,
+)
 from benchmarks.tradeoff.costs import costs
+from benchmarks.tradeoff.population import FLOORS, ROBOTS
 from benchmarks.tradeoff.promises import population, samples
+from stickslip.dynamics.biped.recommendation import PRESET_BATCH, PRESET_SCENE, QUANTILES
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
 from stickslip.records.files import write_whole
+
+COSTS = {1: ("cost_1", "wall_1"), 4096: ("cost_4096",)}
+"""Environments stepped together, and the columns of which the least is their cost.
+
+One environment keeps one thread busy. Processor time also counts threads of XLA that wait in a
+loop for work, up to twice as much; wall time counts what others took. Neither is less than the
+work."""
+NAMES = ("fidelity", "integrator", "dt", "dtype")
+"""Columns that define a setting, as code."""
+PROMISED = str(0.95)
+"""The quantile that `recommend` goes by."""
+UNBOUNDED = float("inf")
+
+
+class Promise(NamedTuple):
+    """One setting on one kind of floor and of robots: bounds of its errors, and its cost."""
+
+    fidelity: str
+    integrator: str
+    dt: float
+    dtype: str
+    bounds: dict[str, tuple[float, float, float]]
+    """By quantile: of the worse of both [rad/s], of crank angle [rad/s] and slide [m/s]."""
+    otherwise: float
+    other_switches: float
+    cost: float
+
+    @property
+    def setting(self) -> tuple[str, str, float, str]:
+        """Without what was measured."""
+        return self[:4]
+
+    @property
+    def error(self) -> float:
+        """Promised error [rad/s]."""
+        return self.bounds[PROMISED][0]
+
+    @property
+    def typical(self) -> float:
+        """Median error [rad/s]."""
+        return self.bounds["0.5"][0]
+
+
+def cost_of(row: dict[str, Any], batch: int) -> float:
+    """Seconds for each simulated second and environment, of a row that has them."""
+    return min(row[column] for column in COSTS[batch])
+
+
+def costs_of(content: dict[str, Any], scene: str, batch: int) -> dict[tuple[Any, ...], float]:
+    """The cost of every setting on the walk of this scene."""
+    return {
+        tuple(row[name] for name in NAMES): cost_of(row, batch)
+        for row in content["costs"]
+        if row["scene"] == scene and all(column in row for column in COSTS[batch])
+    }
+
+
+def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) -> list[Promise]:
+    """Every setting measured on the population whose cost is known, the cheapest first."""
+    costs = costs_of(content, scene, batch)
+    found = []
+    for row in content["population"]:
+        names = tuple(row[name] for name in NAMES)
+        if (row["scene"], row["robots"]) != (scene, robots) or names not in costs:
+            continue
+        bounds = {
+            str(q): tuple(UNBOUNDED if v is None else v for v in row["bounds"][str(q)])
+            for q in QUANTILES
+        }
+        shares = row["ends_otherwise"], row["other_switches"]
+        found.append(Promise(*names, bounds, *shares, costs[names]))  # type: ignore[arg-type]
+    return sorted(found, key=lambda promise: promise.cost)
+
+
+def fidelity_name(fidelity: str) -> str:
+    """Out of its code: Table(pieces=32, degree=7) is table 32x7."""
+    name, numbers = fidelity.split("(")[0].lower(), re.findall(r"=([^,)]+)", fidelity)
+    return " ".join([name, "x".join(numbers)]) if numbers else name
+
+
+def integrator_name(point: Promise) -> str:
+    """With its step, or its tolerance where it chooses its steps."""
+    name = family(point.integrator)
+    tolerance = re.search(r"rtol=([^,)]+)", point.integrator)
+    if name == "event_exact":
+        return f"{name} {float(tolerance[1]) if tolerance else 1e-9:.0e}"
+    return f"{name} {1e3 * point.dt:g} ms"
+
+
+def family(integrator: str) -> str:
+    """The name of an integrator out of its code."""
+    name = re.split(r"\W", integrator, maxsplit=1)[0]
+    return {"EventExact": "event_exact", "RK4Split": "rk4_split"}[name]
+
+
+def source(content: dict[str, Any]) -> str:
+    """Text of dynamics/biped/measured.json; the same content gives the same text."""
+    settings, costs, errors = _rows(content)
+    presets = [
+        [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
+        for name, p in presets_of(content).items()
+    ]
+    samples = [
+        [s["scene"], s["robots"], s["count"], three(s["sensitive"]), three(s["sensitivity"][1])]
+        for s in content["samples"]
+    ]
+    return rows_json(
+        {
+            "costs_measured_on": where(content, "costs"),
+            "errors_measured_on": where(content, "population"),
+            "settings": settings,
+            "costs": costs,
+            "samples": samples,
+            "errors": errors,
+            "presets": presets,
+        }
+    )
+
+
+def presets_of(content: dict[str, Any]) -> dict[str, Promise]:
+    """The presets by name.
+
+    fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
+    exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.
+    """
+    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
+
+    def cheapest(tolerance: float, among: list[Promise]) -> Promise:
+        along = front_of(among)
+        return next((p for p in along if p.error <= tolerance), along[-1])
+
+    single = [p for p in points if p.dtype == "float32" and p.error <= USEFUL] or points
+    fast, exact = cheapest(2e-2, single), cheapest(1e-8, points)
+    return {"fast": fast, "balanced": knee_of(single), "exact": exact}
+
+
+def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
+    """Settings by index, rows of costs, rows of errors."""
+    settings: dict[tuple, int] = {}
+    costs, errors = [], {}
+    for scene in FLOORS:
+        for robots in ROBOTS:
+            for batch in COSTS:
+                for promise in promises_of(content, scene, robots, batch):
+                    index = settings.setdefault(promise.setting, len(settings))
+                    if robots == ROBOTS[0]:
+                        costs.append([scene, index, batch, three(promise.cost)])
+                    bounds = [[three(v) for v in bound] for bound in promise.bounds.values()]
+                    share = float(f"{promise.otherwise:.2g}")
+                    errors[scene, index, robots] = [scene, index, robots, bounds, share]
+    known = [[called(fid), called(integ), dt, dtype] for fid, integ, dt, dtype in settings]
+    return known, costs, list(errors.values())
+
+
+def body(content: dict[str, Any]) -> str:
+    """The tables of docs/accuracy.md."""
+    parts = [
+        presets(content),
+        f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
+        '<details markdown="1">\n<summary>Every setting on the line of the picture below</summary>',
+        fronts(content),
+        "</details>",
+    ]
+    return "\n\n".join(parts)
+
+
+def presets(content: dict[str, Any]) -> str:
+    """The presets, what is promised of them, and their costs."""
+    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
+    if not front_of([p for p in points if p.dtype == "float32"]):
+        return "Not measured."
+    chosen = presets_of(content)
+    return markdown([{"preset": name} | _columns(point) for name, point in chosen.items()])
+
+
+def fronts(content: dict[str, Any]) -> str:
+    """Every point of every front of the default robot, its knee marked."""
+    lines = []
+    for scene in FLOORS:
+        for batch in COSTS:
+            points = promises_of(content, scene, ROBOTS[0], batch)
+            if not front_of(points):
+                continue
+            knee = knee_of(points)
+            for point in front_of(points):
+                mark = {"": "knee" if point is knee else ""}
+                lines.append({"floor": scene, "environments": batch} | _columns(point) | mark)
+    return markdown(lines) if lines else "Not measured."
+
+
+def _columns(point: Promise) -> dict[str, Any]:
+    return {
+        "fidelity": fidelity_name(point.fidelity),
+        "integrator": integrator_name(point),
+        "type": point.dtype,
+        "typical [rad/s]": _number(point.typical),
+        "promised [rad/s]": _number(point.error),
+        "cost [s/s]": f"{point.cost:.1e}",
+    }
+
+
+def _number(value: float) -> str:
+    return "-" if math.isinf(value) else f"{value:.1e}"
+
+
+MARKERS = {"event_exact": "D", "rk4_split": "o"}
+COLOURS = {"float32": theme.MOTOR, "float64": theme.SLIDES}
+
+
+@styled
+def draw(content: dict[str, Any], path: Path) -> None:
+    """Write the PNG: bars from what half of the default robot's walks keep to what 99 % keep."""
+    figure, axes = make_sheet(len(FLOORS), len(COSTS), (WIDTH, 2.4 * len(FLOORS)), sharex=False)
+    shown: dict[str, Any] = {}
+    panels = ((floor, batch) for floor in FLOORS for batch in COSTS)
+    for axis, (floor, batch) in zip(axes, panels, strict=True):
+        points = promises_of(content, floor, ROBOTS[0], batch)
+        along = front_of(points)
+        for p in points:
+            look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.35}
+            axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
+            marker = MARKERS[family(p.integrator)]
+            (point,) = axis.plot(p.cost, p.error, marker, ms=4.5, zorder=3, **look)
+            if p in along:
+                shown[f"{family(p.integrator)}, {p.dtype}"] = point
+        if along:
+            ends = [p.cost for p in along], [p.error for p in along]
+            look = {"color": theme.INK, "lw": 0.8, "drawstyle": "steps-post", "zorder": 1}
+            (shown["cheapest for its error"],) = axis.plot(*ends, **look)
+            knee = knee_of(points)
+            ring = {"mfc": "none", "mec": theme.INK, "zorder": 4}
+            (shown["knee"],) = axis.plot(knee.cost, knee.error, "o", ms=10, **ring)
+        axis.set(xscale="log", yscale="log", ylim=(None, 3.0))
+        note = f"{batch} environment{'s' if batch > 1 else ''}"
+        name_panel(
+            axis, f"{floor}: error [rad/s]", note, "processor time of a simulated second [s]"
+        )
+    figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=5)
+    save_sheet(figure, path)
+
 
 RESULTS = Path("benchmarks/results/tradeoff.json")
 DOCUMENT = Path("docs/accuracy.md")
@@ -29,9 +283,9 @@ PARTS: dict[str, Any] = {"samples": samples, "population": population, "costs": 
 
 def update(content: dict[str, Any]) -> None:
     """Write the data of `recommend`, the page's tables and the picture."""
-    recommended.draw(content, PICTURE)
-    write_whole(DATA, recommended.source(content))
-    put_between(DOCUMENT, recommended.body(content))
+    draw(content, PICTURE)
+    write_whole(DATA, source(content))
+    put_between(DOCUMENT, body(content))
 
 
 def main(arguments: list[str] | None = None) -> None:

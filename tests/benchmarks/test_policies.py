@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 
 from benchmarks import policies
-from benchmarks.report import provenance
 from benchmarks.tasks.measure import beside_package
-from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import load_policy, read_metadata
 from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_names
 from stickslip.agents.training.configuration import command_of
-from stickslip.agents.training.directory import versions
 from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of
 from tests.documents import ROOT
@@ -111,21 +108,3 @@ def test_the_page_has_a_row_for_every_policy():
     page = (ROOT / "docs/training.md").read_text(encoding="utf-8")
     assert policies.table() in page
     assert all(f"`{name}`" in page for name in shipped_names())
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["biped-steady", "ugv-random-bumps"])
-def test_the_recorded_command_trains_the_policy_again(name: str, tmp_path):
-    """To the last bit where it was trained; elsewhere one as good."""
-    record = record_of(name)
-    config = read_configuration(json.dumps(record.trained["config"]))
-    run = policies.trained(config, tmp_path)
-    policy = load_policy(run.path / "policy.npz")
-    here, machine = versions(), provenance()["machine"]
-    if all(here[one] == found for one, found in record.trained["versions"].items()) and all(
-        machine[one] == found for one, found in record.trained["machine"].items()
-    ):
-        assert same_policy(policy, load_policy(name))
-    task = record.task.name
-    score = evaluate_task(task, {"it": policy}).row(task, "it").metrics["task_score"].value
-    assert score == pytest.approx(record.score.value, abs=0.1)

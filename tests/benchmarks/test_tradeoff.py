@@ -1,6 +1,7 @@
 """The measurement of speed against accuracy: what it compares with, and what it writes."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,9 @@ import pytest
 
 from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
-from benchmarks.tradeoff import promises, recommended
+from benchmarks.tradeoff import promises
+from benchmarks.tradeoff.__main__ import cost_of
 from benchmarks.tradeoff.population import both
-from benchmarks.tradeoff.recommended import cost_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -21,13 +22,13 @@ def content():
 
 
 def test_measured_module_and_tables_are_those_of_the_results(content):
-    assert (ROOT / command.DATA).read_text(encoding="utf-8") == recommended.source(content)
+    assert (ROOT / command.DATA).read_text(encoding="utf-8") == command.source(content)
     text = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
-    assert recommended.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
+    assert command.body(content) == text.split(MARKS[0])[1].split(MARKS[1])[0].strip()
 
 
 def test_pages_that_name_the_presets_have_their_numbers(content):
-    rows = [line.split("|")[1:-1] for line in recommended.presets(content).splitlines()[2:]]
+    rows = [line.split("|")[1:-1] for line in command.presets(content).splitlines()[2:]]
     page = re.sub(" +", " ", (ROOT / "docs" / "accuracy.md").read_text(encoding="utf-8"))
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     for cells in rows:

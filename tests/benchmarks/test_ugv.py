@@ -10,20 +10,14 @@ from scipy import stats
 
 from benchmarks.report import MARKS
 from benchmarks.ugv import __main__ as command
-from benchmarks.ugv import recommended
 from benchmarks.ugv.population import AS_FUNCTION, CLASSES, HELD_OUT, PLACES, STEEPEST, draw
 from benchmarks.ugv.promise import (
     CONFIDENCE,
     QUANTILE,
     Differences,
     bound_index,
-    errors,
     promised,
-    sample,
-    tabulated,
 )
-from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import Setting
 from stickslip.dynamics.ugv.recommendation import MEASUREMENTS, NEAR
 
 ROOT = Path(__file__).parents[2]
@@ -64,8 +58,8 @@ def test_a_promise_is_the_bound_of_the_worse_half_s_order():
 def test_module_and_table_are_those_of_the_results(content):
     module = (ROOT / command.DATA).read_text(encoding="utf-8")
     page = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
-    assert module == recommended.source(content)
-    assert f"{MARKS[0]}\n{recommended.table(content)}\n{MARKS[1]}" in page
+    assert module == command.source(content)
+    assert f"{MARKS[0]}\n{command.table(content)}\n{MARKS[1]}" in page
     assert {part: content["parts"][part]["quick"] for part in command.PARTS} == {
         "promise": False,
         "costs": False,
@@ -78,7 +72,7 @@ def test_every_setting_that_is_recommended_had_no_wrong_status(content, rows):
         for r in rows
     }
     assert any(wrong.values())
-    chosen = recommended.recommended(content)
+    chosen = command.recommended(content)
     assert len(MEASUREMENTS) == sum(len(priced) for _, priced in chosen)
     for point, _ in chosen:
         grounds = tuple(AS_FUNCTION) if point.ground == "function" else (point.ground,)
@@ -116,52 +110,3 @@ def test_the_population_is_what_it_is_said_to_be(ground, float64):
         assert np.max(np.abs(slope)) <= 1.6 * STEEPEST  # waves may add up
         assert np.mean(np.abs(slope) > 0.1) > 0.2
     assert PLACES["near"][1] == NEAR
-
-
-def held(ground: str, place: str, count: int, points) -> dict[str, int]:
-    """How often fresh poses exceed the promises, and how many statuses are wrong."""
-    found = {"poses": 0, "over": 0, "wrong": 0, "hollow": 0}
-    with jax.enable_x64(True):
-        one = sample(ground, place, count, FRESH)
-        found["hollow"] = int(np.sum(one.truth.status == Status.HOLLOW_GROUND))
-        for point in points:
-            pieces = point.pieces_per_wave
-            table = one.drawn if pieces is None else tabulated(one.drawn, pieces)
-            off = errors(one, table, Setting(point.solver, point.dtype))
-            over = np.nan_to_num(off.error) > point.errors[1] * 1.01  # three digits
-            found["poses"] += int(np.sum(np.isfinite(off.error)))
-            found["over"] = max(found["over"], int(np.sum(over)))
-            found["wrong"] += int(np.sum(off.wrong))
-    return found
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("ground", CLASSES)
-def test_every_promise_holds_on_a_large_fresh_sample(ground, place, capsys):
-    count = 1 << 15
-    points = {
-        (p.solver, p.dtype, p.pieces_per_wave): p
-        for p in MEASUREMENTS
-        if (p.ground, p.place) == ("function" if ground in AS_FUNCTION else ground, place)
-    }
-    found = held(ground, place, count, points.values())
-    with capsys.disabled():
-        print(f"\n{ground} {place}, {len(points)} settings, {count} poses each: {found}")
-    assert found["over"] <= 2 * most_over(count)
-    assert found["wrong"] <= 3 * len(points)
-    assert "waves" in ground or found["hollow"] > count / 500
-
-
-@pytest.mark.long
-def test_the_command_measures_writes_and_keeps_the_other_part(tmp_path, monkeypatch):
-    for name in ("DATA", "DOCUMENT"):
-        monkeypatch.setattr(command, name, tmp_path / name)
-    (tmp_path / "DOCUMENT").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")
-    out = tmp_path / "deep" / "ugv.json"
-    command.main(["--quick", "--only", "promise", "--out", str(out)])
-    command.main(["--quick", "--update", "--only", "costs", "--out", str(out)])
-    content = json.loads(out.read_text(encoding="utf-8"))
-    assert set(content["parts"]) == {"promise", "costs"}
-    assert all(part["quick"] for part in content["parts"].values())
-    assert json.loads((tmp_path / "DATA").read_text(encoding="utf-8"))["promises"]

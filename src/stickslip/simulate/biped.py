@@ -27,8 +27,7 @@ from stickslip.optim.progress import say_stage
 from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.simulate.flags import WalkOptions
-from stickslip.simulate.output import STATUS, Files, print_summary
-from stickslip.simulate.picture import film_walk, plot_walk
+from stickslip.simulate.output import STATUS, Files, film_walk, plot_walk, print_summary
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import (
     WHOLE,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.agents.sweeps.axes import Design, axis_values
+from stickslip.agents.sweeps.plan import Design, axis_values
 
 
 def test_texts_are_the_axes_that_they_say():

@@ -11,8 +11,8 @@ import pytest
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.sweeps.axes import Design
 from stickslip.agents.sweeps.cases import Case, Given
+from stickslip.agents.sweeps.plan import Design
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import Track, UGVParams
