@@ -2,24 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.optimisers.methods import METHODS, methods_table
+from stickslip.parser import Parser, examples_text
 
 if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Callable
+
     from stickslip.records.table import Content
 
 PROGRAM = "stickslip bench optimisers"
 EXAMPLES = {
-    "run": f"""\
-  {PROGRAM} run --instances shoot-grip-d10-v1 --methods cma slsqp random \\
-      --budget 500 --seeds 3 --out runs/race
-  {PROGRAM} run ... --out runs/race --resume
-""",
-    "report": f"  {PROGRAM} report runs/race theirs.csv --out runs/report\n",
-    "methods": f"  {PROGRAM} methods\n",
+    "run": {
+        f"{PROGRAM} run --instances shoot-grip-d10-v1 --methods cma slsqp random --budget 500 "
+        "--seeds 3 --out runs/race": "three methods on an instance",
+        f"{PROGRAM} run --budget 500 --out runs/race --resume": "go on with a race",
+    },
+    "report": {f"{PROGRAM} report runs/race theirs.csv --out runs/report": "with runs of others"},
+    "methods": {f"{PROGRAM} methods": "names for --methods"},
 }
 
 
@@ -29,33 +32,28 @@ def run(arguments: list[str]) -> Content:
     return given.run(given)
 
 
-def make_parser() -> argparse.ArgumentParser:
+def make_parser() -> Parser:
     """The flags."""
-    raw = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(
-        prog=PROGRAM,
-        description="Optimisers on the suite of instances: run them, compare them.",
-        epilog="examples:\n" + "".join(EXAMPLES.values()),
-        formatter_class=raw,
-    )
+    every = {line: about for of_part in EXAMPLES.values() for line, about in of_part.items()}
+    about = "Optimisers on the suite of instances: run them, compare them."
+    parser = Parser(prog=PROGRAM, description=f"{about}\n\n{examples_text(every)}")
     parts = parser.add_subparsers(required=True, metavar=" | ".join(EXAMPLES))
 
-    def part(name: str, about: str) -> argparse.ArgumentParser:
-        example = f"examples:\n{EXAMPLES[name]}"
-        return parts.add_parser(name, help=about, epilog=example, formatter_class=raw)
+    def part(name: str, about: str, run: Callable[[argparse.Namespace], Content]) -> Parser:
+        described = f"{about}\n\n{examples_text(EXAMPLES[name])}"
+        made = parts.add_parser(name, prog=f"{PROGRAM} {name}", help=about, description=described)
+        made.set_defaults(run=run)
+        return made
 
-    _add_run(part("run", "run methods on instances into a directory"))
-    report = part("report", "compare runs: tables, ECDF plots")
-    add = report.add_argument
+    _add_run(part("run", "run methods on instances into a directory", _run).add_argument)
+    add = part("report", "compare runs: tables, ECDF plots", _report).add_argument
     add("source", nargs="+", type=Path, help="directories of races, tables of others")
     add("--out", type=Path, required=True, metavar="DIR", help="a new directory")
-    report.set_defaults(run=_report)
-    part("methods", "list the methods").set_defaults(run=_methods)
+    part("methods", "list the methods", _methods)
     return parser
 
 
-def _add_run(parser: argparse.ArgumentParser) -> None:
-    add = parser.add_argument
+def _add_run(add: Callable[..., object]) -> None:
     add("--out", type=Path, required=True, metavar="DIR", help="directory of the race")
     add("--methods", nargs="+", metavar="NAME", default=list(METHODS), help="(default: all)")
     add("--instances", nargs="+", metavar="ID", help="ids of the suite (default: all)")
@@ -66,7 +64,6 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         help="time on the clock, after which a run is killed (default: %(default)g)")  # fmt: skip
     add("--resume", action="store_true", help="continue the race in --out")
     add("--workers", type=int, metavar="N", help="processes (default: cores)")
-    parser.set_defaults(run=_run)
 
 
 def _run(given: argparse.Namespace) -> Content:
