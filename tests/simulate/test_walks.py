@@ -108,17 +108,16 @@ def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkey
     monkeypatch.setattr(
         BipedRenderer, "draw", lambda self, frame: shown.append(frame) or drawn(self, frame)
     )
-    assert main([*WALK, "--torque=4", "--film=walk.gif"]) == NOTHING_FOUND
+    assert main([*WALK, f"--torque={LAW}", "--film=walk.gif"]) == OK
     assert "Written: walk.csv, walk.gif" in capsys.readouterr().out
-    found = rows("walk.csv")
-    times = [float(np.asarray(frame.time).item()) for frame in shown]
-    assert times == pytest.approx([*np.arange(0, times[-1] - 1e-6, 0.04), times[-1]], abs=1e-6)
+    times, slides = ([float(getattr(one, of)) for one in shown] for of in ("time", "slide"))
+    assert times == pytest.approx([*np.arange(8) * 0.04, 0.3], abs=1e-6)
+    every = column(rows("walk.csv"), "foot position [m]")
+    assert slides == pytest.approx([*every[::4][:8], every[-1]], abs=1e-7)
     with image.open("walk.gif") as film:
-        assert (film.n_frames, film.info["duration"]) == (len(shown), 40)
-    slide = [float(np.asarray(frame.slide).item()) for frame in shown]
-    every = column(found, "foot position [m]")
-    assert slide == pytest.approx([*every[::4][: len(slide) - 1], every[-1]], abs=1e-7)
-    assert shown[-1].status == found[-1]["status"] == "TOPPLE"
+        assert (film.n_frames, film.info["duration"]) == (9, 40)
+    assert main([*WALK, "--torque=4", "--film=fall.gif", "--overwrite"]) == NOTHING_FOUND
+    assert (len(shown), shown[-1].status) == (11, "TOPPLE")
 
 
 def test_a_fall_ends_the_rows_and_says_so(capsys):

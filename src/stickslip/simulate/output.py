@@ -193,15 +193,14 @@ def film_walk(walk: Walk, path: Path) -> Path:
             mu_static=walk.along.mu_static[i],
             mu_kinetic=walk.along.mu_kinetic[i],
             sticking=i == 0 or contacts.mode[row] == 0,
-            mean_crank_rate=turned[i] / time[i] if i else states.crank_rate[0],
+            mean_crank_rate=turned[i] / time[i] if time[i] > 0 else states.crank_rate[0],
             status=walk.status.name if ended else Status.OK.name,
             walked=walk.along.mass[i] - walk.along.mass[0],
         )
 
     say_stage(f"drawing {path}")
     renderer = BipedRenderer(walk.robot.params, walk.scene)
-    period = float(time[-1]) / walk.count
-    return write_pictures(renderer, frame, walk.count, period, path, FPS, progress=True)
+    return write_pictures(renderer, frame, walk.count, walk.period, path, FPS, progress=True)
 
 
 def film_drive(problem: PostureProblem, x: np.ndarray, path: Path) -> Path:

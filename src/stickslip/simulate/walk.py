@@ -76,6 +76,8 @@ class Walk:
     scene: Scene
     """Without the payload, which is the robot's."""
     trajectory: Trajectory
+    period: float
+    """Between two states [s]; where the walk ends early, the last one is nearer."""
     status: Status
     dtype: str
     amplification: float
@@ -139,7 +141,7 @@ def walked(
         whole, status = walk(state)
         beside, _ = walk(nudged(state, params.crank, own_time(params)))
         grown = _amplification(whole, beside, params.crank)
-    return Walk(robot, scene, whole, status, setting.dtype, grown)
+    return Walk(robot, scene, whole, size, status, setting.dtype, grown)
 
 
 def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
