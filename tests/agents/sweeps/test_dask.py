@@ -2,9 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
-import time
 from functools import partial
 from pathlib import Path
 
@@ -18,7 +15,6 @@ from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import TASK, WHO, swept
 
 LocalCluster = pytest.importorskip("distributed").LocalCluster
-ROOT = Path(__file__).parents[3]
 
 
 def test_one_of_workers_and_a_scheduler_and_one_that_answers(monkeypatch):
@@ -98,38 +94,3 @@ def test_a_scheduler_that_is_lost_is_named_and_the_rest_is_played_here(
     assert 30 < kept < 600
     assert big(tmp_path, resume=True).played == 600 - kept
     assert read_sweep(tmp_path).combine_chunks().equals(expected)
-
-
-CLIENT = """
-import sys
-from pathlib import Path
-from stickslip.agents import register
-from tests.agents.mass import MassMachine
-from tests.agents.sweeps.test_dask import big
-if __name__ == "__main__":
-    register(MassMachine())
-    big(Path(sys.argv[1]), workers=1)
-"""
-
-
-@pytest.mark.long
-def test_a_client_that_is_killed_leaves_what_is_whole_and_is_resumed(tmp_path, expected):
-    script, out = tmp_path / "client.py", tmp_path / "out"
-    script.write_text(CLIENT)
-    paths = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
-    client = subprocess.Popen(
-        [sys.executable, str(script), str(out)],
-        env=os.environ | {"PYTHONPATH": paths},
-        start_new_session=True,
-    )
-    try:
-        while count(out) < 30:
-            assert client.poll() is None
-            time.sleep(0.1)
-    finally:
-        os.killpg(client.pid, signal.SIGKILL)
-        client.wait()
-    kept = count(out)
-    assert 30 <= kept < 600
-    assert big(out, resume=True).played == 600 - kept
-    assert read_sweep(out).combine_chunks().equals(expected)
