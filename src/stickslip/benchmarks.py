@@ -77,7 +77,7 @@ def run_benchmark(name: str, arguments: Sequence[str], *, as_json: bool = False)
 
     require_choice("benchmark", name, BENCHMARKS)
     if name == PACKAGED:
-        from stickslip.agents.optimisers.commands import run
+        from stickslip.races import run
 
         return run(list(arguments))
     if as_json:

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.optimisers import METHODS, read_results, write_results
-from stickslip.agents.optimisers.commands import EXAMPLES, PROGRAM, make_parser
-from stickslip.agents.optimisers.commands import run as command
 from stickslip.cli import main as cli
+from stickslip.races import EXAMPLES, PROGRAM, make_parser
+from stickslip.races import run as command
 from tests.agents.optimisers.table import NAME, run
 
 pytest.importorskip("pyarrow")
