@@ -53,6 +53,7 @@ LONG = {
     "legs_only": "docs/use.md solves a posture problem, too",
     "def improved": "docs/use.md collects, too",
     "walk.events():": "docs/use.md records events, too",
+    "JOINT_FORCES": "the full system's equations, and a walk",
     "as_scipy": "a drive's slopes, in float64",
     "gait-time-d16": "a gait's program",
     "view = show(": "two episodes, drawn; tests of reports play them",
