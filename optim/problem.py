@@ -111,6 +111,7 @@ class Problem(ABC, Generic[R]):
         return self.value_and_margins(x)[1]
 
     def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """`objective` of each row of X."""
         return self.evaluate_all(X)[0]
 
     def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
