@@ -65,7 +65,7 @@ def solve_gradient(
     require_memory(
         f"method = 'gradient' with n = {problem.n}", "rows", problem.n, DENSE * problem.n
     )
-    begun = begin(problem, "gradient", start, progress, began)
+    begun = problem.begin("gradient", start, progress, began)
     if isinstance(begun, Result):
         return begun
     start, value, note = begun
@@ -174,7 +174,7 @@ def solve_cma(
     require_memory(given, "numbers", 2.0 * population * problem.n, SAMPLE)
     given = f"method = 'cma' with n = {problem.n}"
     require_memory(given, "rows", problem.n, COVARIANCE * problem.n)
-    begun = begin(problem, "cma", start, progress, began)
+    begun = problem.begin("cma", start, progress, began)
     if isinstance(begun, Result):
         return begun
     x, value, note = begun
@@ -241,25 +241,6 @@ def package() -> Any:
     except ImportError as error:
         raise ImportError("the method 'cma' needs cma: pip install 'stickslip[optim]'") from error
     return cma
-
-
-def begin(
-    problem: Problem[Any], method: str, start: Any, progress: bool, began: float
-) -> tuple[Float[np.ndarray, "n"], float, str] | Result:
-    """A point within the bounds, its value, and a note on it: see Problem.start_point. Or the
-    result, where there is no value at it, or no choice. ValueError without finite bounds."""
-    if not np.all(np.isfinite(problem.bounds)):
-        raise ValueError("bounds are not finite; accepted by methods that search: finite bounds")
-    x, note = problem.start_point(start, progress)
-    value = problem.objective(x)
-    if problem.free.n == 0:
-        status, why = OptimStatus.FEASIBLE, "every number is given"
-    elif not np.isfinite(value):
-        status, why = OptimStatus.FAILED, "where it begins there is no value"
-    else:
-        return x, value, note
-    result = {"method": method, "began": began, "status": status, "evaluations": 1}
-    return problem.result(x, message=note + why + problem.shortcomings(x), **result)
 
 
 def scattered(problem: Problem[Any], count: int) -> Float[np.ndarray, "count n"]:

@@ -189,6 +189,27 @@ class Problem(ABC, Generic[R]):
             raise ValueError(f"start has shape {x.shape}; accepted: {accepted}")
         return np.clip(x, low, high), ""
 
+    def begin(
+        self, method: str, start: Any, progress: bool, began: float
+    ) -> tuple[Float[np.ndarray, "n"], float, str] | R:
+        """Where a local method begins, its value, and a note on it: see `start_point`. Or the
+        result, where there is no value at it, or no choice. ValueError without finite bounds."""
+        if not np.all(np.isfinite(self.bounds)):
+            raise ValueError(
+                "bounds are not finite; accepted by methods that search: finite bounds"
+            )
+        x, note = self.start_point(start, progress)
+        value = self.objective(x)
+        if self.free.n == 0:
+            status, why = OptimStatus.FEASIBLE, "every number is given"
+        elif not np.isfinite(value):
+            status, why = OptimStatus.FAILED, "where it begins there is no value"
+        else:
+            return x, value, note
+        message = note + why + self.shortcomings(x)
+        common = {"method": method, "began": began, "evaluations": 1}
+        return self.result(x, status=status, message=message, **common)
+
     def result(
         self,
         x: Float[np.ndarray, "n"],

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -303,6 +303,11 @@ class Certificate:
         return self.value - self.bound
 
 
+def _of_best(name: str) -> Any:
+    """The attribute of that name of `GaitResult.best`."""
+    return property(lambda self: getattr(self.best, name), doc=getattr(Gait, name).__doc__)
+
+
 @dataclass(frozen=True)
 class GaitResult(Result):
     """Result of `solve` for a gait problem: see Result; value and bound are those of the grid.
@@ -342,27 +347,8 @@ class GaitResult(Result):
             )
         return found
 
-    @property
-    def theta(self) -> Float[np.ndarray, "n K+1"]:
-        """Nodes as crank angles of the supporting leg, of `best` as all below [rad]."""
-        return self.best.theta
-
-    @property
-    def crank_rate(self) -> Float[np.ndarray, "n K+1"]:
-        """Crank rate at the nodes [rad/s]."""
-        return self.best.crank_rate
-
-    @property
-    def torque(self) -> Float[np.ndarray, "n K+1"]:
-        """Motor torque at the nodes [N m]."""
-        return self.best.torque
-
-    @property
-    def mean_rate(self) -> float:
-        """Mean crank rate [rad/s]."""
-        return self.best.mean_rate
-
-    @property
-    def friction_use(self) -> float:
-        """Largest |friction| / normal force, at the nodes and between them [-]."""
-        return self.best.friction_use
+    theta = _of_best("theta")
+    crank_rate = _of_best("crank_rate")
+    torque = _of_best("torque")
+    mean_rate = _of_best("mean_rate")
+    friction_use = _of_best("friction_use")

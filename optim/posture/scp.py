@@ -293,10 +293,20 @@ def solve_scp(
     iterations = require_integer("iterations", iterations, low=0, high=COUNT)
     K = len(problem.x)
     require_memory(f"method = 'scp' with {K} waypoints", "rows", K, CONVEX)
-    begun = _begin(problem, start, progress, began)
+    begun = problem.begin("scp", start, progress, began)
     if isinstance(begun, PostureResult):
         return begun
-    near, x, note = begun
+    x, note = within_rates(problem, begun[0]), begun[2]
+    if x is None:
+        return PostureResult.without_point(
+            method="scp", status=OptimStatus.INFEASIBLE, began=began,
+            message="leg_rate lets no path lead from start_angles to end_angles in this range",
+        )  # fmt: skip
+    near = Near(problem)
+    if not near(x).placed:
+        message = f"{note}where it begins there is no pose, or no forces{problem.shortcomings(x)}"
+        status = OptimStatus.FAILED
+        return problem.result(x, method="scp", status=status, began=began, message=message)
     search = _Search(near, ConvexModel(near, x), x, tolerance)
     with Bar("scp", iterations, "step", progress) as bar:
         for penalty in PENALTIES:
@@ -384,29 +394,3 @@ class _Search:
             self.radius *= 2
         value = self.near.value(self.near(self.x))
         self.history.append(Step(value, predicted, before - after, self.radius, taken))
-
-
-def _begin(
-    problem: PostureProblem, start: Any, progress: bool, began: float
-) -> tuple[Near, Float[np.ndarray, "n"], str] | PostureResult:
-    """The problem's linear models, a point within bounds and leg rates, and a note on it. Or the
-    result, where there is no such point, no pose at it, or no choice."""
-    x, note = problem.start_point(start, progress)
-    x = within_rates(problem, x)
-    if x is None:
-        return PostureResult.without_point(
-            method="scp", status=OptimStatus.INFEASIBLE, began=began,
-            message="leg_rate lets no path lead from start_angles to end_angles in this range",
-        )  # fmt: skip
-    near = Near(problem)
-    if problem.free.n == 0:
-        status, message = OptimStatus.FEASIBLE, f"{note}every angle is given"
-    elif not near(x).placed:
-        status = OptimStatus.FAILED
-        message = f"{note}where it begins there is no pose, or no forces"
-    else:
-        return near, x, note
-    message += problem.shortcomings(x)
-    return problem.result(
-        x, method="scp", status=status, began=began, evaluations=1, message=message
-    )
