@@ -31,15 +31,6 @@ def test_a_cells_time_and_least_rate_are_those_of_its_parabola():
             assert lowest[0, k] == pytest.approx(min(form(np.array(places))), rel=1e-9)
 
 
-def test_a_crank_that_would_turn_back_between_two_nodes_takes_for_ever():
-    grid = Grid(1, 8)
-    a = np.tile([-5.0, 5.0], 5)[:9][None]
-    b = np.full((1, 9), 0.1)  # the parabola falls by a h / 2 in between
-    assert np.isinf(between.times(grid, a, b)[0, 0])
-    assert between.over_time(grid, a, b, np.ones_like) == np.inf
-    assert between.lowest(grid, a, b)[0, 0] == pytest.approx(0.1 - 5 * grid.h[0, 0] / 2)
-
-
 def test_times_from_rest_and_to_rest_are_those_of_constant_acceleration():
     grid = Grid(1, 10, from_rest=True, to_rest=True)
     a = np.where(np.arange(11) < 5, 3.0, -3.0)[None]

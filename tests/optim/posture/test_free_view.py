@@ -40,14 +40,6 @@ def test_no_bounds_are_equal_and_a_problem_without_given_ends_is_itself(problem)
     np.testing.assert_array_equal(whole.free.bounds, whole.bounds)
 
 
-def test_a_point_of_another_length_is_refused(problem):
-    for bad in (np.zeros(20), 1.0, np.zeros((2, 15))):
-        with pytest.raises(ValueError, match=r"x has shape .*accepted: \(..., 16\)"):
-            problem.free.expand(bad)
-    with pytest.raises(ValueError, match=r"x has shape .*accepted: \(..., 20\)"):
-        problem.free.reduce(np.zeros(16))
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("method", ["dp", "scp", "gradient", "cma"])
 def test_where_no_angle_is_free_every_method_returns_the_given_ones(problem, method: str):

@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
-from stickslip.optim import PostureProblem, Weighted
+from stickslip.optim import PostureProblem
 from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
@@ -185,10 +185,3 @@ def test_bad_decision_vectors_are_refused():
         problem.constraints(np.ones((10, 2)))
     with pytest.raises(ValueError, match=r"accepted: \(20,\)"):
         problem.objectives(np.ones(problem.n))
-
-
-@pytest.mark.long
-def test_problems_of_one_structure_share_the_compiled_programs():
-    weighted = Weighted((("wheel_energy", 1.0), ("grip", 1.0)))
-    first, second = over_bump("grip"), over_bump(weighted, friction=0.5)
-    assert jax.tree.structure(first.waypoints) == jax.tree.structure(second.waypoints)

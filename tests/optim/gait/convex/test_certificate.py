@@ -29,11 +29,3 @@ def test_nothing_on_a_fine_lattice_is_below_the_least_and_something_is_near_it()
         lattice = np.min(np.where(fits, value, np.inf))
         assert found[i] <= lattice + 1e-8
         assert lattice - found[i] < 0.05
-
-
-def test_limits_that_leave_nothing_give_infinity():
-    one, none = np.ones(1), np.zeros(1)
-    rows = (np.array([[1.0], [-1.0]]), np.zeros((2, 1)), np.array([[-1.0], [-1.0]]))
-    polygons = Polygons.of(Sample(*rows, (one, none, none), (none, one), one))
-    form = Lagrangian(one, none, none, none, none, one, one, none)
-    assert np.isposinf(least(polygons, form)[0])

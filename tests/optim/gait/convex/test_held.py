@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PPoly
 
-from stickslip.optim import GaitProblem, replay, solve
+from stickslip.optim import GaitProblem, solve
 from stickslip.optim.gait.convex.grid_problem import STANDING, rows_of
 from stickslip.optim.gait.gait import Gait
 from tests.optim.gait.helpers import robot, transfer
@@ -67,14 +67,6 @@ def integrated(problem: GaitProblem, gait: Gait) -> dict[str, float]:
     found = solve_ivp(rates, most, start, rtol=1e-9, atol=1e-13, events=over, max_step=0.02)
     names = ("torque", "work", "torque_over_phase")
     return {"time": float(found.t[-1])} | dict(zip(names, found.y[1:, -1], strict=True))
-
-
-def test_a_gait_that_is_slow_at_its_crest_walks_as_promised():
-    objective, given, limits = SLOW[0]
-    gait = solve(problem_of(objective, given, limits)).held
-    walked = replay(robot(), gait, mu=limits["mu"], feedback=2.0, walk_steps=1)
-    assert walked.kept, walked
-    assert walked.mean_rate == pytest.approx(walked.promised_mean_rate, rel=2e-3)
 
 
 def test_a_gait_of_the_grid_that_stands_still_between_nodes_has_no_mean_rate():
