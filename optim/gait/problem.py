@@ -193,7 +193,7 @@ class GaitProblem(Problem[GaitResult]):
         from stickslip.optim.gait.convex.program import Program
 
         at, numbers = self.on_grid, self.on_grid.numbers()
-        program = Program(at.structure(numbers))
+        program = Program(numbers.kind)
         problem = program.filled(numbers)
 
         def found() -> Float[np.ndarray, "n"]:
@@ -258,11 +258,9 @@ def _check(p: GaitProblem) -> None:
         given = getattr(p, name)
         if given is not None:
             require_scalar(name, given, low=0.0, strict=True, accepted=POSITIVE)
-    for name in ("min_normal", "copper_loss"):
-        require_scalar(name, getattr(p, name), low=0.0, accepted=NOT_NEGATIVE)
-    for name in ("start_rate", "end_rate"):
-        if getattr(p, name) is not None:
-            require_scalar(name, getattr(p, name), low=0.0, accepted=f"None, or {NOT_NEGATIVE}")
+    for name in ("min_normal", "copper_loss", "start_rate", "end_rate"):
+        if getattr(p, name) is not None or not name.endswith("_rate"):
+            require_scalar(name, getattr(p, name), low=0.0, accepted=NOT_NEGATIVE)
 
 
 @dataclass(frozen=True, eq=False)

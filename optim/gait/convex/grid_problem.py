@@ -240,21 +240,9 @@ class GridProblem:
             return 1.0
         return max(w * self.units.of(term) for term, w in self.goal.weights.items())
 
-    def structure(self, numbers: Numbers) -> Structure:
-        return Structure(
-            self.grid.steps,
-            self.grid.cells,
-            len(self.limits.names),
-            self.periodic,
-            tuple(sorted(numbers.weights)),
-            numbers.longest is not None,
-            _end(self.first),
-            _end(self.last),
-        )
-
     def solve(self, numbers: Numbers) -> Solved | Ended:
         self.programs[0] += 1
-        return program_of(self.structure(numbers)).solve(numbers)
+        return program_of(numbers.kind).solve(numbers)
 
     def sample(self, inside: bool) -> Sample:
         """Data of a certificate, at the nodes or inside the cells."""
@@ -284,7 +272,10 @@ class GridProblem:
         b, rate = self.units.b, self.units.rate
         terms = {} if relaxed else self.goal.weights
         weights = {term: w * self.units.of(term) / self.scale for term, w in terms.items()}
+        timed, ends = self.longest is not None, map(_end, (self.first, self.last))
+        size = self.grid.steps, self.grid.cells, len(names)
         return Numbers(
+            kind=Structure(*size, self.periodic, tuple(sorted(weights)), timed, *ends),
             h=self.grid.h,
             A=sample.A,
             B=sample.B,

@@ -48,10 +48,11 @@ class Structure(NamedTuple):
 
 @dataclass(frozen=True)
 class Numbers:
-    """A program's numbers, scaled: h [n, K]; rows A, B, C and their relaxation R [m, nodes]; torque
-    = torque[0] a + torque[1] b + torque[2] [nodes]; trapezoid weights [nodes]; a weight for each
-    term; the longest time; least and greatest first and last b."""
+    """A program's structure and its scaled numbers: h [n, K]; rows A, B, C and their relaxation R
+    [m, nodes]; torque = torque[0] a + torque[1] b + torque[2] [nodes]; trapezoid weights [nodes]; a
+    weight for each term; the longest time; least and greatest first and last b."""
 
+    kind: Structure
     h: Float[np.ndarray, "n K"]
     A: Float[np.ndarray, "m nodes"]
     B: Float[np.ndarray, "m nodes"]
