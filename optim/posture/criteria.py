@@ -246,8 +246,6 @@ class Criterion:
     about: str
     terms: Callable[..., Array]
     outer: str | None = None
-    pointwise: Callable[[Station, Station], Array] | None = None
-    """Stands for a sum where a station is judged alone; digests of instances hold its name."""
 
 
 @register_pytree
@@ -329,19 +327,11 @@ def _demand(a: Station) -> Array:
     return jnp.stack([rear, -rear, front, -front], -1)
 
 
-def _torque_size(a: Station, before: Station) -> Array:
-    return jnp.abs(a.torque)
-
-
-def _torque_change(a: Station, before: Station) -> Array:
-    return jnp.abs(a.torque - before.torque)
-
-
 _FORMS: dict[str, tuple[Any, ...]] = {
-    "wheel_energy": ("sum", "J", _wheel_work, "positive", _torque_size),
-    "total_energy": ("sum", "J", _total_work, "positive", _torque_size),
+    "wheel_energy": ("sum", "J", _wheel_work, "positive"),
+    "total_energy": ("sum", "J", _total_work, "positive"),
     "peak_torque": ("max", "N m", _torque),
-    "torque_variation": ("sum", "N^2 m", _torque_slope, "square", _torque_change),
+    "torque_variation": ("sum", "N^2 m", _torque_slope, "square"),
     "grip": ("max", "N", _grip_missing),
     "normal_force": ("max", "N", _load),
     "friction_demand": ("max", "-", _demand),
