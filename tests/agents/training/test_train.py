@@ -1,5 +1,6 @@
 """Training runs: what they leave, how they go on after a kill, what they refuse."""
 
+import errno
 import json
 import pickle
 import shutil
@@ -212,6 +213,16 @@ def test_a_directory_without_a_run_cannot_be_resumed(tmp_path: Path):
     (tmp_path / "file").write_text("")
     with pytest.raises(ValueError, match="is a file"):
         train(JAX, tmp_path / "file")
+
+
+def test_a_disk_that_cannot_be_written_is_said_before_anything_is_computed(tmp_path, monkeypatch):
+    def refused(dir):
+        raise OSError(errno.EROFS, "Read-only file system", f"{dir}/tmpab12cd34")
+
+    monkeypatch.setattr("stickslip.records.files.tempfile.TemporaryFile", refused)
+    with pytest.raises(OSError, match=r"cannot be written \(Read-only file system\): '.*/run'"):
+        train(JAX, tmp_path / "run", bar=False)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.long
