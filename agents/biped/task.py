@@ -197,6 +197,12 @@ def floor_words(scene: Scene) -> str:
     return f"{count} patches"
 
 
+def _numbers_of(params: BipedEnvParams) -> dict[str, PyTree]:
+    """The task's numbers, and those of a mark where it has one."""
+    numbers = {name: getattr(params, name) for name in (*NUMBERS, *MARK)}
+    return {name: one for name, one in numbers.items() if one is not None}
+
+
 def parts(env: BipedEnv, params: BipedEnvParams) -> Parts:
     """See Machine; the arguments of `build`."""
     robot = params.robot.bare
@@ -206,7 +212,7 @@ def parts(env: BipedEnv, params: BipedEnvParams) -> Parts:
         "scene": params.scene,
         "randomisation": params.randomisation,
         "dtype": str(jnp.result_type(robot.mass)),
-        "numbers": {name: getattr(params, name) for name in NUMBERS} | params.given_mark,
+        "numbers": _numbers_of(params),
     }
 
 
@@ -243,7 +249,7 @@ def swept_parts(params: BipedEnvParams) -> dict[str, PyTree]:
     payload = 0.0 if params.scene.payload is None else params.scene.payload
     robot = vars(params.robot.bare)
     return {
-        "task": {name: getattr(params, name) for name in NUMBERS} | params.given_mark,
+        "task": _numbers_of(params),
         "scene": {**vars(params.scene.floor), "payload": payload},
         "robot": {name: value for name, value in robot.items() if name != "payload"},
         "randomisation": params.randomisation,
