@@ -124,6 +124,11 @@ def test_each_machine_has_flags_of_its_own(capsys):
             shown = help_of(capsys, command, machine).partition("options:")[2]
             assert f" {own} " in shown
             assert f" {other} " not in shown
+            examples = help_of(capsys, command, machine).partition("options:")[0]
+            assert f"stickslip {command} {machine} " in examples
+            assert (
+                f"stickslip {command} {'ugv' if machine == 'biped' else 'biped'} " not in examples
+            )
 
 
 def options(kind: type, line: str):

@@ -108,10 +108,7 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     parser._action_groups.pop()  # the description lists them
     for name, one in COMMANDS.items():
-        described = f"{one.about[0].upper()}{one.about[1:]}.\n\n{examples_text(one.examples)}"
-        command = commands.add_parser(
-            name, prog=f"stickslip {name}", help=one.about, description=described
-        )
+        command = commands.add_parser(name, prog=f"stickslip {name}", help=one.about)
         command.set_defaults(command=name)
         if name in arguments:
             _add_flags(name, command, arguments)
@@ -126,7 +123,7 @@ def _command_tables() -> str:
 
 
 def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
-    """A command's own flags, and those that every command has."""
+    """A command's own flags, those that every command has, and examples of the machine named."""
     command = COMMANDS[name]
     function_of(command.flags)(parser, arguments)
     if command.json:
@@ -142,6 +139,13 @@ def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
             action="store_false",
             help="compile everything again, and keep no compiled program for the next command",
         )
+    others = {one for one in parser.machines if one not in arguments}
+    shown = {
+        line: about
+        for line, about in command.examples.items()
+        if others == {*parser.machines} or others.isdisjoint(line.split()[:3])
+    }
+    parser.description = f"{command.about[0].upper()}{command.about[1:]}.\n\n{examples_text(shown)}"
 
 
 def _run(given: argparse.Namespace) -> int:

@@ -164,7 +164,7 @@ class Parser(argparse.ArgumentParser):
         for name in (None, "store"):
             self.register("action", name, _Once)
         self.settings: dict[str, argparse.Action] = {}
-        self._machines: Mapping[str, str] = {}
+        self.machines: Mapping[str, str] = {}
         self._instead: tuple[str, ...] = ()
         self._shown_last: argparse._ArgumentGroup | None = None
 
@@ -197,7 +197,7 @@ class Parser(argparse.ArgumentParser):
         machines: names, and what the command does with each. instead: flags that name it, too. A
         line that names none is refused; without a machine the help lists them and no flags.
         """
-        self._machines, self._instead = machines, instead
+        self.machines, self._instead = machines, instead
         nargs = {"nargs": "?"} if instead else {}
         self.add_argument("machine", choices=machines, help=", ".join(machines), **nargs)
         if self._names_machine(arguments):
@@ -208,18 +208,18 @@ class Parser(argparse.ArgumentParser):
 
     def _names_machine(self, words: Sequence[str]) -> bool:
         flags = {word.partition("=")[0] for word in words}
-        return not flags.isdisjoint((*self._machines, *self._instead))
+        return not flags.isdisjoint((*self.machines, *self._instead))
 
     def _require_machine(self, words: Sequence[str]) -> None:
         """Refuse a line without a machine before any of its flags."""
         asks = "_ARGCOMPLETE" in os.environ or not {"-h", "--help"}.isdisjoint(words)
-        if not self._machines or asks or self._names_machine(words):
+        if not self.machines or asks or self._names_machine(words):
             return
-        known = ", ".join(f"{name} ({about})" for name, about in self._machines.items())
+        known = ", ".join(f"{name} ({about})" for name, about in self.machines.items())
         first = words[0] if words and not words[0].startswith("-") else None
         said = "no machine is named"
         if first is not None:
-            said = f"{shown(first)} is no machine{nearest(first, self._machines)}"
+            said = f"{shown(first)} is no machine{nearest(first, self.machines)}"
         self.error(f"{said}; accepted: {known}")
 
     def format_help(self) -> str:
