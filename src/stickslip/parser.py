@@ -198,8 +198,8 @@ class Parser(argparse.ArgumentParser):
         line that names none is refused; without a machine the help lists them and no flags.
         """
         self.machines, self._instead = machines, instead
-        nargs = {"nargs": "?"} if instead else {}
-        self.add_argument("machine", choices=machines, help=", ".join(machines), **nargs)
+        how: dict[str, Any] = {"nargs": "?"} if instead else {}
+        self.add_argument("machine", choices=machines, help=", ".join(machines), **how)
         if self._names_machine(arguments):
             return True
         helps = {f"{self.prog} {name} --help": about for name, about in machines.items()}

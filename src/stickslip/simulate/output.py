@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
@@ -180,7 +180,10 @@ def film_walk(walk: Walk, path: Path) -> Path:
     def frame(i: int) -> BipedFrame:
         ended = i == walk.count and walk.status.terminal
         row = max(i - 1, 0)  # at the start there are no forces yet
-        forces = ("friction_force", "normal_force", "zmp")
+        names = ("friction_force", "normal_force", "zmp")
+        forces: dict[str, Any] = {
+            one: float(getattr(contacts, one)[row]) * (i > 0) for one in names
+        }
         return BipedFrame(
             phase=states.phase[i],
             steps=states.steps[i],
@@ -189,7 +192,7 @@ def film_walk(walk: Walk, path: Path) -> Path:
             crank_rate=states.crank_rate[i],
             time=time[i],
             torque=walk.trajectory.torques[row],
-            **{name: float(getattr(contacts, name)[row]) * (i > 0) for name in forces},
+            **forces,
             mu_static=walk.along.mu_static[i],
             mu_kinetic=walk.along.mu_kinetic[i],
             sticking=i == 0 or contacts.mode[row] == 0,
