@@ -140,7 +140,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         """Something with draw(picture) -> [height, width, 3] and reset()."""
 
     def is_over(self, state: Any) -> Bool[Array, ""]:
-        """True if the state's episode has ended."""
+        """True if the state's episode has ended: its `over`, unless a subclass says otherwise."""
         return state.over
 
     def reset(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:

@@ -223,9 +223,8 @@ NUMBERS |= dict.fromkeys(
     ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty"), NON_NEGATIVE
 )
 """The rule of every number."""
-MARK: dict[str, Rule] = dict.fromkeys(
-    ("mark", "mark_width"), POSITIVE | {"accepted": "None, or a finite way > 0 [m]"}
-)
+_WAY: Rule = {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
+MARK: dict[str, Rule] = {"mark": _WAY, "mark_width": _WAY}
 """Rules of a mark's parameters."""
 
 

@@ -17,7 +17,7 @@ from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import Pose, UGVParams
-    from stickslip.optim.posture.station import Station
+    from stickslip.optim.posture.criteria import Station
 
 WEIGHT_LENGTH, CONE_LENGTH = 1.5, 0.62
 """Of the arrow of a force that equals the weight, and of friction cones [m]."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -62,15 +62,15 @@ def station_frames(
 def _frame(
     sampled: Sampled, at: Station, cost: Array, start: Number, status: np.ndarray
 ) -> UGVFrame:
-    tree = jax.device_get((*sampled, at, cost))
-    placed, turned, points, seen, mu, at, cost = jax.tree.map(lambda leaf: leaf.astype(float), tree)
+    tree: Any = jax.tree.map(lambda leaf: leaf.astype(float), jax.device_get((*sampled, at, cost)))
+    placed, turned, points, seen, mu, stations, costs = tree
     return UGVFrame(
-        at=at,
+        at=stations,
         placed=placed,
         turned=turned,
         ground=points,
         preview=seen,
-        cost=cost,
+        cost=costs,
         status=np.asarray(status, int),
         start=float(start),
         ground_mu=mu,
