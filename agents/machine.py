@@ -99,7 +99,7 @@ class _DefinedIn:
 
 
 class Machine(ABC, Generic[Env, Params, Config]):
-    """One machine, registered by name (see stickslip.agents.machine).
+    """One machine, registered by name (see `register`).
 
     To be said of a new one: the names without a value here, `env`, `with_scene` where there are
     scenes, `baseline` where there are any, and `training_task` where training differs from the
