@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.machine import AnyMachine, TrainingTask
-    from stickslip.agents.protocol import AnyEnv, Options, Timed
+    from stickslip.agents.protocol import Options, Timed
     from stickslip.agents.training.configuration import Trained
 
 TABLE = "table.txt"
@@ -53,9 +53,9 @@ class Demonstration(Generic[Config]):
     """Parameters of that episode."""
     note: Callable[[Config], str]
     """Text between the table and the episode's lines."""
-    lines: Callable[[Mapping[str, AnyRollout], AnyEnv, Timed], Sequence[str]]
+    lines: Callable[[Mapping[str, AnyRollout], Any, Any], Sequence[str]]
     """A line for each player of the episode."""
-    panels: Callable[[AnyEnv], Mapping[str, str]]
+    panels: Callable[[Any], Mapping[str, str]]
     """Of comparison.png, with their scales."""
     title: str
     """Of comparison.png."""

@@ -92,7 +92,7 @@ def configuration(task: TaskDefinition) -> Configuration:
 
 
 def measure(task: TaskDefinition) -> dict[str, Any]:
-    """A task's entry of the JSON: all seeds side by side on one core, each with its share of the
+    """A task's entry of the JSON: all seeds in turn on one core, each with its share of the
     time, compiling and evaluations aside."""
     config, (env, params) = configuration(task), task.make("same_step")
     test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)

@@ -284,9 +284,10 @@ def train_command(given: Options) -> None:
     config = None if resume else machine.configuration.of(**changed)
     if out is not None:
         require_folder(out)
-    elif config is not None:
-        whose = config.task or machine.name
-        out = f"runs/{whose}-{config.algorithm}-{time.strftime('%Y%m%d-%H%M%S')}"
+    else:
+        asked = machine.configuration.of(**changed)
+        whose = asked.task or machine.name
+        out = f"runs/{whose}-{asked.algorithm}-{time.strftime('%Y%m%d-%H%M%S')}"
     directory, where = Path(out), shlex.quote(str(out))
     with stoppable() as stop:
         trained = train(config, directory, resume=resume, stop=stop)

@@ -201,7 +201,8 @@ Settings = TypeVar("Settings", bound="Sizes | Rates")
 def settings_from(kind: type[Settings], config: Configuration, **own: float) -> Settings:
     """Those of a configuration, by the names of its fields; own: others."""
     given: dict[str, Any] = {one.name: getattr(config, one.name) for one in fields(kind)}
-    return kind(**given | own)
+    given |= own
+    return kind(**given)
 
 
 Layers = tuple[tuple["Array", "Array"], ...]

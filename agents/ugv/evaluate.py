@@ -153,14 +153,10 @@ def measures(
 ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """Measures of an environment's episodes, the criterion in its unit.
 
-    Unless they are of a named task, the dynamic programme's value is computed for each episode, to
-    score against (best of all paths over its grid, so a continuous policy may come out slightly
-    below 1). bound: whether to compute what no drive can cost less than, some seconds to minutes an
-    episode. No policy scores below 1 against that, but for the rounding of its own cost (2e-4 in
-    single precision); where costs are below zero, as of grip to spare, none above 1. It holds for
-    the
-    episode's ground, friction, start and waypoints, the criterion as the environment counts it at
-    these, and any leg angles within range and rate.
+    Unless they are of a named task, each episode's cost is compared with the best path over dp's
+    grid; a policy off the grid may come out slightly below 1. bound: also compute a lower bound of
+    every drive at the episode's waypoints, seconds to minutes an episode. No policy costs less,
+    but for the rounding of its own cost (2e-4 in single precision).
     """
     env, columns = without_resets(env), dict(ugv_columns(env.measure.unit))
     for name in (*(GRID if task else ()), *(() if bound else BOUND)):
