@@ -17,9 +17,8 @@ from scipy import interpolate
 
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.dynamics.ugv.ground.near import in_two
 from stickslip.dynamics.ugv.ground.roughness import Waves
-from stickslip.dynamics.ugv.ground.shapes import Bump, Closed, Ditch, Ramp, Sinusoid, Step
+from stickslip.dynamics.ugv.ground.shapes import Bump, Closed, Ditch, Ramp, Sinusoid, Step, in_two
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table
 from stickslip.dynamics.ugv.recommendation import FAR, NEAR
 

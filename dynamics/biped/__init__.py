@@ -1,6 +1,6 @@
 """PASIBOT: a planar biped with one motor, whose supporting foot sticks or slips."""
 
-from stickslip.dynamics.biped.forces import (
+from stickslip.dynamics.biped.contact import (
     ForwardDynamics,
     InverseDynamics,
     forward_dynamics,

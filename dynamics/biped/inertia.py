@@ -312,6 +312,6 @@ def _clenshaw(
         later, latest = carry
         return (row + 2 * u * later - latest, later), None
 
-    zero = jnp.zeros_like(coefficients[0])
+    zero = jnp.zeros(coefficients.shape[1:], jnp.result_type(coefficients, u))
     (first, second), _ = jax.lax.scan(term, (zero, zero), coefficients[:0:-1])
     return coefficients[0] + u * first - second, half * (place - u)

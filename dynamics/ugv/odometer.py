@@ -28,8 +28,7 @@ from stickslip.dynamics.pytrees import (
     settle,
     short_repr,
 )
-from stickslip.dynamics.ugv.ground.near import in_two, locate, parts_of
-from stickslip.dynamics.ugv.ground.shapes import as_floats, require_ends
+from stickslip.dynamics.ugv.ground.shapes import as_floats, in_two, locate, parts_of, require_ends
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.track import Track, track_of
 
@@ -111,7 +110,7 @@ class Odometer:
         return _distance(self, x)
 
     def excess_at(self, base: Float[Array, "..."], u: Float[Array, "..."]) -> Float[Array, "..."]:
-        """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see near.py."""
+        """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see parts_of."""
         base, u, *_ = as_floats(base, u, self.excess)
         return _excess_at(self, *jnp.broadcast_arrays(base, u))
 

@@ -36,8 +36,7 @@ from stickslip.dynamics.ugv.wheel import (
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, Real
 
-    from stickslip.dynamics.ugv.ground.near import Near
-    from stickslip.dynamics.ugv.ground.shapes import Points, Values
+    from stickslip.dynamics.ugv.ground.shapes import Near, Points, Values
 
 
 def pose(

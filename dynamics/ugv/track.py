@@ -24,7 +24,6 @@ from stickslip.dynamics.compilation import as_one_program
 from stickslip.dynamics.names import TRACKS
 from stickslip.dynamics.numeric import Number, Numbers, Numeric, require_one
 from stickslip.dynamics.pytrees import brief, differing, register_pytree, short_repr
-from stickslip.dynamics.ugv.ground.near import Near, seen_from
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_table
 from stickslip.dynamics.ugv.ground.shapes import (
     Bump,
@@ -32,6 +31,7 @@ from stickslip.dynamics.ugv.ground.shapes import (
     Flat,
     Function,
     Incline,
+    Near,
     Ramp,
     Shape,
     Sinusoid,
@@ -40,6 +40,7 @@ from stickslip.dynamics.ugv.ground.shapes import (
     require_ends,
     require_function,
     require_numbers,
+    seen_from,
 )
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table, spline_through
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_number, shown
 from stickslip.dynamics.kernels.fused import where_needed
-from stickslip.dynamics.ugv.ground.near import Near
+from stickslip.dynamics.ugv.ground.shapes import Near
 from stickslip.dynamics.ugv.track import Track
 
 if TYPE_CHECKING:

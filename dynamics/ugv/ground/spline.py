@@ -20,8 +20,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.numeric import Numeric, read_only
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.dynamics.ugv.ground.near import in_two, locate
-from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, require_ends
+from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, in_two, locate, require_ends
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
