@@ -8,10 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.dynamics.pytrees import rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
 from stickslip.dynamics.ugv.poses import clearance
-from tests.dynamics.ugv.helpers import TRACKS, drawn, placed
+from tests.dynamics.ugv.helpers import TRACKS, balanced, drawn, placed
 
 
 @pytest.mark.parametrize(
@@ -92,29 +93,17 @@ def test_hollow_ground_is_told_and_poses_beside_it_are_right(float64, name):
 
 
 @pytest.mark.long
-def test_the_place_differentiates_through_the_solver(float64):
-    params = UGVParams()
-    x, angles = drawn(params, float64, 8)
-
-    def where(x, angles, height, leg_length):
-        vehicle = UGVParams(leg_length=leg_length)
-        got = place(vehicle, Track.bump(height), x, angles, PoseSolver())
-        return jnp.stack([got.rear.x, got.pitch, got.body[1]])
-
-    many = jax.jit(jax.vmap(where))
-    arguments = (x, angles, jnp.full(8, 0.1), jnp.full(8, 0.35))
-    slopes = jax.jit(jax.vmap(jax.jacrev(where, argnums=(0, 1, 2, 3))))(*arguments)
-    h = 1e-6
-    for index in (0, 2, 3):
-        up, down = (
-            many(*(v + sign * h * (i == index) for i, v in enumerate(arguments)))
-            for sign in (1, -1)
-        )
-        np.testing.assert_allclose(slopes[index], (up - down) / (2 * h), atol=1e-7)
-    for leg in (0, 1):
-        one = jnp.eye(2)[leg]
-        up, down = (many(x, angles + sign * h * one, *arguments[2:]) for sign in (1, -1))
-        np.testing.assert_allclose(slopes[1][..., leg], (up - down) / (2 * h), atol=1e-7)
+def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
+    """With legs as long as half the body, flat inwards, the wheels meet at one point."""
+    fields = {"body_length": 0.7, "leg_length": 0.35, "leg_angle_min": 0.0}
+    params = rebuilt(UGVParams(), **fields)  # the constructor refuses it
+    folded = jnp.asarray([[0.0, 0.0], [1e-9, 1e-9], [1e-3, 1e-3], [np.pi, np.pi]])
+    state = balanced(params, Track.bump().astype(float64), jnp.full(4, 4.0), folded)
+    assert state.status[0] == Status.NO_SOLUTION
+    for leaf in jax.tree.leaves((state.forces, state.torque, state.leg_torques)):
+        assert np.all(np.isfinite(leaf[1:]))
+    assert state.pose.status[3] == Status.OK
+    np.testing.assert_allclose(state.pose.wheelbase[3], 1.4, rtol=1e-14)
 
 
 @pytest.mark.long
