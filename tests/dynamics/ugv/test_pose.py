@@ -107,6 +107,17 @@ def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
 
 
 @pytest.mark.long
+def test_bad_members_of_a_batch_leave_the_others_alone(float64):
+    params, track = UGVParams(), Track.bump().astype(float64)
+    x, angles = drawn(params, float64, 8)
+    bad = x.at[3].set(jnp.nan).at[5].set(jnp.inf)
+    state, alone = balanced(params, track, bad, angles), balanced(params, track, x, angles)
+    assert [int(s) for s in state.status[jnp.array([3, 5])]] == [Status.NON_FINITE] * 2
+    others = np.array([0, 1, 2, 4, 6, 7])
+    np.testing.assert_array_equal(state.torque[others], alone.torque[others])
+
+
+@pytest.mark.long
 def test_without_jit_a_place_is_what_it_is_with_it(float64):
     """Loops count in Python's integers then; `jax.disable_jit` is how a user looks into a step."""
     params, track = UGVParams(), HARD["ditch"]().astype(float64)
