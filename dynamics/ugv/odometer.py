@@ -6,8 +6,8 @@ beta = atan f'(x), has turned by beta(x) - S(x) / r, anticlockwise positive, S b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -15,9 +15,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import (
     is_concrete,
-    require_integer,
     require_memory,
-    shown,
 )
 from stickslip.dynamics.compilation import as_one_program, run_once
 from stickslip.dynamics.numeric import Numeric, same_rank
@@ -72,24 +70,24 @@ class Odometer:
     __repr__ = short_repr
 
     def __post_init__(self):
-        if holds_numbers(self.track, self.start, self.end):
-            settle(self, **vars(_integrated(self.track, self.start, self.end, None)))
-        else:
+        if not holds_numbers(self.track, self.start, self.end):
             settle(self, edges=None, rests=None, excess=None, even=True)
+        elif is_concrete(self.track, self.start, self.end) and not (
+            np.ndim(self.start) or np.ndim(self.end)
+        ):
+            _integrate(self)
+        else:
+            _integrate_traced(self)
 
     @classmethod
     def along(
-        cls,
-        track: Track | str,
-        start: Numeric = None,
-        end: Numeric = None,
-        cells: int | None = None,
+        cls, track: Track | str, start: Numeric | None = None, end: Numeric | None = None
     ) -> Odometer:
-        """Integrate once from start to end [m], by default the track's; cells: static.
+        """Integrate once from start to end [m], by default the track's.
 
-        cells: how many of even length; None: on concrete ground no longer than LONGEST_CELL, and
-        between the knots of a spline, so that none hides inside one, else CELLS. On concrete ground
-        all is computed in double precision, whatever jax_enable_x64 says.
+        Cells are no longer than LONGEST_CELL on concrete ground, and lie between the knots of a
+        spline, so that none hides inside one; there all is computed in double precision, whatever
+        jax_enable_x64 says. On traced ground there are CELLS.
 
         Between the ends S is exact to rounding where the ground is smooth within a cell, and good
         to about 1e-12 m where knots of a smooth spline lie inside cells. Beyond them one rule spans
@@ -97,13 +95,10 @@ class Odometer:
         and 4e-7 m at 1 m from the end on the default sinusoid. So enclose what is asked often.
         """
         track = track_of(track)
-        if cells is not None:
-            require_integer("cells", cells)
-            require_memory(f"cells = {shown(cells)}", "cells of an odometer", cells, BYTES_A_CELL)
         start = track.start if start is None else start
         end = track.end if end is None else end
         require_ends(start, end)
-        return _integrated(track, start, end, cells)
+        return cls(track, start, end)
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
@@ -115,44 +110,36 @@ class Odometer:
         return _excess_at(self, *jnp.broadcast_arrays(base, u))
 
 
-def _integrated(track: Track, start: Numeric, end: Numeric, cells: int | None) -> Odometer:
-    """The odometer of checked numbers, traced or not."""
-    if is_concrete(track, start, end) and all(np.ndim(at) == 0 for at in (start, end)):
-        return _concrete(track, float(start), float(end), cells)
-    dtype = float_type(track, start, end, 0.0)
-    given = (track, start, end)
-    track, first, last = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
-    count = CELLS if cells is None else cells
-    edges = first + (last - first) / count * jnp.arange(count + 1, dtype=dtype)
-    excess = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(_pieces(track, edges))])
-    return _made(track, first, last, edges, jnp.zeros_like(edges), excess, True)
-
-
-def _concrete(track: Track, start: float, end: float, cells: int | None) -> Odometer:
-    edges, even = _edges(track, start, end, cells)
+def _integrate(odometer: Odometer) -> None:
+    """Fill in the cells of concrete ground, in double precision."""
+    track, start, end = odometer.track, float(odometer.start), float(odometer.end)
+    edges, even = _edges(track, start, end)
+    first, rests = in_two(edges)
     wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
         sums = np.append(0.0, np.cumsum(np.asarray(_integrals(wide, jnp.asarray(edges)))))
-        found = _made(wide, start, end, *in_two(edges), sums, even)
-        before = 0.0 if start == edges[0] else np.asarray(_excess_once(found, start))
-    return _made(track, start, end, found.edges, found.rests, sums - before, even)
+        settle(odometer, track=wide, start=start, end=end)
+        settle(odometer, edges=first, rests=rests, excess=sums, even=even)
+        before = 0.0 if start == edges[0] else np.asarray(_excess_once(odometer, start))
+    settle(odometer, track=track, excess=sums - before)
 
 
-def _made(*values: Any) -> Odometer:
-    """An odometer of all its fields."""
-    odometer = object.__new__(Odometer)
-    settle(
-        odometer, **{one.name: value for one, value in zip(fields(Odometer), values, strict=True)}
-    )
-    return odometer
+def _integrate_traced(odometer: Odometer) -> None:
+    given = (odometer.track, odometer.start, odometer.end)
+    dtype = float_type(given, 0.0)
+    track, start, end = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
+    edges = start + (end - start) / CELLS * jnp.arange(CELLS + 1, dtype=dtype)
+    excess = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(_pieces(track, edges))])
+    settle(odometer, track=track, start=start, end=end, even=True)
+    settle(odometer, edges=edges, rests=jnp.zeros_like(edges), excess=excess)
 
 
-def _edges(track: Track, start: float, end: float, cells: int | None) -> tuple[np.ndarray, bool]:
+def _edges(track: Track, start: float, end: float) -> tuple[np.ndarray, bool]:
     """The cells' edges in double precision, and whether they are even."""
-    spline = track.shape if cells is None and isinstance(track.shape, Spline) else None
-    if spline is None or np.ndim(spline.knots) != 1:
+    spline = track.shape
+    if not isinstance(spline, Spline) or np.ndim(spline.knots) != 1:
         most = max((end - start) / LONGEST_CELL, CELLS)
-        count = CELLS * 2.0 ** np.ceil(np.log2(most / CELLS)) if cells is None else cells
+        count = CELLS * 2.0 ** np.ceil(np.log2(most / CELLS))
         _require_room(end - start, count)
         return np.linspace(start, end, int(count) + 1), True
     # All of the spline, whose ends one rule goes past exactly, whatever start and end are.
