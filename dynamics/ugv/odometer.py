@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import (
     require_memory,
 )
 from stickslip.dynamics.compilation import as_one_program, run_once
-from stickslip.dynamics.numeric import Numeric, same_rank
+from stickslip.dynamics.numeric import Numeric, as_float, same_rank
 from stickslip.dynamics.pytrees import (
     float_type,
     holds_numbers,
@@ -98,7 +98,7 @@ class Odometer:
         start = track.start if start is None else start
         end = track.end if end is None else end
         require_ends(start, end)
-        return cls(track, start, end)
+        return cls(track, as_float(start), as_float(end))
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
