@@ -73,20 +73,6 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
     return call
 
 
-def as_one_program(function: Callable[..., Result]) -> Callable[..., Result]:
-    """`function` of pytrees of arrays, compiled as a whole where nothing is traced, rather than one
-    operation after the other; part of what is being compiled in a trace. Positional arguments only.
-    """
-    whole = jax.jit(function)
-
-    @wraps(function)
-    @moves_numbers
-    def call(*arguments: object) -> Result:
-        return (whole if is_concrete(arguments) else function)(*arguments)
-
-    return call
-
-
 def _in_a_trace(arguments: object) -> bool:
     """True if an argument is traced, or all that is computed here is."""
     return not is_concrete(arguments, jnp.asarray(np.float32(0)))

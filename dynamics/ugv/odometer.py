@@ -7,6 +7,7 @@ beta = atan f'(x), has turned by beta(x) - S(x) / r, anticlockwise positive, S b
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING
 
 import jax
@@ -17,7 +18,7 @@ from stickslip.dynamics.checks import (
     is_concrete,
     require_memory,
 )
-from stickslip.dynamics.compilation import as_one_program, run_once
+from stickslip.dynamics.compilation import moves_numbers, run_once
 from stickslip.dynamics.numeric import Numeric, as_float, same_rank
 from stickslip.dynamics.pytrees import (
     float_type,
@@ -207,7 +208,8 @@ def _pieces(track: Track, edges: jax.Array) -> jax.Array:
     return _excess_over(track, left, jnp.zeros_like(left), length)
 
 
-@as_one_program
+@moves_numbers
+@partial(jax.jit, inline=True)
 def _distance(odometer: Odometer, x: jax.Array) -> jax.Array:
     x, start = as_floats(x, odometer.start)
     return (x - start) + odometer.excess_at(x, jnp.zeros_like(x))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -20,7 +21,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.compilation import as_one_program
+from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.names import TRACKS
 from stickslip.dynamics.numeric import Number, Numbers, Numeric, require_one
 from stickslip.dynamics.pytrees import brief, differing, register_pytree, short_repr
@@ -51,7 +52,8 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.ground.shapes import Profile
 
 
-@as_one_program
+@moves_numbers
+@partial(jax.jit, inline=True)
 def _profile(shape: Shape, x: Number) -> Profile:
     return shape.profile(x)
 
