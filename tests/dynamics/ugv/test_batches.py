@@ -5,7 +5,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.kernels.grouping import AS_ONE_KERNEL
 from stickslip.dynamics.ugv import Track, UGVParams, balance, equilibrium, place
 from stickslip.dynamics.ugv.statics import _equilibrium
@@ -89,18 +88,3 @@ def test_ground_that_is_a_batch_stays_elementwise(poses):
 
     # One shape for each: what one pose gives is not one number.
     assert jax.eval_shape(jax.vmap(torque), heights).shape == (3, 1)
-
-
-def test_arrays_that_xla_would_split_among_threads_compile():
-    def wide(x):
-        return sum(jnp.sin(k * x[:, None] + jnp.arange(64.0)) for k in range(1, 5)).sum(1)
-
-    def bound(x):
-        return jnp.sqrt(1 + x * x)
-
-    x = jnp.linspace(0.0, 1.0, 256 * 40).reshape(256, 40)
-    np.testing.assert_allclose(jax.vmap(fused(wide))(x), jax.vmap(wide)(x), rtol=1e-3, atol=1e-4)
-    many = jnp.linspace(0.0, 1.0, 300_001)
-    np.testing.assert_allclose(jax.vmap(fused(bound))(many), bound(many), rtol=1e-6)
-    both = jax.vmap(jax.vmap(fused(bound)))(many[:-1].reshape(3, -1))
-    np.testing.assert_allclose(both.ravel(), bound(many[:-1]), rtol=1e-6)
