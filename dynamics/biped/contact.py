@@ -214,14 +214,13 @@ def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Fricti
     """The coefficients on one patch; None on a floor without slip."""
     if isinstance(floor, Grip):
         return None
+    kinetic = jnp.asarray(floor.mu_kinetic, dtype)
     if isinstance(floor, Smoothed):
-        coefficient = jnp.asarray(floor.mu_kinetic, dtype)
-        return Friction(coefficient, coefficient)
+        return Friction(kinetic, kinetic)
+    static = jnp.asarray(floor.mu_static, dtype)
     if isinstance(floor, Uniform):
-        return Friction(jnp.asarray(floor.mu_static, dtype), jnp.asarray(floor.mu_kinetic, dtype))
-    return Friction(
-        jnp.asarray(floor.mu_static, dtype)[patch], jnp.asarray(floor.mu_kinetic, dtype)[patch]
-    )
+        return Friction(static, kinetic)
+    return Friction(static[patch], kinetic[patch])
 
 
 def smoothed_direction(floor: Smoothed, velocity: Float[Array, ""]) -> Float[Array, ""]:
