@@ -28,7 +28,7 @@ from stickslip.dynamics.biped.settings import (
     integrator_of,
     require_fidelity,
 )
-from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, start
+from stickslip.dynamics.biped.state import BipedState, Contact, Trajectory, start
 from stickslip.dynamics.biped.stepping.split import advance
 from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
 from stickslip.dynamics.checks import (
@@ -209,7 +209,7 @@ def stepped(
         work=walk.work,
         positive_work=walk.positive_work,
         joint_forces=instant.joint_forces,
-        events=None if log is None else Events(end - log.left, log.kinds, log.angles),
+        events=None if log is None else replace(log, times=end - log.times),
     )
     unmarked = (status <= Status.SLIP_ONSET) & ~all_finite(after, contact)
     return after, replace(contact, status=jnp.where(unmarked, Status.NON_FINITE, status))

@@ -188,14 +188,6 @@ PHASE_SLACK = 1e-3
 """Tolerance for a start outside the support phase [rad]."""
 
 
-class EventLog(NamedTuple):
-    """Events in order: time left at each, its kind and the crank angle."""
-
-    left: Float[Array, " rows"]
-    kinds: Int[Array, " rows"]
-    angles: Float[Array, " rows"]
-
-
 class Walk(NamedTuple):
     """The integrator's running state within one call."""
 
@@ -221,8 +213,8 @@ class Walk(NamedTuple):
     work: Float[Array, ""]
     positive_work: Float[Array, ""]
     trials: Int[Array, ""]
-    log: EventLog | None
-    """The events so far, where they are recorded."""
+    log: Events | None
+    """The events so far, where they are recorded; their times are still to go."""
 
 
 def mode_at(
@@ -245,7 +237,7 @@ def start(spec: Integrator, system: System, state: BipedState) -> Walk:
     rate, log, size, aim = value(state.crank_rate), None, None, duration
     if spec.record_events:
         rows = spec.log_size
-        log = EventLog(jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
+        log = Events(jnp.zeros(rows, dtype), jnp.zeros(rows, jnp.int32), jnp.zeros(rows, dtype))
     if isinstance(spec, EventExact):  # a first step that is seldom too long
         size = jnp.minimum(duration, 0.05 * spec.rtol**0.2)
         aim = within_turn(spec, size, rate)
@@ -336,13 +328,13 @@ def note(walk: Walk, happens: Bool[Array, ""], kind: Int[Array, ""] | EventKind)
     log = walk.log
     if log is not None:
         angle = walk.phase + jnp.pi * walk.steps.astype(walk.phase.dtype)
-        place = jnp.minimum(walk.switches, log.left.shape[0] - 1)
+        place = jnp.minimum(walk.switches, log.times.shape[0] - 1)
         log = jax.tree.map(
             lambda row, new: row.at[place].set(
                 jnp.where(happens, new.astype(row.dtype), row[place])
             ),
             log,
-            EventLog(walk.left, kind, angle),
+            Events(walk.left, kind, angle),
         )
     slips = happens & (kind == EventKind.SLIP)
     return walk._replace(
