@@ -204,7 +204,7 @@ def stepped(
         mode=instant.mode,
         status=status,
         switches=walk.switches,
-        slide_distance=walk.distance,
+        slide_distance=walk.slide_distance,
         torque=instant.torque,
         work=walk.work,
         positive_work=walk.positive_work,

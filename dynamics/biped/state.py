@@ -209,7 +209,7 @@ class Walk(NamedTuple):
     """Direction of sliding that has begun at velocity zero, else 0."""
     status: Int[Array, ""]
     switches: Int[Array, ""]
-    distance: Float[Array, ""]
+    slide_distance: Float[Array, ""]
     work: Float[Array, ""]
     positive_work: Float[Array, ""]
     trials: Int[Array, ""]
@@ -260,7 +260,7 @@ def start(spec: Integrator, system: System, state: BipedState) -> Walk:
         breakaway=zero,
         status=jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32),
         switches=none,
-        distance=zero,
+        slide_distance=zero,
         work=zero,
         positive_work=zero,
         trials=none - 1,  # the blank trial before the first is settled, too

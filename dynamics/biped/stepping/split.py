@@ -416,7 +416,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
         foot_velocity=velocity,
         left=jnp.where((left <= tiny) | trial.final & ~trial.switches, 0.0, left),
         breakaway=jnp.zeros_like(walk.breakaway),
-        distance=walk.distance + jnp.abs(slide - walk.foot_position),
+        slide_distance=walk.slide_distance + jnp.abs(slide - walk.foot_position),
         work=walk.work + work,
         positive_work=walk.positive_work + jnp.maximum(work, 0.0),
     )

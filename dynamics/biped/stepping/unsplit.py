@@ -101,7 +101,7 @@ def _part(
         foot_position=reached.foot_position,
         foot_velocity=reached.foot_velocity,
         left=walk.left - (step - rest),
-        distance=walk.distance + jnp.abs(reached.foot_position - walk.foot_position),
+        slide_distance=walk.slide_distance + jnp.abs(reached.foot_position - walk.foot_position),
         work=walk.work + reached.work,
         positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
     )
