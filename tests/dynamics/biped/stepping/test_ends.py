@@ -102,32 +102,24 @@ def screened(walks: Drawn) -> Drawn:
     return jax.tree.map(lambda leaf: leaf[np.flatnonzero(late)[:DRAWN]], walks)
 
 
-def scene_of(outputs: str, mu_static, mu_kinetic) -> Scene:
-    return Scene.uniform(mu_static, mu_kinetic, outputs=outputs)
+def followed(spec, outputs: str, walk: Drawn, parts):
+    """Where a walk ends in steps of its period over `parts`, and its status."""
+    scene = Scene.uniform(walk.mu_static, walk.mu_kinetic, outputs=outputs)
+    size = walk.period / parts
+
+    def body(_, carry):
+        state, status = carry
+        call = spec, "table", walk.model, scene, state, Torque(walk.torque), size
+        after, contact = stepped(*call, walk.max_rate)
+        over, new = status > Status.SLIP_ONSET, (after, contact.status)
+        return jax.tree.map(lambda a, b: jnp.where(over, a, b), (state, status), new)
+
+    return jax.lax.fori_loop(0, PERIODS * parts, body, (walk.state, jnp.zeros((), jnp.int32)))
 
 
 @partial(jax.jit, static_argnums=(0, 1))
 def ends(spec, outputs: str, walks: Drawn, parts):
-    """Where each walk ends in steps of its period over `parts`, and its status."""
-
-    def one(walk: Drawn):
-        scene = scene_of(outputs, walk.mu_static, walk.mu_kinetic)
-        size = walk.period / parts
-
-        def body(_, carry):
-            state, status = carry
-            after, contact = stepped(
-                *(spec, "table", walk.model, scene, state, Torque(walk.torque), size),
-                walk.max_rate,
-            )
-            over = status > Status.SLIP_ONSET
-            new = after, contact.status
-            return jax.tree.map(lambda a, b: jnp.where(over, a, b), (state, status), new)
-
-        begin = walk.state, jnp.zeros((), jnp.int32)
-        return jax.lax.fori_loop(0, PERIODS * parts, body, begin)
-
-    return jax.vmap(one)(walks)
+    return jax.vmap(lambda walk: followed(spec, outputs, walk, parts))(walks)
 
 
 def ended(kind: str, spec, parts: int):
@@ -274,31 +266,17 @@ def test_scipy_finds_the_same_end(float64, kind):
 
 @partial(jax.jit, static_argnums=(0, 1))
 def slopes(spec, outputs: str, walks: Drawn):
-    """The end's time and place by torque and crank rate, forwards."""
+    """The end's time and place by torque and crank rate, forwards; time and place."""
 
     def one(walk: Drawn):
         def end(torque, rate):
             state = BipedState(**(vars(walk.state) | {"crank_rate": rate}))
-            scene = scene_of(outputs, walk.mu_static, walk.mu_kinetic)
-
-            def body(carry, _):
-                state, status = carry
-                after, contact = stepped(
-                    *(spec, "table", walk.model, scene, state, Torque(torque), walk.period),
-                    walk.max_rate,
-                )
-                over = status > Status.SLIP_ONSET
-                new = after, contact.status
-                return jax.tree.map(lambda a, b: jnp.where(over, a, b), (state, status), new), None
-
-            begin = state, jnp.zeros((), jnp.int32)
-            (last, status), _ = jax.lax.scan(body, begin, length=PERIODS)
+            last, _ = followed(spec, outputs, walk._replace(torque=torque, state=state), 1)
             place = floor_position(walk.model, last)
-            return jnp.stack([last.time, last.crank_angle, place, last.crank_rate]), status
+            return jnp.stack([last.time, last.crank_angle, place, last.crank_rate])
 
         at = walk.torque, walk.state.crank_rate
-        forwards = jax.jacfwd(lambda *x: end(*x)[0], (0, 1))(*at)
-        return jnp.stack(forwards), end(*at)[0], end(*at)[1]
+        return jnp.stack(jax.jacfwd(end, (0, 1))(*at)), end(*at)
 
     return jax.vmap(one)(walks)
 
@@ -310,7 +288,7 @@ def test_derivatives_of_an_end_are_those_that_differences_show(float64, kind):
     spec, outputs = EventExact(max_steps=64), "forces" if kind == "topple" else "state"
     use = chosen(kind)[:40]
     walks = jax.tree.map(lambda leaf: leaf[use], drawn(kind))
-    ahead, _, _ = slopes(spec, outputs, walks)
+    ahead, _ = slopes(spec, outputs, walks)
     values = {"torque": walks.torque, "crank_rate": walks.state.crank_rate}
     for i, (name, value) in enumerate(values.items()):
         ahead_by, shift, found = np.asarray(ahead[:, i]), 1e-5 * np.abs(value), []
