@@ -14,12 +14,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_memory,
-)
+from stickslip.dynamics.checks import is_concrete, require_integer, require_memory, shown
 from stickslip.dynamics.compilation import moves_numbers, run_once
-from stickslip.dynamics.numeric import Numeric, as_float, same_rank
+from stickslip.dynamics.numeric import Numeric, same_rank
 from stickslip.dynamics.pytrees import (
     float_type,
     holds_numbers,
@@ -71,24 +68,24 @@ class Odometer:
     __repr__ = short_repr
 
     def __post_init__(self):
-        if not holds_numbers(self.track, self.start, self.end):
-            settle(self, edges=None, rests=None, excess=None, even=True)
-        elif is_concrete(self.track, self.start, self.end) and not (
-            np.ndim(self.start) or np.ndim(self.end)
-        ):
-            _integrate(self)
+        if holds_numbers(self.track, self.start, self.end):
+            _integrate(self, None)
         else:
-            _integrate_traced(self)
+            settle(self, edges=None, rests=None, excess=None, even=True)
 
     @classmethod
     def along(
-        cls, track: Track | str, start: Numeric | None = None, end: Numeric | None = None
+        cls,
+        track: Track | str,
+        start: Numeric | None = None,
+        end: Numeric | None = None,
+        cells: int | None = None,
     ) -> Odometer:
-        """Integrate once from start to end [m], by default the track's.
+        """Integrate once from start to end [m], by default the track's; cells: static.
 
-        Cells are no longer than LONGEST_CELL on concrete ground, and lie between the knots of a
-        spline, so that none hides inside one; there all is computed in double precision, whatever
-        jax_enable_x64 says. On traced ground there are CELLS.
+        cells: how many of even length; None: on concrete ground no longer than LONGEST_CELL, and
+        between the knots of a spline, so that none hides inside one, else CELLS. On concrete ground
+        all is computed in double precision, whatever jax_enable_x64 says.
 
         Between the ends S is exact to rounding where the ground is smooth within a cell, and good
         to about 1e-12 m where knots of a smooth spline lie inside cells. Beyond them one rule spans
@@ -96,10 +93,16 @@ class Odometer:
         and 4e-7 m at 1 m from the end on the default sinusoid. So enclose what is asked often.
         """
         track = track_of(track)
+        if cells is not None:
+            require_integer("cells", cells)
+            require_memory(f"cells = {shown(cells)}", "cells of an odometer", cells, BYTES_A_CELL)
         start = track.start if start is None else start
         end = track.end if end is None else end
         require_ends(start, end)
-        return cls(track, as_float(start), as_float(end))
+        odometer = object.__new__(cls)
+        settle(odometer, track=track, start=start, end=end)
+        _integrate(odometer, cells)
+        return odometer
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
@@ -111,10 +114,14 @@ class Odometer:
         return _excess_at(self, *jnp.broadcast_arrays(base, u))
 
 
-def _integrate(odometer: Odometer) -> None:
-    """Fill in the cells of concrete ground, in double precision."""
-    track, start, end = odometer.track, float(odometer.start), float(odometer.end)
-    edges, even = _edges(track, start, end)
+def _integrate(odometer: Odometer, cells: int | None) -> None:
+    """Fill in the cells; those of concrete ground in double precision."""
+    track, start, end = odometer.track, odometer.start, odometer.end
+    if not is_concrete(track, start, end) or np.ndim(start) or np.ndim(end):
+        _integrate_traced(odometer, CELLS if cells is None else cells)
+        return
+    start, end = float(start), float(end)
+    edges, even = _edges(track, start, end, cells)
     first, rests = in_two(edges)
     wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
     with jax.enable_x64(True), jax.ensure_compile_time_eval():
@@ -125,22 +132,22 @@ def _integrate(odometer: Odometer) -> None:
     settle(odometer, track=track, excess=sums - before)
 
 
-def _integrate_traced(odometer: Odometer) -> None:
+def _integrate_traced(odometer: Odometer, count: int) -> None:
     given = (odometer.track, odometer.start, odometer.end)
     dtype = float_type(given, 0.0)
     track, start, end = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
-    edges = start + (end - start) / CELLS * jnp.arange(CELLS + 1, dtype=dtype)
+    edges = start + (end - start) / count * jnp.arange(count + 1, dtype=dtype)
     excess = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(_pieces(track, edges))])
     settle(odometer, track=track, start=start, end=end, even=True)
     settle(odometer, edges=edges, rests=jnp.zeros_like(edges), excess=excess)
 
 
-def _edges(track: Track, start: float, end: float) -> tuple[np.ndarray, bool]:
+def _edges(track: Track, start: float, end: float, cells: int | None) -> tuple[np.ndarray, bool]:
     """The cells' edges in double precision, and whether they are even."""
     spline = track.shape
-    if not isinstance(spline, Spline) or np.ndim(spline.knots) != 1:
+    if cells is not None or not isinstance(spline, Spline) or np.ndim(spline.knots) != 1:
         most = max((end - start) / LONGEST_CELL, CELLS)
-        count = CELLS * 2.0 ** np.ceil(np.log2(most / CELLS))
+        count = CELLS * 2.0 ** np.ceil(np.log2(most / CELLS)) if cells is None else cells
         _require_room(end - start, count)
         return np.linspace(start, end, int(count) + 1), True
     # All of the spline, whose ends one rule goes past exactly, whatever start and end are.

@@ -60,6 +60,7 @@ def test_what_is_no_number_is_refused_by_its_field(value):
 def test_what_is_no_size_or_needs_too_much_memory_is_refused(value):
     refused("pieces", lambda: FLAT.resampled(0.0, 1.0, value))
     if value is not None:
+        refused("cells", lambda: Odometer.along(FLAT, cells=value))
         refused("iterations", lambda: PoseSolver(iterations=value))
     refused("samples", lambda: PoseSolver(samples=value))
 
