@@ -170,7 +170,7 @@ class TableInertia:
 def fit_table(params: BipedParams, table: Table) -> TableInertia:
     """Build the table from the exact functions; pure, so that vmapped parameters fit their own."""
     width = (SUPPORT_END - SUPPORT_START) / table.pieces
-    dtype = jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params)))
+    dtype = float_type(params)
     nodes, to_powers = _nodes_and_transform(table.degree)
     middles = SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
     angles = middles[:, None] + width / 2 * np.append(nodes, 0.0)

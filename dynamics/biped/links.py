@@ -17,6 +17,7 @@ import numpy as np
 from stickslip.dynamics.checks import is_concrete
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.numeric import same_rank
+from stickslip.dynamics.pytrees import float_type
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -125,7 +126,7 @@ def closing_margin(params: Linkage, theta: Real[Number, ""]) -> Float[Array, ""]
 
 def step_length(params: Linkage) -> Float[Array, ""]:
     """Distance from one foothold to the next without slip [m]: 8 crank lengths by default."""
-    support, swing = _legs(params, jnp.asarray(SUPPORT_END, _dtype(params)))
+    support, swing = _legs(params, jnp.asarray(SUPPORT_END, float_type(params)))
     return _to_ground(support, swing.pins.E - support.pins.E)[0]
 
 
@@ -147,7 +148,7 @@ def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
         place, rate = jax.jvp(other_foot, (theta,), (jnp.ones_like(theta),))
         return jnp.max(jnp.abs(jnp.stack([place[1], place[2], *rate])))
 
-    ends = jnp.asarray([SUPPORT_START, SUPPORT_END], _dtype(params))
+    ends = jnp.asarray([SUPPORT_START, SUPPORT_END], float_type(params))
     unbalance = jnp.max(jnp.abs(jnp.asarray(params.centre)[7])) / params.crank
     return jnp.maximum(jnp.max(jax.vmap(mismatch)(ends)), unbalance)
 
@@ -204,7 +205,7 @@ def least_closure(params: Linkage, samples: int, fine: int = 64):
     Sampled, then `fine` times finer around the worst sample: the margin has no second minimum
     between two samples, and its error falls with the square of the finer spacing.
     """
-    dtype = _dtype(params)
+    dtype = float_type(params)
 
     def margins(angles: Float[Array, " n"]) -> Float[Array, " n"]:
         return jax.vmap(lambda angle: _leg(params, angle).closure)(angles)
@@ -221,10 +222,6 @@ def least_closure(params: Linkage, samples: int, fine: int = 64):
 
 PLAIN_NDIM = [0] * 17 + [1, 2, 1] + [0, 0]
 """Axes of BipedParams' fields, in order, without a batch."""
-
-
-def _dtype(params: Linkage):
-    return jnp.result_type(*map(jnp.result_type, jax.tree.leaves(params)))
 
 
 def _legs(params: Linkage, theta: Number) -> tuple[_Leg, _Leg]:

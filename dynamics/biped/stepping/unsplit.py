@@ -52,7 +52,9 @@ def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
         if isinstance(spec, Euler):
             walk, after = _part(spec, system, walk, size)
         walk, _ = _part(spec, system, walk, after)
-        walk = _exchange(system, walk, running)
+        low, high = bounds(walk.phase.dtype)
+        passed = running & ((walk.phase > high) | (walk.phase < low))
+        walk = hand_over(system, note(walk, passed, EventKind.EXCHANGE), passed)
         left = system.duration - size * (index + 1).astype(size.dtype)
         last = index + 1 == spec.substeps
         running = walk.status <= Status.SLIP_ONSET
@@ -156,10 +158,3 @@ def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reache
     theta = walk.phase + step * rate
     work = first.torque * (theta - walk.phase)
     return _Reached(theta, rate, walk.foot_position + step * velocity, velocity, work)
-
-
-def _exchange(system: System, walk: Walk, running: Bool[Array, ""]) -> Walk:
-    """Hand over the support if a step that was taken went past the end of the support phase."""
-    low, high = bounds(walk.phase.dtype)
-    passed = running & ((walk.phase > high) | (walk.phase < low))
-    return hand_over(system, note(walk, passed, EventKind.EXCHANGE), passed)
