@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.contact import Friction, System
     from stickslip.dynamics.biped.settings import EventExact
     from stickslip.dynamics.biped.state import Walk
-    from stickslip.dynamics.biped.stepping.split import Beginning, Event, Samples
+    from stickslip.dynamics.biped.stepping.stages import Beginning, Event, Samples
 
 
 # Dormand and Prince, J. Comp. Appl. Math. 6 (1980): the seven stages, the seventh at the end; the

@@ -32,8 +32,11 @@ from stickslip.dynamics.biped.state import (
 )
 from stickslip.dynamics.biped.stepping.adaptive import controlled, dormand_prince_step, is_noise
 from stickslip.dynamics.biped.stepping.stages import (
+    Beginning,
     Crossing,
     Ending,
+    Event,
+    Samples,
     Taken,
     classical_step,
     cone_margin,
@@ -120,39 +123,6 @@ class Trial(NamedTuple):
     """The last trial allowed, accepted unsplit."""
     status: Int[Array, ""]
     """Terminal if the model does not hold where the trial starts, or the step is none."""
-
-
-class Beginning(NamedTuple):
-    """Mode and length of a trial."""
-
-    step: Float[Array, ""]
-    mode: Float[Array, ""]
-    near: Float[Array, ""]
-    """The time within which the event that is aimed at is at once [s]."""
-    final: Bool[Array, ""]
-    """The last trial allowed."""
-
-
-class Samples(NamedTuple):
-    """Start, middle and end of a trial."""
-
-    phase: tuple[Array, Array, Array]
-    crank_rate: tuple[Array, Array, Array]
-    foot_position: tuple[Array, Array, Array]
-    foot_velocity: tuple[Array, Array, Array]
-    cone: tuple[Array, Array, Array]
-    """Margin of the static friction cone [N]."""
-
-
-class Event(NamedTuple):
-    """First event of a trial, if there is one; fields as in Trial."""
-
-    kind: Int[Array, ""]
-    ending: Int[Array, ""]
-    time: Float[Array, ""]
-    happens: Bool[Array, ""]
-    reached: Bool[Array, ""]
-    """The trial's end is close enough to the event to be moved onto it."""
 
 
 class _Pending(NamedTuple):

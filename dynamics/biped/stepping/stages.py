@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.state import Walk
 
-    Samples = Sequence[Float[Array, ""]]
-    """Samples at the start, the middle and the end of a trial step."""
+    Sampled = Sequence[Float[Array, ""]]
+    """Sampled at the start, the middle and the end of a trial step."""
 
 
 class Taken(NamedTuple):
@@ -71,6 +71,39 @@ def midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
     accelerations = motion.crank_acceleration, motion.foot_acceleration
     margin = cone_margin(friction, motion)
     return Midpoint(*accelerations, motion.normal_force, motion.solvability, margin)
+
+
+class Beginning(NamedTuple):
+    """Mode and length of a trial."""
+
+    step: Float[Array, ""]
+    mode: Float[Array, ""]
+    near: Float[Array, ""]
+    """The time within which the event that is aimed at is at once [s]."""
+    final: Bool[Array, ""]
+    """The last trial allowed."""
+
+
+class Samples(NamedTuple):
+    """Start, middle and end of a trial."""
+
+    phase: tuple[Array, Array, Array]
+    crank_rate: tuple[Array, Array, Array]
+    foot_position: tuple[Array, Array, Array]
+    foot_velocity: tuple[Array, Array, Array]
+    cone: tuple[Array, Array, Array]
+    """Margin of the static friction cone [N]."""
+
+
+class Event(NamedTuple):
+    """First event of a trial, if there is one; fields as in Trial."""
+
+    kind: Int[Array, ""]
+    ending: Int[Array, ""]
+    time: Float[Array, ""]
+    happens: Bool[Array, ""]
+    reached: Bool[Array, ""]
+    """The trial's end is close enough to the event to be moved onto it."""
 
 
 class _Stages(NamedTuple):
@@ -176,7 +209,7 @@ class Crossing(NamedTuple):
 
 
 def first_crossing(
-    samples: Samples,
+    samples: Sampled,
     end_slope: Float[Array, ""],
     targeted: Bool[Array, ""],
     nearness: float,
@@ -223,7 +256,7 @@ def _return(slope: Float[Array, ""], middle: Float[Array, ""]) -> Float[Array, "
     return rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
 
 
-def parabola_slope(samples: Samples) -> Float[Array, ""]:
+def parabola_slope(samples: Sampled) -> Float[Array, ""]:
     """Slope at the end, per trial step, of the parabola through three samples."""
     start, middle, end = samples
     return start - 4 * middle + 3 * end
