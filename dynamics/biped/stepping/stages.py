@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.state import Walk
 
     Sampled = Sequence[Float[Array, ""]]
-    """Sampled at the start, the middle and the end of a trial step."""
+    """Samples at the start, the middle and the end of a trial step."""
 
 
 class Taken(NamedTuple):
