@@ -203,6 +203,7 @@ class GaitProblem(Problem[GaitResult]):
         return problem, found
 
     def gait(self, x: Float[np.ndarray, "n"]) -> Gait:
+        """The gait of a point."""
         x = self.batch([x])[0]
         return self.on_grid.gait(x[1:].reshape(self.steps_taken, -1), float(x[0]))
 

@@ -114,6 +114,7 @@ class Record:
         return self.improvements[-1].value if self.improvements else np.inf
 
     def count(self, name: str) -> None:
+        """Add one to a counter, here and in the process that the objective came from."""
         setattr(self, name, getattr(self, name) + 1)
         if not self.home.here:
             self.home.counts[name] = self.home.counts.get(name, 0) + 1
@@ -247,6 +248,7 @@ class Objective:
         return all(Structure.SMOOTH in one.structure for one in self.problems)
 
     def expand(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "whole"]:
+        """The problem's whole point, with the given numbers at their values."""
         return self.free[0].expand(x)
 
     @reported
@@ -318,6 +320,7 @@ class Objective:
 
     @reported
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+        """`penalised` of each row of X."""
         values, margins = self.batch_with_constraints(X)
         return values + PENALTY * shortfall(margins)
 

@@ -70,6 +70,7 @@ class Station(NamedTuple):
     """Status of `balance`."""
 
     def map(self, function: Callable[[Any], Any]) -> Station:
+        """The station with a function applied to every entry."""
         return Station._make(function(of) for of in self)
 
     @property

@@ -265,6 +265,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return self._batch(x[None] if isinstance(x, np.ndarray) else [x])[0]
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
+        """Points as [B, n], or ValueError for a wrong length or one that is not finite."""
         return self._batch(X).reshape(-1, self.n)
 
     def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
