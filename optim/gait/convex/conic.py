@@ -100,13 +100,12 @@ def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Ended:
     The bound is the greatest t' tried for which the last multipliers prove that no gait gets by
     with t'. every: look for one on every gait, too.
     """
-    demand, best = 1.0, None
+    demand, best, ended = 1.0, None, Ended(OptimStatus.FAILED, "nothing was solved")
     for _ in range(ROUNDS):
         at = _with_friction(problem, demand)
         solved = relaxed(at, FRICTION)
         if isinstance(solved, Ended):
-            if best is None:
-                return solved
+            ended = solved
             break
         gait = at.gait_of(solved.a, solved.b)
         lower = gait.friction_at_nodes
@@ -115,7 +114,9 @@ def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Ended:
         best, demand = (gait, solved, at), lower
         if demand < NO_DEMAND:
             break
-    gait, last, at = best  # ROUNDS > 0
+    if best is None:
+        return ended
+    gait, last, at = best
 
     def proved(whole: bool) -> float:
         return _greatest_proved(demand, lambda t: excluded(_with_friction(problem, t), last, whole))

@@ -72,14 +72,15 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         import cma  # noqa: F401  (where it is missing, nothing is computed in vain)
     options = _method_options(given, problem)
     result = solve(problem, given.method, progress=True, **options)
-    spent = energies(problem, result)
+    spent = energies(problem, result.x)
     said = [] if result.x is None else warnings(problem, result)
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
     found = result_content(problem, result, spent, {name: asked[name] for name in ASKED})
     tables, picture = {}, None
     if result.x is not None:
         tables[STATIONS] = stations_table(problem.stations(result.x)).csv()
-        picture = PICTURE, lambda: _picture(problem, result, Path(given.track).name)
+        x, track = result.x, Path(given.track).name
+        picture = PICTURE, lambda: _picture(problem, result, x, track)
     lines = rows(problem, result, spent)
     units = result_units(problem)
     return finished(out, given, lines, said, found, units, tables, (STATIONS, PICTURE), picture)
@@ -124,12 +125,14 @@ def problem_of(given: PostureOptions) -> PostureProblem:
     )
 
 
-def _picture(problem: PostureProblem, result: PostureResult, track: str) -> tuple[Figure, str]:
+def _picture(
+    problem: PostureProblem, result: PostureResult, x: np.ndarray, track: str
+) -> tuple[Figure, str]:
     from stickslip.optimise.picture import draw_drive
 
     name = problem.criterion.name.replace("_", " ")
     title = f"{name} {result.value:.5g}{_unit(problem)} over {track}, by {result.method}"
-    return draw_drive(problem, result.x), title
+    return draw_drive(problem, x), title
 
 
 def _unit(problem: PostureProblem) -> str:
@@ -137,10 +140,11 @@ def _unit(problem: PostureProblem) -> str:
     return "" if problem.criterion.unit == "-" else f" {problem.criterion.unit}"
 
 
-def energies(problem: PostureProblem, result: PostureResult) -> dict[str, float]:
+def energies(problem: PostureProblem, x: np.ndarray | None) -> dict[str, float]:
     """A drive's two energies by the criteria's names [J]; none without a drive."""
-    names = () if result.x is None else ENERGIES
-    return {name: replace(problem, criterion=name).objective(result.x) for name in names}
+    if x is None:
+        return {}
+    return {name: replace(problem, criterion=name).objective(x) for name in ENERGIES}
 
 
 def rows(
