@@ -30,7 +30,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     import cvxpy as cp
-    from jaxtyping import Bool, Float
+    from jaxtyping import Bool, Float, Real
+
+    from stickslip.dynamics.numeric import Lists, Number
+
+    Vector = Real[Number, "n"] | Lists
+    Batch = Real[Number, "B n"] | Lists
 
 R = TypeVar("R", bound=Result)
 
@@ -102,17 +107,17 @@ class Problem(ABC, Generic[R]):
         """The same without the numbers that are given, for optimisers that refuse equal bounds."""
         return FreeProblem(self)
 
-    def objective(self, x: Float[np.ndarray, "n"]) -> float:
+    def objective(self, x: Vector) -> float:
         """The value to minimise; infinite where there is none, never NaN."""
-        return self.value_and_margins(x)[0]
+        return self.value_and_margins(cast("Any", x))[0]
 
-    def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
+    def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
-        return self.value_and_margins(x)[1]
+        return self.value_and_margins(cast("Any", x))[1]
 
-    def objectives(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
+    def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
         """`objective` of each row of X."""
-        return self.evaluate_all(X)[0]
+        return self.evaluate_all(cast("Any", X))[0]
 
     def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
         """The objective and `constraints`, computed once: what optimisers ask for all the time."""

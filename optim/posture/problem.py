@@ -34,12 +34,9 @@ from stickslip.optim.problem import Method, Problem, Structure, as_floats, refus
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
-    from jaxtyping import Float, Real
+    from jaxtyping import Float
 
-    from stickslip.dynamics.numeric import Lists, Number
-
-    Vector = Real[Number, "n"] | Lists
-    Batch = Real[Number, "B n"] | Lists
+    from stickslip.optim.problem import Batch, Vector
 
 
 FACTOR = 10
