@@ -1,5 +1,7 @@
 """PASIBOT: a planar biped with one motor, whose supporting foot sticks or slips."""
 
+from typing import TYPE_CHECKING
+
 from stickslip.dynamics.biped.contact import (
     ForwardDynamics,
     InverseDynamics,
@@ -25,7 +27,6 @@ from stickslip.dynamics.biped.links import (
 )
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import LINKS, BipedParams, own_time
-from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
 from stickslip.dynamics.biped.settings import (
     FIDELITIES,
     INTEGRATORS,
@@ -43,7 +44,19 @@ from stickslip.dynamics.biped.settings import (
 )
 from stickslip.dynamics.biped.simulation import simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, floor_position
-from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
+    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
+else:
+    __getattr__, __dir__ = loaded_when_used(
+        __name__,
+        {
+            "recommendation": ("PRESETS", "Recommendation", "recommend"),
+            "walk_check": ("WalkCheck", "check_walk"),
+        },
+    )
 
 __all__ = [
     "BODIES",
