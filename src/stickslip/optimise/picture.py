@@ -20,7 +20,7 @@ from stickslip.optimise.biped import presses
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Float
+    from jaxtyping import Array, Float
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -115,7 +115,12 @@ def draw_angles(axis: Axes, stations: Station) -> None:
     legend(axis)
 
 
-def draw_curve(axis: Axes, x: np.ndarray, values: np.ndarray, **look: Any) -> None:
+def draw_curve(
+    axis: Axes,
+    x: Float[Array | np.ndarray, "n"],
+    values: Float[Array | np.ndarray, "n"],
+    **look: Any,
+) -> None:
     """A curve; of more than MOST_POINTS a band over its range and a line of its medians.
 
     A longer curve swings many times within a pixel and would be a block of colour.
@@ -129,7 +134,7 @@ def draw_curve(axis: Axes, x: np.ndarray, values: np.ndarray, **look: Any) -> No
     axis.plot(*(_by_stretches(of, MEDIANS, np.median) for of in (x, values)), **look)
 
 
-def _by_stretches(values: np.ndarray, count: int, of: Callable) -> np.ndarray:
+def _by_stretches(values: Float[Array | np.ndarray, "n"], count: int, of: Callable) -> np.ndarray:
     """`of` the values in each of `count` stretches of equal numbers [count]."""
     return np.array([of(part) for part in np.array_split(values, count)])
 

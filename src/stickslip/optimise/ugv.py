@@ -37,7 +37,7 @@ FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg a
 """Columns of a drive that say what it is; all others follow from them."""
 NOTABLE = 0.05
 """Relative difference of the value between waypoints above which there is a warning."""
-UNITS = dict.fromkeys(("leg_range", "start_angles", "end_angles"), "rad")
+UNITS: dict[str, str] = {"leg_range": "rad", "start_angles": "rad", "end_angles": "rad"}
 UNITS |= {"leg_rate": "rad/m", "grip": "N", "normal": "N", "clearance": "m", "wheels": "m"}
 UNITS |= {"torque": "N m", "pose": "waypoints"}
 """Of PostureProblem.residuals."""
