@@ -118,7 +118,7 @@ def test_derivatives_tend_to_those_of_dry_friction(float64, name):
         return np.abs(np.asarray(found) - want) / np.abs(want)
 
     coarse, fine = off(3e-3), off(1e-3)
-    assert np.all(fine < coarse / 2)
+    assert np.all((fine < coarse / 2) | (fine < 1e-5))  # an angle that friction hardly changes
     assert np.all(fine < 0.05)
 
 
