@@ -42,8 +42,6 @@ CALLED = "Function"
 TYPES = ("float32", "float64", "int32", "int64", "bool")
 SHORT = 64
 """Arrays of more numbers are written as bytes."""
-GONE = {"PoseSolver": ("method", "candidates")}
-"""Fields in older files that change nothing any more."""
 MOST = 10**5
 """Whole numbers in a task are at most this: counts of pieces, points and steps."""
 
@@ -176,7 +174,6 @@ def from_json(content: Any, known: Kinds) -> Any:
     if not isinstance(name, str) or name == CALLED or name not in known:
         raise ValueError(f"{shown(name)} is no part of a task")
     kind = known[name]
-    entries = {one: value for one, value in entries.items() if one not in GONE.get(name, ())}
     require_known(entries, [one.name for one in fields(kind) if one.init], f"field of {name}")
     return kind(**{one: from_json(entry, known) for one, entry in entries.items()})
 

@@ -11,7 +11,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_kind, require_number, shown
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_number,
+    shown,
+)
 from stickslip.dynamics.kernels.fused import where_needed
 from stickslip.dynamics.ugv.ground.shapes import Near
 from stickslip.dynamics.ugv.track import Track
@@ -193,9 +199,10 @@ def cross(a: Points, b: Points) -> Values:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
+METHODS = ("newton", "scan")
 MOST_ITERATIONS = 100
 MOST = 10_000
-"""Samples or fixed iterations that may be asked for."""
+"""Samples, candidates or fixed iterations that may be asked for."""
 TOLERANCES = "None, or one number, 0 < it <= 0.1"
 
 
@@ -203,8 +210,10 @@ TOLERANCES = "None, or one number, 0 < it <= 0.1"
 class PoseSolver:
     """Solver of the rear contact; static, so that only what is asked for is compiled.
 
-    Newton's method kept inside a bracket, for ground that is nowhere hollower than the wheel; else
-    the status says HOLLOW_GROUND.
+    method: "newton", Newton's method kept inside a bracket, for ground that is nowhere hollower
+    than the wheel (else the status says HOLLOW_GROUND); or "scan", which looks at `candidates`
+    intervals of the bracket for crossings and takes the nearest one behind the front wheel where
+    the wheel clears the ground, so that ditches and steps sharper than the wheel are passed, too.
     tolerance: relative error of the wheelbase at which the iteration stops; None: rounding. One
     Newton step follows in any case. iterations: a fixed number of them instead, unrolled; faster
     for batches on ground that is known to be gentle.
@@ -212,26 +221,32 @@ class PoseSolver:
     HOLLOW_GROUND and the clearance; 0 leaves both out (clearance is then infinite). Under the
     wheels it is looked up only where the ground's own numbers do not prove it gentler than the
     wheel everywhere (`nowhere_hollow`), with the same status.
+    candidates: intervals for "scan".
     overlap: let the wheels overlap, as in the chapter, to compare with it. No vehicle can stand so.
     wheel_clearance is then infinite.
     """
 
+    method: str = "newton"
     tolerance: float | None = None
     iterations: int | None = None
     samples: int = 16
+    candidates: int = 64
     overlap: bool = False
 
     def __post_init__(self):
+        require_choice("method", self.method, METHODS)
         if self.tolerance is not None:
             require_number(
                 "tolerance", self.tolerance, low=0.0, high=0.1, strict=True, accepted=TOLERANCES
             )
             if np.ndim(self.tolerance):
                 raise ValueError(f"tolerance = {shown(self.tolerance)}; accepted: {TOLERANCES}")
-        for name, low in (("iterations", 1), ("samples", 0)):
+        for name, low in (("iterations", 1), ("samples", 0), ("candidates", 2)):
             if getattr(self, name) is not None or name != "iterations":
                 require_integer(name, getattr(self, name), low=low, high=MOST)
         require_kind("overlap", self.overlap, bool, "True or False")
+        if self.method == "scan" and self.samples == 0:
+            raise ValueError("samples = 0 is not accepted with method = 'scan'; accepted: >= 1")
 
     def stop_gap(self, dtype: DTypeLike) -> float:
         """Relative error of the wheelbase at which an adaptive iteration stops."""
@@ -279,7 +294,8 @@ def locate(
     """
     chord = Chord(track, radius, front.centre, wheelbase)
     low = front.centre[..., 0] - wheelbase - radius
-    x = jax.lax.stop_gradient(_newton(*jax.lax.stop_gradient((chord, front, low)), solver))
+    find = _newton if solver.method == "newton" else _scan
+    x = jax.lax.stop_gradient(find(*jax.lax.stop_gradient((chord, front, low)), solver))
     gap, rate = chord.miss(x)
     step = jnp.where(rate == 0, 0, gap / jnp.where(rate == 0, 1, rate))
     polished = x - jnp.clip(step, -radius, radius)
@@ -334,6 +350,31 @@ def _refine(
     done = jnp.zeros(jnp.shape(guess), bool)
     start = (guess, *bracket, jnp.full_like(guess, jnp.inf), done)
     return jax.lax.while_loop(more, narrow, (0, start))[1][0]
+
+
+def _scan(chord: Chord, front: WheelContact, low: Values, solver: PoseSolver) -> Values:
+    """The nearest crossing behind the front wheel where the wheel clears the ground.
+
+    Every interval in which the miss changes sign is refined. Where the ground enters the wheel at
+    all of them, the nearest is returned, and the status tells.
+    """
+    n, track, radius = solver.candidates, chord.ground, chord.radius
+    part = jnp.arange(n + 1, dtype=chord.wheelbase.dtype) / n
+    knots = low[..., None] + part * (front.x - low)[..., None]
+    R = chord.wheelbase[..., None]
+    each = chord._replace(centre=chord.centre[..., None, :], wheelbase=R)
+    gap = each.miss(knots)[0]
+    left, right = knots[..., :-1], knots[..., 1:]
+    crossing = (gap[..., :-1] > 0) != (gap[..., 1:] > 0)
+    falls = gap[..., :-1] > 0
+    bracket = jnp.where(falls, left, right), jnp.where(falls, right, left)
+    x = _refine(each, bracket, (left + right) / 2, solver)
+    rear = contact(track, x, radius)
+    deep = depth_allowed(size_near(track, R, radius))
+    clear = (penetration(track, rear, radius, solver.samples) <= deep) & (rear.stretch > 0)
+    nearest = jnp.max(jnp.where(crossing, x, low[..., None]), axis=-1)
+    best = jnp.max(jnp.where(crossing & clear, x, -jnp.inf), axis=-1)
+    return jnp.where(jnp.isfinite(best), best, nearest)
 
 
 def size_near(ground: Near, wheelbase: Values, radius: Values | float) -> Values:

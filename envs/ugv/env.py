@@ -85,10 +85,8 @@ def _ranges(given: Entries) -> UGVRandomisation:
 
 
 def _solver(settings: Entries) -> PoseSolver:
-    """A solver: its settings by name. "method" and "candidates" of definitions from before there
-    was one method change nothing: a pose is a pose."""
-    gone = ("method", "candidates")
-    return PoseSolver(**{name: one for name, one in settings.items() if name not in gone})
+    """A solver from its settings by name."""
+    return PoseSolver(**settings)
 
 
 @dataclass(frozen=True)

@@ -42,13 +42,6 @@ QUIET = 256
 DIGITS = 7
 """Digits of the numbers in a digest."""
 
-POINTWISE = {"positive": [b"_torque_size"], "square": [b"_torque_change"]}
-RETIRED: dict[str, Callable[[Any], dict[str, list[bytes]]]] = {
-    "PoseSolver": lambda _: {"candidates": parts_of(64), "method": parts_of("newton")},
-    "Criterion": lambda one: {"pointwise": POINTWISE.get(one.outer, [])},
-}
-"""By class: the parts of fields that it has no longer, which digests keep."""
-
 
 @dataclass(frozen=True)
 class Flags:
@@ -208,13 +201,11 @@ def parts_of(value: object) -> list[bytes]:
     all, so that an option that comes later changes no digest.
     """
     if is_dataclass(value) and not isinstance(value, type):
-        kind = type(value).__name__
-        parts = RETIRED[kind](value) if kind in RETIRED else {}
-        for one in fields(value):
+        found = [type(value).__name__.encode()]
+        for one in sorted(fields(value), key=lambda one: one.name):
             if one.init and (given := getattr(value, one.name)) is not None:
-                parts[one.name] = parts_of(given)
-        named = ((name.encode(), *parts[name]) for name in sorted(parts) if parts[name])
-        return [kind.encode(), *(part for each in named for part in each)]
+                found += [one.name.encode(), *parts_of(given)]
+        return found
     if isinstance(value, dict):
         return [
             part for key in sorted(value) for part in (str(key).encode(), *parts_of(value[key]))

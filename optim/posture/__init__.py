@@ -20,6 +20,7 @@ CRITERIA_IN_WORDS: dict[str, str] = {
 """The names of stickslip.optim.CRITERIA, in its order, with their descriptions."""
 
 METHODS: dict[str, str] = {
+    "grid": "every pair of angles at each waypoint, the best one chosen point by point",
     "dp": "dynamic programming over the grid: the best path of all, proved",
     "branch": "dp and scp, and branch and bound over cells of angles: what no drive can beat",
     "scp": "sequential convex programming in cvxpy, from a feasible path",

@@ -238,7 +238,8 @@ class Criterion:
     kind "sum": terms(a, b) gives [..., m] smooth terms of the step from station a to station b;
     the value is the sum over steps and terms of outer(term), outer being "positive", max(0, t),
     or "square", t^2. kind "max": terms(a) gives [..., m] smooth terms of one station; the value is
-    the largest over stations and terms. unit: of the value.
+    the largest over stations and terms. unit: of the value. pointwise(a, before): for sums, the
+    cost of a station judged alone by the method "grid", `before` being the one chosen before it.
     """
 
     name: str
@@ -247,6 +248,7 @@ class Criterion:
     about: str
     terms: Callable[..., Array]
     outer: str | None = None
+    pointwise: Callable[[Station, Station], Array] | None = None
 
 
 @register_pytree
@@ -328,11 +330,19 @@ def _demand(a: Station) -> Array:
     return jnp.stack([rear, -rear, front, -front], -1)
 
 
+def _torque_size(a: Station, before: Station) -> Array:
+    return jnp.abs(a.torque)
+
+
+def _torque_change(a: Station, before: Station) -> Array:
+    return jnp.abs(a.torque - before.torque)
+
+
 _FORMS: dict[str, tuple[Any, ...]] = {
-    "wheel_energy": ("sum", "J", _wheel_work, "positive"),
-    "total_energy": ("sum", "J", _total_work, "positive"),
+    "wheel_energy": ("sum", "J", _wheel_work, "positive", _torque_size),
+    "total_energy": ("sum", "J", _total_work, "positive", _torque_size),
     "peak_torque": ("max", "N m", _torque),
-    "torque_variation": ("sum", "N^2 m", _torque_slope, "square"),
+    "torque_variation": ("sum", "N^2 m", _torque_slope, "square", _torque_change),
     "grip": ("max", "N", _grip_missing),
     "normal_force": ("max", "N", _load),
     "friction_demand": ("max", "-", _demand),
@@ -371,6 +381,15 @@ def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[
 def station_cost(criterion: Criterion, a: Station) -> Float[Array, "..."]:
     """The largest of a station's terms; for criteria whose kind is "max"."""
     return largest(criterion.terms(a), -1)
+
+
+def pointwise_cost(
+    criterion: Criterion | Weighted, a: Station, before: Station
+) -> Float[Array, "..."]:
+    """Cost of a station judged alone: its own, or `pointwise` where the criterion is a sum."""
+    if isinstance(criterion, Weighted):
+        return _weighted(criterion, [pointwise_cost(one, a, before) for one, _ in criterion.parts])
+    return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
 
 
 def drive_cost(

@@ -1,4 +1,5 @@
-"""The method `dp`: every pair of leg angles at every waypoint, and the best path over them.
+"""Methods over every pair of leg angles at every waypoint: `grid`, the chapter's choice of each
+waypoint by itself, and `dp`, the best path.
 
 The costs of arriving, y, are potentials that bound all paths: y_head <= y_tail + cost for every
 edge, so no path costs less than y at its end. That is the dual of the shortest path, without a
@@ -24,6 +25,7 @@ from stickslip.optim.posture.criteria import (
     Criterion,
     Station,
     Weighted,
+    pointwise_cost,
     station_cost,
     step_cost,
 )
@@ -69,10 +71,10 @@ class Layer(NamedTuple):
 class PostureGrid:
     """The stations of K waypoints and N pairs of angles, as NumPy arrays.
 
-    began: when it was. rear, front: the angles of each leg [rad]; the
-    pairs are all of one with all of the other, the front leg's running faster. layers: the choices
-    at each waypoint; one, which need not lie on the grid, where the first or the last pair is
-    given.
+    began: time of the start. rear, front: the angles of each leg [rad]; the pairs are all of one
+    with all of the other, the front leg's running faster. layers: the choices at each waypoint;
+    one, which need not lie on the grid, where the first or the last pair is given. method: that
+    searches it.
     """
 
     problem: PostureProblem
@@ -80,6 +82,7 @@ class PostureGrid:
     rear: Float[np.ndarray, "R"]
     front: Float[np.ndarray, "F"]
     layers: list[Layer]
+    method: str
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -183,7 +186,7 @@ class PostureGrid:
     @property
     def _common(self) -> dict[str, Any]:
         count = sum(len(layer.admissible) for layer in self.layers)
-        return {"method": "dp", "began": self.began, "evaluations": count}
+        return {"method": self.method, "began": self.began, "evaluations": count}
 
     def without_path(self, k: int) -> PostureResult:
         """The result where no path leads to waypoint k, though one does to k - 1.
@@ -208,7 +211,9 @@ class PostureGrid:
         return PostureResult.without_point(status=status, message=message, **self._common)
 
 
-def build_grid(problem: PostureProblem, angles: Any, least: int, progress: bool) -> PostureGrid:
+def build_grid(
+    problem: PostureProblem, angles: Any, least: int, progress: bool, method: str = "dp"
+) -> PostureGrid:
     """Evaluate all stations in float64.
 
     angles: how many for each leg, evenly spaced over its range, an integer or a pair; or None for
@@ -220,7 +225,7 @@ def build_grid(problem: PostureProblem, angles: Any, least: int, progress: bool)
     K = len(problem.x)
     rows = min(max(1, CHUNK // len(pairs)), K)
     layers: list[Layer] = []
-    with Bar("dp", K, "waypoint", progress) as bar:
+    with Bar(method, K, "waypoint", progress) as bar:
         for begin in range(0, K, rows):
             at = np.arange(begin, min(begin + rows, K))
             layers += _evaluate(problem, at, pairs)
@@ -228,7 +233,7 @@ def build_grid(problem: PostureProblem, angles: Any, least: int, progress: bool)
     for k, pair in ((0, problem.start_angles), (K - 1, problem.end_angles)):
         if pair is not None:
             layers[k] = _evaluate(problem, np.array([k]), pair[None])[0]
-    return PostureGrid(problem, began, rear, front, layers)
+    return PostureGrid(problem, began, rear, front, layers, method)
 
 
 def _evaluate(
@@ -246,6 +251,40 @@ AGREEMENT, NOTHING = 1e-8, 1e-12
 the value, or, where that is near 0, to what the vehicle's weight would give."""
 EDGES = 1 << 18
 """About the number of edges whose costs are computed in one call."""
+
+
+def solve_grid(
+    problem: PostureProblem, *, progress: bool = False, angles: Any = None, least: int = LEAST
+) -> PostureResult:
+    """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
+
+    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
+    steps are not known of one station: wheel_energy and total_energy take |M| in their place,
+    torque_variation |M - M'|, M' being the choice before (0 at the first waypoint); weighted sums
+    weight these. So such a choice has no bound.
+
+    angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
+    result may break it (VIOLATED; its residuals say by how much). For single worst-station
+    criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
+    grid is below it. evaluations: stations. details: grid, rate_used, grid_bound (None for sums).
+    """
+    grid, criterion = build_grid(problem, angles, least, progress, "grid"), problem.criterion
+    before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
+    nodes: list[int] = []
+    bound = -np.inf
+    for k, layer in enumerate(grid.layers):
+        if not np.any(layer.admissible):
+            return grid.without_path(k)
+        cost = np.where(layer.admissible, _pointwise(criterion, layer.stations, before), np.inf)
+        bound = max(bound, float(np.min(cost)))
+        nodes.append(int(np.argmin(cost)))
+        before = layer.stations.map(lambda of: of[[nodes[-1]]])
+    known = below(problem, bound) if criterion.kind == "max" else None
+    message = "chosen point by point, leg_rate not looked at"
+    return grid.result(nodes, message, grid_bound=known)
+
+
+_pointwise = float64_program(pointwise_cost)
 
 
 def solve_dp(

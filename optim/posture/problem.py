@@ -45,7 +45,7 @@ LEAST_PAD, MOST = 1024, 2**17
 """For the value stations are padded to a power of two, so that few sizes are compiled; no more than
 MOST are looked at, by a lower factor."""
 
-_MODULES = {"dp": "grid", "branch": "bounds.branch", "scp": "scp"}
+_MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}
 METHODS = {
     name: Method(IN_WORDS[name], f"stickslip.optim.posture.{module}:solve_{name}")
     for name, module in _MODULES.items()

@@ -11,6 +11,7 @@ from stickslip.dynamics.ugv import Pose, PoseSolver, Track, UGVParams, balance, 
 from stickslip.dynamics.ugv.wheel import cross
 
 NEWTON = PoseSolver()
+SCAN = PoseSolver("scan")
 
 TRACKS: dict[str, Any] = {
     "flat": Track.flat,

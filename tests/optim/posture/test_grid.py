@@ -1,8 +1,9 @@
-"""The grid holds the stations and moves that it should."""
+"""The grid holds the stations and moves that it should; the chapter's choice point by point."""
 
 import numpy as np
 import pytest
 
+from stickslip.optim import OptimStatus, solve
 from stickslip.optim.posture.grid import build_grid
 from tests.optim.posture.helpers import over_bump
 
@@ -29,3 +30,40 @@ def test_the_graph_holds_the_moves_that_the_rate_allows_and_no_others():
         tails, heads = np.concatenate([np.stack(part) for part in grid.edges(k)], axis=1)
         assert len(set(zip(tails, heads, strict=True))) == len(tails) == np.sum(good)
         assert np.all(good[tails, heads])
+
+
+@pytest.mark.parametrize("name", ["wheel_energy", "torque_variation", "grip"])
+def test_each_choice_is_the_best_at_its_waypoint(grid, name: str):
+    found = solve(over_bump(name), "grid", angles=5)
+    before = 0.0
+    for k, layer in enumerate(grid.layers):
+        at = layer.stations
+        M, wheels = at.torque, ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
+        cost = np.abs(M - before if name == "torque_variation" else M)
+        if name == "grip":
+            cost = -np.min([0.8 * N - np.abs(F) for F, N in wheels], axis=0)
+        best = np.min(cost[layer.admissible])
+        chosen = np.all(at.leg_angles == found.leg_angles[k], axis=-1)
+        assert np.sum(chosen) == 1
+        np.testing.assert_allclose(cost[chosen], best, rtol=1e-12)
+        before = M[chosen]
+
+
+@pytest.mark.parametrize("name", ["peak_torque", "friction_demand"])
+def test_for_worst_stations_its_bound_is_below_every_path(name: str):
+    limited = over_bump(name, leg_rate=0.9)
+    found = solve(limited, "grid", angles=5)
+    path = solve(limited, "dp", angles=5, polish=False)
+    assert found.details["grid_bound"] <= path.value
+    free = solve(over_bump(name, leg_rate=None), "grid", angles=5)
+    np.testing.assert_allclose(free.value, free.details["grid_bound"], rtol=1e-9)
+    exact = solve(over_bump(name, leg_rate=None), "dp", angles=5, polish=False)
+    np.testing.assert_allclose(exact.value, free.value, rtol=1e-9)
+
+
+def test_sums_have_no_bound_and_what_breaks_the_rate_is_said_to():
+    found = solve(over_bump(leg_rate=0.9), "grid", angles=5)
+    assert found.status is OptimStatus.VIOLATED
+    assert found.details["grid_bound"] is None
+    assert not found.feasible
+    assert {name for name, by in found.residuals.items() if by > 0} == {"leg_rate"}

@@ -62,8 +62,7 @@ def test_what_is_no_size_or_needs_too_much_memory_is_refused(value):
     if value is not None:
         refused("cells", lambda: Odometer.along(FLAT, cells=value))
         refused("iterations", lambda: PoseSolver(iterations=value))
-    if value != 0:
-        refused("samples", lambda: PoseSolver(samples=value))
+    refused("candidates", lambda: PoseSolver(candidates=value))
 
 
 def test_ground_too_long_is_refused_before_it_is_made():
@@ -97,6 +96,8 @@ class Unhashable:
         (lambda: Track.rough("seed"), ("key = 'seed'",)),
         (lambda: Track.rough(True), ("key = True",)),
         (lambda: Track.rough(0, "J"), ("iso_class = 'J'", "'H'")),
+        (lambda: PoseSolver("newtn"), ("did you mean newton",)),
+        (lambda: PoseSolver("scan", samples=0), ("samples = 0",)),
         (lambda: pose(None, FLAT, X, ANGLES), ("params = None",)),
         (lambda: pose(PARAMS, "flt", X, ANGLES), ("did you mean flat?",)),
         (lambda: pose(PARAMS, FLAT, X, ANGLES, solver="newton"), ("solver = 'newton'",)),
