@@ -1,5 +1,6 @@
 """Recommendations are the cheapest settings that keep a promise."""
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
