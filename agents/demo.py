@@ -56,9 +56,9 @@ class Demonstration(Generic[Config]):
     lines: Callable[[Mapping[str, AnyRollout], Any, Any], Sequence[str]]
     """A line for each player of the episode."""
     panels: Callable[[Any], Mapping[str, str]]
-    """Of comparison.png, with their scales."""
+    """Panels of comparison.png, with their scales."""
     title: str
-    """Of comparison.png."""
+    """Title of comparison.png."""
     scene: str
     """Name of the table's scene."""
     directory: str = "demo"

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.optimum.policy import StateMap
@@ -51,7 +50,7 @@ class Option:
 
     @property
     def flag(self) -> str:
-        """As it stands on the command line."""
+        """Flag on the command line."""
         return "--" + self.name.replace("_", "-")
 
     def add_to(self, group: argparse._ArgumentGroup) -> None:
@@ -71,9 +70,9 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     env: Env
     training: Params
     tested: Params
-    """Of evaluations."""
+    """Parameters of evaluations."""
     described: Params
-    """In the policy's file."""
+    """Parameters in the policy's file."""
 
 
 def defined_in(module: str) -> Any:
@@ -109,13 +108,13 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """
 
     name: ClassVar[str]
-    """On the command line and in configurations."""
+    """Name on the command line and in configurations."""
     title: ClassVar[str]
-    """In sentences and titles."""
+    """Name in sentences and titles."""
     environment: ClassVar[str]
     """Name of the environment's class, by which a policy's file says whose it is."""
     configuration: ClassVar[type[Configuration]]
-    """Of its training runs."""
+    """Configuration of its training runs."""
     modules: ClassVar[tuple[str, ...]] = ()
     """Full names of the modules whose dataclasses a task in a policy's file is made of."""
     baselines: ClassVar[tuple[str, ...]] = ()
@@ -224,7 +223,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         return env
 
     def unit_of(self, env: Env) -> str:
-        """What a table's columns depend on; environments of one table have the same."""
+        """Unit on which a table's columns depend; environments of one table share it."""
         return ""
 
     def baseline(self, name: str, env: Env) -> AnyPlayer:
@@ -238,7 +237,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
     # Evaluation.
 
     def measures(self, env: Env, *, task: bool = False, bound: bool = False) -> AnyMeasures:
-        """What is kept of an environment's episodes, and the columns of its tables.
+        """Kept values of an environment's episodes, and the columns of its tables.
 
         task: of a named task, whose scores say what an optimum would. bound: with columns of what
         nobody can beat in each episode, computed and proved; ValueError where nothing is.
@@ -263,7 +262,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         )
 
     def swept(self) -> Swept:
-        """What a sweep may vary of its tasks, and what it writes of an episode."""
+        """Numbers of its tasks that a sweep may vary, and columns of an episode."""
         from stickslip.agents.sweeps.swept import Swept
 
         return Swept()
@@ -336,8 +335,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """The parameters of an episode of which so much is shown [s]."""
         return params
 
-    def demonstration(self) -> Demonstration[Config] | None:
-        """What `stickslip demo` does with it, if anything."""
+    def demonstration(self) -> Any:
+        """The Demonstration (agents/demo.py) that `stickslip demo` runs; None without one."""
         return None
 
 

@@ -80,7 +80,7 @@ class Planner(Protocol[Env_contra, State_contra, Params_contra]):
 Player: TypeAlias = Controller[Any, State, Params] | Planner[Any, State, Params]
 """Controller, planner or policy of an environment with such states and parameters."""
 AnyPlayer: TypeAlias = Player[Any, Any]
-"""Of some machine's environment."""
+"""Player of some machine's environment."""
 Policy: TypeAlias = "Controller[None, object, Timed]"
 """A controller that reads the observation alone and remembers nothing."""
 

@@ -179,7 +179,7 @@ def require_head(content: Json, form: str, version: int, kind: str) -> dict[str,
 
 
 Kind: TypeAlias = type[bool] | type[int] | type[float] | type[str] | Literal["range"]
-"""Of a value; "range": two numbers, low <= high."""
+"""Kind of a value; "range": two numbers, low <= high."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class Rule:
 
     @property
     def accepted(self) -> str:
-        """In words."""
+        """Accepted values in words."""
         if self.choices:
             return ", ".join(self.choices)
         if self.kind is bool or self.kind is str:

@@ -74,7 +74,7 @@ def ugv_actions(key, batch: int) -> jax.Array:
 
 
 def scanned(name, env, params, actions, batch, steps, repeats, kernels) -> dict[str, Any]:
-    """By vmap and scan on one core, with observation, reward, random keys and autoreset."""
+    """Steps per second by vmap and scan on one core, with all that an environment's step does."""
     params = jax.tree.map(jnp.asarray, params)
 
     def reset(key):

@@ -144,7 +144,7 @@ def scores(entry: dict[str, Any], name: str) -> np.ndarray:
 
 
 def reached(entry: dict[str, Any], name: str) -> list[int]:
-    """For each seed that scored GOAL the first point at which it did."""
+    """First point with a score of GOAL, for each seed that has one."""
     good = scores(entry, name) >= GOAL
     return [int(np.argmax(row)) for row in good if row.any()]
 

@@ -218,7 +218,7 @@ RULES: dict[str, dict[str, Any]] = {
     "mu_kinetic": FRICTION,
     "slip_speed": {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"},
 }
-"""What is accepted as each number of a scene."""
+"""Accepted range of each number of a scene."""
 
 
 def _check_friction(mu_static: Numbers, mu_kinetic: Numbers) -> None:

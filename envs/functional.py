@@ -76,7 +76,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         return () if make is None else tuple(inspect.signature(make).parameters)[1:]
 
     readers: ClassVar[dict[str, Callable[[Any], Any]]] = {}
-    """Of entries that are no JSON values, by their names."""
+    """Readers of entries that are no JSON values, by their names."""
 
     @classmethod
     def from_plain(cls, entries: Entries) -> Given:

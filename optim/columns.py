@@ -82,7 +82,7 @@ def read_columns(
 
 
 class _TableError(Exception):
-    """What is wrong with a table, and where."""
+    """Fault of a table, and its place."""
 
 
 def _columns(

@@ -181,7 +181,7 @@ class Problem(ABC, Generic[R]):
         return array
 
     def start_point(self, start: Any, progress: bool) -> tuple[Float[np.ndarray, "n"], str]:
-        """Where a local method begins, within the bounds, and a note for its message.
+        """Start of a local method, within the bounds, and a note for its message.
 
         start: a decision vector, else ValueError; None: the middle of the bounds.
         """

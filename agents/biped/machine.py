@@ -34,7 +34,7 @@ AXES = {
     "robot.gravity": "[m/s^2], and any other number of the robot: robot.mass.12 is the hip's [kg]",
     "randomisation.friction.0": "an end of a range that a reset draws from",
 }
-"""For the help of a sweep."""
+"""Axes in the help of a sweep."""
 STARTS = ("moving", "rest")
 PER_METRE = ("slip_per_metre", "energy_per_metre")
 TASK, EVALUATE = "stickslip.agents.biped.task", "stickslip.agents.biped.evaluate"

@@ -181,7 +181,7 @@ def as_episode(
 
 
 def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
-    """What the reset drew of floor and load for this episode; pictures show it."""
+    """Floor and load that the reset drew for this episode, as pictures show them."""
     ranges = params.randomisation
     return facts(
         [

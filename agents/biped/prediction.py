@@ -45,13 +45,13 @@ if TYPE_CHECKING:
 HOLDS = 10.0
 """A static friction coefficient that no start or stride exceeds."""
 PREDICTIONS = 3
-"""Of the coming period, each of which corrects the torque; the outcome is nearly linear in it."""
+"""Predictions of the coming period; each corrects the torque, nearly linear in the outcome."""
 SMALLEST_RUN = 1e-4
 """Torques closer than this give no slope [N m]."""
 RATES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 """Mean crank rates of the usual gaits [rad/s]."""
 CELLS = 64
-"""Of their grid."""
+"""Cells of their grid."""
 
 
 def action_of(
@@ -147,7 +147,7 @@ def secant(
 
 
 class Schedule(NamedTuple):
-    """When the next exchange of support is due."""
+    """Due time of the next exchange of support."""
 
     due: Float[Array, ""]
     """From now [control periods]."""
@@ -250,7 +250,7 @@ class GaitTable(NamedTuple):
 
     @classmethod
     def of(cls, gaits: Sequence[Gait]) -> GaitTable:
-        """Of periodic gaits. ValueError where there is none, or where grids differ."""
+        """Table of periodic gaits. ValueError where there is none, or where grids differ."""
         rows = sorted(gaits, key=lambda gait: gait.mean_rate)
         if not rows or len({gait.a.shape for gait in rows}) > 1 or rows[0].grid.steps != 1:
             raise ValueError("gaits; accepted: one or more periodic ones, of equally many cells")
@@ -303,7 +303,7 @@ class OptimalGait(Memoryless):
 
     @classmethod
     def of(cls, *gaits: Gait, friction: ArrayLike = 0.05, footing: ArrayLike = 0.8) -> OptimalGait:
-        """That follows these periodic gaits, each for its own mean crank rate."""
+        """Controller that follows these periodic gaits, each at its own mean crank rate."""
         return cls(friction, footing, GaitTable.of(gaits)).validate()
 
     def validate(self) -> OptimalGait:

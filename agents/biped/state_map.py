@@ -25,7 +25,7 @@ REST, FORWARDS, BACKWARDS = range(3)
 SHEETS = {"grip": ("rest",), "uniform": ("rest", "forwards", "backwards")}
 FLOORS = {Grip: "grip", Uniform: "uniform"}
 CELLS = {"rest": (144, 160), "slide": (36, 40)}
-"""Of phase and crank rate."""
+"""Cells of phase and crank rate."""
 SPEEDS = (0.0, 0.01, 0.03, 0.07, 0.15, 0.3, 0.6)
 """Nodes of the foot's speed while it slides [m/s]."""
 SLOWEST = 1e-5

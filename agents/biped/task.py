@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 ANY_PHASE = (SUPPORT_START, SUPPORT_END)
 WEIGHTS = ("tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
-"""Of the reward, which a configuration may give otherwise for training."""
+"""Weights of the reward, which a configuration may change for training."""
 RATE = 3.0
 """Commanded crank rate of the standard task [rad/s]."""
 DRAWN = {
@@ -69,7 +69,7 @@ UNITS = {
     "randomisation.command_interval": "s",
     "randomisation.mark": "m",
 }
-"""Of numbers that a sweep may vary."""
+"""Units of numbers that a sweep may vary."""
 KEPT = {
     "reward": "-",
     "duration": "s",

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     Played: TypeAlias = tuple[Evaluation, dict[str, str], list[Playing]]
 
 EPISODES = 32
-"""Of each in `stickslip evaluate`, unless it says otherwise."""
+"""Default number of episodes of `stickslip evaluate`."""
 
 
 def evaluate_command(given: Options) -> Content:
@@ -72,7 +72,7 @@ def evaluate_command(given: Options) -> Content:
 
 
 def _amplification(players: Sequence[Playing], seeds: Sequence[int]) -> Table:
-    """How much the episodes of each player amplify a small difference of their start."""
+    """Amplification of a small difference of the start in the episodes of each player."""
     rows: list[list[object]] = []
     for place, name, env, player, params in players:
         _running(f"{name} on {place}, twice")

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 STEP_BYTES = 300
 """Memory of a step of an episode while episodes are played side by side."""
 MOST_EPISODES = 65536
-"""Of each controller in each scene."""
+"""Most episodes of each controller in each scene."""
 TEST_SEEDS = 2**31
 """Evaluations during training use the seeds from here on, so that none is seen in training."""
 T = TypeVar("T")
@@ -63,11 +63,11 @@ class Rollout(NamedTuple, Generic[State_co]):
     terminated: Bool[Array, " n"]
     truncated: Bool[Array, " n"]
     info: dict[str, Array]
-    """As the environment's step gives it, without final_obs and autoreset; every entry [n]."""
+    """Info of the environment's steps, without final_obs and autoreset; every entry [n]."""
     length: Int[Array, ""]
 
     def trimmed(self) -> Rollout[State_co]:
-        """As NumPy arrays without the rows after the end. For one episode, not a batch."""
+        """The same as NumPy arrays without the rows after the end, for one episode."""
         here = jax.tree.map(np.asarray, self)
         end = int(here.length)
         rows = jax.tree.map(lambda leaf: leaf[:end], here[2:-1])

@@ -75,7 +75,7 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
 
 
 AnyMeasures: TypeAlias = Measures[Any, Any, Any]
-"""Of whichever machine."""
+"""Measures of any machine."""
 
 
 @dataclass(frozen=True)

@@ -202,7 +202,7 @@ def _closeness(runs: Sequence[Run]) -> str:
 
 
 def first_table(runs: Sequence[Run]) -> Table:
-    """For each instance the methods that come within CLOSE first, by evaluations and by time."""
+    """Methods that come within CLOSE first, by evaluations and by time, for each instance."""
     heads = (
         "instance",
         "expected evaluations to 1 %, with interval",

@@ -55,7 +55,7 @@ class Checkpoint:
 
 
 def digest_of(*parts: object) -> str:
-    """Of static things by their repr and of pytrees by structure and numbers, to the last bit."""
+    """Digest of static things by their repr and of pytrees by structure and numbers."""
     found = hashlib.sha256()
     for part in parts:
         leaves, structure = jax.tree.flatten(part)

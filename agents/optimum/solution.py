@@ -185,7 +185,7 @@ class Known:
 
     @property
     def lower_bound(self) -> float:
-        """Of the optimum over these episodes."""
+        """Lower bound on the optimum over these episodes."""
         return self.earned.value
 
     @property
@@ -205,7 +205,7 @@ class Known:
 
     @property
     def refinement(self) -> float | None:
-        """By how much the estimate changed when the cells were halved."""
+        """Change of the estimate when the cells were halved."""
         return None if self.coarser is None else abs(self.estimate - self.coarser)
 
     @property

@@ -35,7 +35,7 @@ class LearningPanel(NamedTuple):
 
 
 SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_score")
-"""Of a run on a named task."""
+"""Panel of a run on a named task."""
 
 
 def standard_episode(

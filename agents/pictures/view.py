@@ -60,7 +60,7 @@ class View:
     page: Page
 
     def __repr__(self) -> str:
-        """In a line: a notebook keeps it beside the page itself."""
+        """One line, which a notebook keeps beside the page itself."""
         return f"View({self.page.title!r}, episodes={len(self.page.episodes)})"
 
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 ACCEPTED = "accepted: PPO or SAC with an MlpPolicy of tanh or relu layers, without use_sde"
 OPSET, IR_VERSION = 17, 8
-"""Of 2022: read by every runtime since."""
+"""ONNX versions of 2022, which every runtime since reads."""
 INPUT, OUTPUT, BATCH = "observation", "action", "batch"
 
 

@@ -45,7 +45,7 @@ NAMED = "named_task"
 """The entry of the metadata with the task's name and digest."""
 TASK_ENTRIES = ("name", "digest")
 DIGITS = 12
-"""Of a digest in messages."""
+"""Digits of a digest in messages."""
 
 
 def save_policy(

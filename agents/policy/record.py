@@ -34,7 +34,7 @@ class Record:
     """
 
     name: str
-    """As it was asked for."""
+    """Name as given by the caller."""
     path: Path
     task: TaskDefinition
     layer_sizes: tuple[int, ...]
@@ -92,5 +92,5 @@ def record_of(name: str) -> Record:
 
 
 def every_record() -> list[Record]:
-    """Of all policies of the package."""
+    """Records of all policies of the package."""
     return [record_of(name) for name in shipped_names()]

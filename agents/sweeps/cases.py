@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
-    from stickslip.agents.sweeps.plan import Design
 
+    Axes: TypeAlias = Mapping[str, tuple[float, ...]]
     Pair: TypeAlias = tuple[AnyEnv, Timed]
     Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
     """A named task, or an environment and its parameters, or several."""
@@ -135,7 +135,7 @@ class Case:
         return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
 
     @classmethod
-    def of(cls, machine: AnyMachine, given: Given, design: Design) -> Case:
+    def of(cls, machine: AnyMachine, given: Given, axes: Axes) -> Case:
         """Check a case before anything is compiled.
 
         ValueError naming the axis or the policy for unknown fields, values out of the task's range,
@@ -145,14 +145,14 @@ class Case:
         env = without_resets(given.env)
         player = validated(given.policy, given.player, Controller)
         _require_observed(player, given, env)
-        params = swept.opened(given.params, design.axes)
-        fields = {name: swept.targets(params, name) for name in design.axes}
+        params = swept.opened(given.params, axes)
+        fields = {name: swept.targets(params, name) for name in axes}
         twice = list(itertools.chain(*fields.values()))
         if common := {one for one in twice if twice.count(one) > 1}:
             names = " and ".join(name for name in fields if common & set(fields[name]))
             raise ValueError(f"axes {names} both set {common.pop()}; accepted: one of them")
         corners = [params]
-        for values in _corners(design):
+        for values in _corners(axes):
             numbers = {one: values[name] for name in values for one in fields[name]}
             try:
                 corners.append(swept.put(params, numbers))
@@ -178,9 +178,9 @@ def _require_observed(player: object, given: Given, env: AnyEnv) -> None:
             )
 
 
-def _corners(design: Design) -> list[dict[str, float]]:
+def _corners(axes: Axes) -> list[dict[str, float]]:
     """Values at corners of the axes' box, the one opposite to the first among them."""
-    ends = [dict.fromkeys((min(values), max(values))) for values in design.axes.values()]
+    ends = [dict.fromkeys((min(values), max(values))) for values in axes.values()]
     corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
     corners.append(tuple(list(one)[-1] for one in ends))
-    return [dict(zip(design.axes, one, strict=True)) for one in dict.fromkeys(corners) if one]
+    return [dict(zip(axes, one, strict=True)) for one in dict.fromkeys(corners) if one]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.data import SweepArrays
 
 COLOURS = (*theme.PLAYERS, theme.HIP_EDGE, theme.MUTED)
-"""Of as many policies as are drawn."""
+"""Colours of the policies; no more are drawn."""
 NO_FAILURES = ("ok", "slip_onset", "step_complete")
 TICKS = 6
 OUTLIERS = 2.0

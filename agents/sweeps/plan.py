@@ -149,7 +149,7 @@ class Plan:
     def of(cls, machine: AnyMachine, given: Sequence[Given], design: Design, episodes: int) -> Plan:
         """Check a plan, not cut yet. ValueError for what cannot be played."""
         require_integer("episodes", episodes, high=MOST_EPISODES)
-        cases = tuple(Case.of(machine, one, design) for one in given)
+        cases = tuple(Case.of(machine, one, design.axes) for one in given)
         if not cases:
             raise ValueError("no policy, or no task; accepted: at least one of each")
         if not any(one.random for one in cases):

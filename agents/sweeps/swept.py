@@ -39,7 +39,7 @@ class Swept:
     """
 
     units: Mapping[str, str] = field(default_factory=dict)
-    """Of fields, by their dotted name without array indices, or by its last word."""
+    """Units of fields, by their dotted name without array indices, or by its last word."""
     kept: Mapping[str, str] = field(default_factory=lambda: {"reward": "-", "duration": "s"})
     """Columns that are written of an episode, of those that the machine's measures keep; units."""
     slip: tuple[str, str] | None = None

@@ -40,7 +40,7 @@ MOST_STEPS = 10**12 - 1
 RESIDUALS = 20_000
 """About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
 ALGORITHMS_OF = {"jax": ("ppo", "shac"), "sb3": ("ppo", "sac")}
-"""By trainer."""
+"""Algorithms by trainer."""
 GROUPS = ("ppo", "shac", "sac")
 """Algorithms whose settings stand together in files."""
 
@@ -244,7 +244,7 @@ class Configuration:
         return cls.DEFAULTS.get(name, {})
 
     def to_json(self) -> str:
-        """As JSON text that `from_json` reads; what the named task decides is left out."""
+        """JSON text that `from_json` reads; what the named task decides is left out."""
         content: dict[str, Any] = {"format": FORMAT, "version": VERSION, "machine": self.machine}
         for one in fields(self):
             value, group = getattr(self, one.name), one.metadata["of"]

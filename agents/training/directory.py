@@ -73,7 +73,7 @@ RULES = {
     "seconds": Rule(float, "trained so far", low=0),
     "config": Rule(str, "digest of the configuration"),
 }
-"""Of a TrainState's entries."""
+"""Rules of a TrainState's entries."""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 KEPT = ("obs", "action", "next_obs")
 """Kept data of each step of a rollout."""
 VALUE_WEIGHT = 0.5
-"""Of the value's squared error in the loss."""
+"""Weight of the value's squared error in the loss."""
 STEEPEST = 0.5
 """Length to which a gradient is shortened."""
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
@@ -67,10 +67,10 @@ RETURN = "episode_return"
 """Entry of info whose mean over the ended episodes a population keeps."""
 MOST_MEMBERS = 4096
 WEIGHT_BYTES = 4 * 4
-"""Of a weight, its slope and the optimiser's moments of it."""
+"""Bytes of a weight, its gradient and the optimiser's moments of it."""
 
 Carry = tuple[tuple[Layers, Layers], optax.OptState]
-"""Of a gradient step: actor and critic, and the optimiser's state."""
+"""Carry of a gradient step: actor and critic, and the optimiser's state."""
 
 
 def settings_of(config: Configuration) -> tuple[Sizes, Rates]:
@@ -94,7 +94,7 @@ class Batch(NamedTuple):
     obs: Array
     action: Array
     log_probability: Array
-    """Of the action when it was chosen."""
+    """Log-probability of the action when it was chosen."""
     advantage: Array
     value: Array
     """Target of the critic: its old estimate plus the advantage."""
@@ -162,7 +162,7 @@ def advantages(
 
 
 def log_probability(action: Array, mean: Array, noise: Array) -> Array:
-    """Of a normal distribution, the constant aside."""
+    """Log-density of a normal distribution without its constant."""
     return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
 
 
@@ -281,9 +281,9 @@ class Population(NamedTuple):
 
     learner: Learner
     timesteps: int
-    """Of each member."""
+    """Steps of each member."""
     losses: dict[str, Float[np.ndarray, "members updates"]]
-    """Of every update so far; "return": mean of the episodes that ended in it, NaN without any."""
+    """Losses of every update so far; "return": mean of the episodes that ended in it, or NaN."""
 
     def policy(self, member: int) -> MLPPolicy:
         """A member's policy, without exploration."""

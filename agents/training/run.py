@@ -61,9 +61,9 @@ if TYPE_CHECKING:
     from stickslip.agents.training.trainer import Trainer, Update
 
 PACKAGES = ("tensorboard", "filelock", "tqdm")
-"""Of the extra `train`, needed by every trainer."""
+"""Packages of the extra `train` that every trainer needs."""
 COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
-"""Of metrics.csv, before those of the machine's episodes and of the trainer."""
+"""First columns of metrics.csv; those of the machine's episodes and of the trainer follow."""
 
 
 def train(

@@ -140,7 +140,7 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
     """Stable-Baselines3 on the processor, with the algorithm of the configuration."""
 
     share = 0.0
-    """Of the training done so far, 0 to 1, by which rates and noise are set."""
+    """Share of the training done so far, 0 to 1; rates and noise follow it."""
 
     def build(self) -> None:
         """See Trainer."""

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 @register_pytree
 @dataclass(frozen=True)
 class ShortRates(Rates):
-    """As PPO's; `learning_rate` is the actor's, `gae_lambda` that of the critic's TD(lambda)."""
+    """PPO's rates; `learning_rate` is the actor's, `gae_lambda` that of the critic's TD(lambda)."""
 
     critic_pace: Float[Array, ""] | float = 1.0
     """The critic's learning rate, in the actor's."""
@@ -87,7 +87,7 @@ LONGEST = 1e3
 KEY = jax.eval_shape(lambda: jax.random.key(0))
 """The shape of a random key."""
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(b1=0.7, b2=0.95))
-"""Of short memory, as the problem changes with every update."""
+"""Optimiser of short memory, as the problem changes with every update."""
 LOSSES = ("actor_loss", "value_loss", "gradient_length", "explained_variance")
 
 

@@ -45,7 +45,7 @@ Tree = TypeVar("Tree")
 Learner = TypeVar("Learner")
 """All that learning goes on from: a tree of arrays."""
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
-"""Of a normalised observation's entry."""
+"""Least scale and clip of a normalised observation's entry."""
 UNFIT = "its contents do not fit the configuration"
 
 
@@ -60,7 +60,7 @@ class Update(NamedTuple):
     ended: Mapping[str, np.ndarray]
     """Last infos of the episodes that ended, each [episodes]; {} without any."""
     losses: Mapping[str, float]
-    """By the names of `losses`; some may be missing."""
+    """Losses by the names of `losses`; some may be missing."""
 
 
 class Trainer(ABC, Generic[Config, State, Params]):
@@ -132,7 +132,7 @@ class Sizes:
 
     num_envs: int = 1024
     rollout_steps: int = 32
-    """Of each environment, an update."""
+    """Steps of each environment in an update."""
     batch_size: int = 4096
     """Samples a gradient step; divides num_envs x rollout_steps."""
     epochs: int = 4
@@ -173,7 +173,7 @@ class Rates:
     """Standard deviation of exploration, the largest action being 1."""
     final_noise: Float[Array, ""] | float = 0.03
     discount: Float[Array, ""] | float = 0.99
-    """Of rewards, per control step."""
+    """Discount of rewards, per control step."""
     gae_lambda: Float[Array, ""] | float = 0.95
     clip_range: Float[Array, ""] | float = 0.2
 
@@ -266,7 +266,7 @@ class Start(NamedTuple):
 
     progress: Progress
     key: Array
-    """Of its updates; that of the one i is fold_in(key, i)."""
+    """Key of the updates; update i uses fold_in(key, i)."""
 
 
 def begin_episodes(
@@ -291,7 +291,7 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
 
     settings: ClassVar[staticmethod[[Configuration], tuple[Sizes, Rates]]]
     first_learner: ClassVar[staticmethod[[int, int, Sizes, Array], Any]]
-    """Of `inputs` observed numbers, `outputs` actions, sizes and a key."""
+    """First learner from `inputs` observed numbers, `outputs` actions, sizes and a key."""
     network_of: ClassVar[staticmethod[[Any], MLPPolicy]]
     """Policy of a learner."""
 

@@ -31,7 +31,7 @@ UGVPlayer: TypeAlias = (
     "Controller[Any, UGVEnvState, UGVEnvParams] | Planner[UGVEnv, UGVEnvState, UGVEnvParams]"
 )
 MOST_POSTURES = 1000
-"""Of each leg, that FixedPosture tries."""
+"""Most angles of each leg that FixedPosture tries."""
 
 
 def towards(

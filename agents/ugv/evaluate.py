@@ -48,7 +48,7 @@ Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
 CLOSE = 0.05
 """Gap at which a bound is near enough to score against."""
 ANGLES = 21
-"""Of the optimiser's grid for the score during training."""
+"""Angles of the optimiser's grid for the score during training."""
 GRID, BOUND = ("optimum", "score"), ("bound", "over_bound")
 """Columns of the optimum over the grid, and of the bound."""
 NO_SCORE = 1e-6

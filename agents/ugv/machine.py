@@ -26,7 +26,7 @@ AXES = {
     "body_mass, wheel_radius": "and any other number of the vehicle",
     "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
 }
-"""For the help of a sweep."""
+"""Axes in the help of a sweep."""
 EVALUATED = ("return", "cost", "score", "total_energy", "demand", "failures")
 """Columns of evaluations during training."""
 VIEWED = "bump"

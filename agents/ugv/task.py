@@ -39,9 +39,9 @@ LIMITS = ("max_torque",)
 NUMBERS = ("start_angles", *(name for name in RULES if name not in LIMITS))
 """Those of every task."""
 FRICTION = 0.8
-"""Of the standard task."""
+"""Friction of the standard task."""
 SOLVER = PoseSolver(iterations=5, samples=8)
-"""Of training: unrolled, which suits batches; exact to rounding on such ground."""
+"""Solver in training: unrolled, which suits batches; exact to rounding on such ground."""
 
 UNITS = {
     "task.leg_rate": "rad/m",
@@ -66,7 +66,7 @@ UNITS = {
     "track.start": "m",
     "track.end": "m",
 }
-"""Of numbers that a sweep may vary."""
+"""Units of numbers that a sweep may vary."""
 KEPT = {
     "reward": "-",
     "cost": "-",

@@ -62,7 +62,7 @@ class Mechanism:
     inertia: np.ndarray
     centre: np.ndarray
     pins: dict[str, np.ndarray]
-    """By name: [2 legs, 2] for the legs' pins, [2] for A, B, D."""
+    """Pins by name: [2 legs, 2] for the legs' pins, [2] for A, B, D."""
     slot: np.ndarray
     total_mass: float
     gravity: float

@@ -105,14 +105,14 @@ def entry(name: str, rewards: Any, fell: Any) -> dict[str, Any]:
 
 
 def rounded(value: float) -> float:
-    """To so many digits: returns are single precision."""
+    """The value to DIGITS digits: returns are single precision."""
     return float(f"{float(value):.{DIGITS}g}")
 
 
 STARTS = {"phase", "crank_rate"}
 CELLS = 200
 ROUNDING = 5e-4
-"""By which a return in single precision may lie above a bound in double, in parts of it."""
+"""Relative excess of a return in single precision over a bound in double that is rounding."""
 
 
 def bound_of(task: TaskDefinition) -> dict[str, Any] | None:

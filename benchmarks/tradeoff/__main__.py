@@ -55,7 +55,7 @@ class Promise(NamedTuple):
     dt: float
     dtype: str
     bounds: dict[str, tuple[float, float, float]]
-    """By quantile: of the worse of both [rad/s], of crank angle [rad/s] and slide [m/s]."""
+    """Error bounds by quantile: the worse of both [rad/s], crank angle [rad/s], slide [m/s]."""
     otherwise: float
     other_switches: float
     cost: float

@@ -149,7 +149,7 @@ def source(content: dict[str, Any]) -> str:
 
 
 def _numbers(errors: tuple[float, float, float]) -> list[float | None]:
-    """To three digits, but for the median rounded up."""
+    """Errors to three digits, rounded up but for the median."""
     typical, *others = errors
     return [three(typical), *(three(1.005 * number) for number in others)]
 

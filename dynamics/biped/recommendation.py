@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
-"""What `python -m benchmarks.tradeoff --update` wrote.
+"""Measurements that `python -m benchmarks.tradeoff --update` wrote.
 
 settings: fidelity, integrator, dt of the default robot [s], dtype. costs: scene, index of the
 setting, environments, seconds for each simulated second and environment. samples: scene, robots,
@@ -126,7 +126,7 @@ def _measurements() -> Iterator[Measurement]:
 
 MEASUREMENTS = tuple(_measurements())
 SAMPLES = {(scene, robots): Sample(*rest) for scene, robots, *rest in MEASURED["samples"]}
-"""By scene and robots, "default" or "others"."""
+"""Samples by scene and robots, "default" or "others"."""
 
 CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
 """The measured kind of floor that stands for one."""

@@ -219,7 +219,7 @@ class EventExact:
     """Number of events of one call that are recorded."""
     close: ClassVar[float] = 1e-3
     reach: ClassVar[float] = 0.1
-    """As of RK4Split. Farther off, aims from one start might alternate for ever: the step stands,
+    """See RK4Split. Farther off, aims from one start might alternate for ever: the step stands,
     and the next one begins nearer."""
 
     def __post_init__(self):

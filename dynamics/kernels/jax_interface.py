@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 Tree = TypeVar("Tree")
 
 KERNEL = "stickslip_kernel"
-"""The name of the primitive that stands for a fused function (see kernels/fused.py)."""
+"""Name of the primitive that stands for a fused function (see kernels/fused.py)."""
 IN_FRONT = "stickslip_in_front"
-"""That of the primitive that only says where a batch is."""
+"""Name of the primitive that marks the batch axis."""
 
 
 def unclosed(traced: ClosedJaxpr | Jaxpr) -> Jaxpr:

@@ -32,8 +32,9 @@ from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import PoseSolver
 
 MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
-"""What `python -m benchmarks.ugv --update` wrote: settings without a wrong status in their sample,
-not beaten by one of the same precision and checks in cost and in both promised errors.
+"""Measurements that `python -m benchmarks.ugv --update` wrote: settings without a wrong
+status in their sample, not beaten by one of the same precision and checks in cost and in both
+promised errors.
 
 settings: solver, dtype, pieces of a table for the shortest wave. promises: ground, place, index of
 the setting, poses in the sample; errors of the torque over weight times radius [-] and of the rear

@@ -268,7 +268,7 @@ class Chord(NamedTuple):
     ground: Near
     radius: Values | float
     centre: Points
-    """Of the front wheel."""
+    """Centre of the front wheel [m]."""
     wheelbase: Values
 
     def miss(self, x: Values) -> tuple[Values, Values]:

@@ -95,7 +95,7 @@ class BraxEnv(base.Env):
 
     @property
     def backend(self) -> str:
-        """Whose physics it is."""
+        """Name of the physics engine."""
         return "stickslip"
 
 

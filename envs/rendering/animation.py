@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 MP4 = ".mp4"
 FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}
-"""Of Pillow."""
+"""Pillow's name of each format."""
 SUFFIXES = (*FORMATS, MP4)
 FASTEST_GIF = 50.0
 """Viewers slow down a GIF that asks for more pictures a second."""
 COLOURS = 256
-"""Of a picture of a GIF."""
+"""Colours of a picture of a GIF."""
 MOST_PICTURES = 10**6
-"""Of an animation that Pillow writes."""
+"""Pictures of an animation that Pillow writes."""
 MISSING = (
     'an .mp4 needs ffmpeg, and there is none; accepted: pip install "stickslip[viz]", an ffmpeg on '
     "the PATH, or a .gif, .png or .webp"

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 Numbers: TypeAlias = Any
 """A number, or an array [n] of NumPy."""
 FAR = 1e4
-"""Where the outermost patches end in the picture [m]."""
+"""End of the outermost patches in the picture [m]."""
 WEIGHT_LENGTH, CONE_LENGTH = 0.26, 0.36
-"""Of the arrow of a force that equals the weight, and of friction cones, in robot heights."""
+"""Length of the arrow of the weight, and of friction cones, in robot heights."""
 LEAST_SLIDE = 1e-5
 """A slide shorter than this leaves no mark [m]."""
 KEPT_MARKS = 2000
@@ -123,7 +123,7 @@ class BipedFrame:
 
 
 class SlipMarks:
-    """Where the supporting foot slid so far: a row for each frame in which it did."""
+    """Slides of the supporting foot so far: a row for each frame in which it slid."""
 
     def __init__(self, most: int | None = KEPT_MARKS):
         self._rows: deque[list[float]] = deque(maxlen=most)

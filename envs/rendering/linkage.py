@@ -42,7 +42,7 @@ _sweep = jax.jit(jax.vmap(kinematics, in_axes=(None, 0)))
 
 
 class Pose(NamedTuple):
-    """Where the links are, in the ground frame of the supporting ankle, as NumPy arrays."""
+    """Positions of the links in the ground frame of the supporting ankle, as NumPy arrays."""
 
     pins: dict[str, np.ndarray]
     """Each [2 legs, 2] m, supporting leg first; A, B and D are the hip's, the same for both."""
@@ -51,7 +51,7 @@ class Pose(NamedTuple):
 
 
 def _on_cpu(params: BipedParams) -> BipedParams:
-    """In single precision, enough for a picture, and where calling for one pose is quickest."""
+    """Parameters in single precision on the CPU, where one pose is computed quickest."""
     single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
     try:
         return jax.device_put(single, jax.local_devices(backend="cpu")[0])

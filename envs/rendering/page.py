@@ -20,10 +20,10 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing
 
 MOST_SAMPLES = 20_000
-"""Of one episode."""
+"""Samples of one episode."""
 FOLDER = Path(__file__).parent / "html"
 SCRIPTS = (*("data.js", "draw.js", "scene.js", "charts.js", "card.js", "player.js", "main.js"),)
-"""Of a page, in the order in which they stand in it, as one script."""
+"""Scripts of a page, in order."""
 
 
 @dataclass(frozen=True)

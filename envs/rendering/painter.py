@@ -155,7 +155,7 @@ def _rgba(colour: Colour) -> tuple[float, float, float, float]:
 
 @lru_cache(1024)
 def _letters(words: str, size: float, bold: bool) -> tuple[np.ndarray, int]:
-    """How much words of `size` pixels cover of each pixel, and rows below the baseline.
+    """Coverage of each pixel by words of `size` pixels, and rows below the baseline.
 
     Rasterising letters takes most of a picture's time, so the results are kept.
     """

@@ -23,7 +23,7 @@ BAND = 46.0
 """Height below the machine's ground, for labels."""
 ARROW = {"head": 12.0, "barb": 10.0, "shaft": 3.6}
 LONGEST = 3.4
-"""Of an arrow, in lengths of the weight's."""
+"""Longest arrow, in lengths of the weight's."""
 GLINTS = 26.0
 MARK = 5.0
 LABEL_ROOM = 46.0

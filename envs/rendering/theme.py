@@ -26,7 +26,7 @@ BAR_WIDTH = {"main": 8.0, "mid": 5.5, "slim": 3.5}
 CASING = 1.4
 
 PLAYERS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#B07A00")
-"""Of players and curves, from Okabe and Ito's set; the last one darker, to be read on white."""
+"""Colours of players and curves, of Okabe and Ito's set; the last is darker, for white paper."""
 DAY: dict[str, str] = {
     "page": PAGE,
     "panel": PANEL,
@@ -83,7 +83,7 @@ NIGHT: dict[str, str] = DAY | {
 """DAY and NIGHT: colours by role, of pictures and pages by day, of pages by night."""
 
 WIDTH, HEIGHT = 960, 540
-"""Of a picture."""
+"""Size of a picture [px]."""
 MARGIN = 16.0
 HEADER = 40.0
 FOOTER = 24.0
@@ -132,5 +132,5 @@ def nice_step(rough: float) -> float:
 
 
 def digits_of(step: float) -> int:
-    """How many decimals multiples of a round step need."""
+    """Number of decimals that multiples of a round step need."""
     return max(0, -floor(log10(step) + 1e-9))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.criteria import Station
 
 WEIGHT_LENGTH, CONE_LENGTH = 1.5, 0.62
-"""Of the arrow of a force that equals the weight, and of friction cones [m]."""
+"""Lengths of the arrow of a force that equals the weight, and of friction cones [m]."""
 SPOKES = 5
 THICK = 0.06
 """Half the drawn thickness of the body, in its length."""
@@ -32,7 +32,7 @@ LEGEND = (
     ("slides", "wheel slips"),
 )
 MOST_POINTS = 1200
-"""Of the ground's profile."""
+"""Points of the ground's profile."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class UGVFrame:
 
     @property
     def hinges(self) -> np.ndarray:
-        """Of both legs [n, 2, 2] m."""
+        """Hinges of both legs [n, 2, 2] m."""
         return np.stack([self.placed.rear_hinge, self.placed.front_hinge], axis=1)
 
     @property
@@ -85,12 +85,12 @@ class UGVFrame:
 
     @property
     def slips(self) -> np.ndarray:
-        """Whether a wheel's friction is used up [n]."""
+        """True where a wheel's friction is used up [n]."""
         return (self.at.grip < 0) | (self.status == Status.WHEEL_SLIP)
 
     @property
     def slipping(self) -> np.ndarray:
-        """Whether it is the wheel with the lesser margin, once the friction is used up [n, 2]."""
+        """True for the wheel with the lesser margin, once the friction is used up [n, 2]."""
         friction, normal, mu = np.moveaxis(self.forces, -1, 0)
         margin = mu * normal - np.abs(friction)
         return self.slips[:, None] & (margin <= margin.min(axis=1, keepdims=True))

@@ -36,7 +36,7 @@ class Window:
 
     @property
     def is_open(self) -> bool:
-        """Whether there is a window, visible or not."""
+        """True while there is a window, visible or not."""
         return self._surface is not None and self._pygame.display.get_surface() is self._surface
 
     def show(self, picture: np.ndarray) -> bool:

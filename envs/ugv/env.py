@@ -58,7 +58,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 OPTIONS = ("track", "friction", "start_angles")
-"""Of a reset."""
+"""Options of a reset."""
 ROUNDING = 1e-6
 """Waypoints may lie so much further apart, relatively: the spacing is one that came out of others,
 rounded, and a track as long as the one before gets as many."""

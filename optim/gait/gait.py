@@ -216,7 +216,7 @@ class Gait:
 
     @property
     def clock(self) -> Float[np.ndarray, "n K+1"]:
-        """When each node is passed, from the walk's beginning on [s]; infinite behind a cell in
+        """Time of each node from the walk's beginning [s]; infinite behind a cell in
         which the crank stands still."""
         within = np.cumsum(self.times, axis=1)
         begins = np.concatenate([[0.0], np.cumsum(np.sum(self.times, axis=1))[:-1]])[:, None]

@@ -43,7 +43,7 @@ class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
     """
 
     home: Home | None = None
-    """Of an objective in another process, whose counts the error carries."""
+    """Source of an objective in another process, whose counts the error carries."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         plain = type(self)(*self.args)

@@ -42,8 +42,8 @@ if TYPE_CHECKING:
 FACTOR = 10
 """Refinement factor of a drive."""
 LEAST_PAD, MOST = 1024, 2**17
-"""For the value stations are padded to a power of two, so that few sizes are compiled; no more than
-MOST are looked at, by a lower factor."""
+"""Stations are padded to a power of two, so that few sizes are compiled. Above MOST stations the
+refinement factor is lower."""
 
 _MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}
 METHODS = {

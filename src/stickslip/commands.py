@@ -219,4 +219,4 @@ EXAMPLES = {
     "stickslip simulate biped --torque 1 --film walk.gif": "a walk under a torque, as a film",
     "stickslip COMMAND --help": "a command's flags, names and examples",
 }
-"""Of the whole program."""
+"""Examples of the whole program."""

@@ -27,7 +27,7 @@ HOW = {
     "zsh": 'eval "$(stickslip completion zsh)", in ~/.zshrc',
     "fish": "stickslip completion fish | source, in ~/.config/fish/config.fish",
 }
-"""Where what `stickslip completion` prints goes."""
+"""Place of the output of `stickslip completion` for each shell."""
 AXIS_VALUES = {
     "LOW:HIGH:N": "N values, evenly spaced",
     "LOW:HIGH:N:log": "the same, evenly spaced in the logarithm",

@@ -67,7 +67,7 @@ def cone_margin(friction: Friction | None, motion: Motion):
 
 
 def midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
-    """What event detection needs of a motion."""
+    """Values of a motion that event detection needs."""
     accelerations = motion.crank_acceleration, motion.foot_acceleration
     margin = cone_margin(friction, motion)
     return Midpoint(*accelerations, motion.normal_force, motion.solvability, margin)
@@ -250,8 +250,8 @@ def first_crossing(
 
 
 def _return(slope: Float[Array, ""], middle: Float[Array, ""]) -> Float[Array, ""]:
-    """When the parabola that leaves zero with a slope and is below zero at 1/2 is back at zero; 0
-    if it does not rise."""
+    """Second zero of the parabola through zero at 0 with this slope and `middle` < 0 at 1/2; 0 if
+    it does not rise."""
     rise = jnp.maximum(slope, 0.0) / 2
     return rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
 

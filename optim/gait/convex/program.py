@@ -78,7 +78,7 @@ class Duals(NamedTuple):
 
 
 class Solved(NamedTuple):
-    """How the solver ended, a and b at the nodes [n, K+1], multipliers, and the relaxation."""
+    """Solver status, a and b at the nodes [n, K+1], multipliers, and the relaxation."""
 
     status: OptimStatus
     message: str

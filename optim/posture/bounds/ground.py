@@ -192,7 +192,7 @@ def _inside(u: Interval, value: Interval) -> Interval:
 
 
 def _bend(z: Interval, joint: float) -> Derivatives:
-    """As in shapes.py, with the third derivative."""
+    """The function of shapes.py, with its third derivative."""
     free = z / joint + 0.5
     u = free.clip(0.0, 1.0)
     past = z - interval(joint) * 0.5
@@ -206,7 +206,7 @@ def _bend(z: Interval, joint: float) -> Derivatives:
 
 
 def _quintic_rise(z: Interval, length: float) -> Derivatives:
-    """As in shapes.py, with the third derivative."""
+    """The function of shapes.py, with its third derivative."""
     free = z / length + 0.5
     u = free.clip(0.0, 1.0)
     one = interval(1.0)

@@ -231,13 +231,13 @@ GAIT_UNITS: dict[str, Any] = {
     "replays": {"slid": "m", "duration": "s", "work": "J"}
     | dict.fromkeys(("mean_rate", "rate_error", "end_rate"), "rad/s"),
 }
-"""Of the result's numbers in `gait_content`; its value and bounds have a unit beside them."""
+"""Units of the numbers in `gait_content`; its value and bounds have a unit beside them."""
 
 
 STATED = ("status", "message", "value", "lower_bound", "every_bound", "held_value")
 STATED += ("feasible", "residuals", "seconds", "evaluations")
 OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque")
-"""Of a result and of its gait, as result.json holds them."""
+"""Entries of a result and of its gait in result.json."""
 
 
 def gait_content(

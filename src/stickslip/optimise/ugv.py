@@ -40,7 +40,7 @@ NOTABLE = 0.05
 UNITS: dict[str, str] = {"leg_range": "rad", "start_angles": "rad", "end_angles": "rad"}
 UNITS |= {"leg_rate": "rad/m", "grip": "N", "normal": "N", "clearance": "m", "wheels": "m"}
 UNITS |= {"torque": "N m", "pose": "waypoints"}
-"""Of PostureProblem.residuals."""
+"""Units of PostureProblem.residuals."""
 STATED = ("friction", "leg_rate", "min_normal", "min_grip", "min_clearance", "max_torque")
 STATED += ("start_angles", "end_angles", "x")
 """Numbers of a problem that result.json holds."""

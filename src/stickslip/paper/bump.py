@@ -34,7 +34,7 @@ EQUAL = ((75, 75), (90, 90), (105, 105), (120, 120), (150, 150))
 UNEQUAL = ((30, 100), (100, 30))
 """Rear and front leg [degrees]. The chapter does not say which are drawn; these are ours."""
 FROM, TO = 1.5, 8.0
-"""Of the front wheel [m]: both wheels where the bump is lower than 0.2 mm."""
+"""First and last place of the front wheel [m]: the bump is below 0.2 mm under both wheels."""
 FRICTION = 0.8
 RATE = 1.0
 """Largest leg rate [rad/m]; the chapter has no limit."""

@@ -109,7 +109,7 @@ FIGURES = {
         "UGV: over the soft bump with the least variation of torque", "bump", "least_variation"
     ),
 }
-"""In the chapter's order."""
+"""Figures in the chapter's order."""
 
 EVERYTHING = "all"
 

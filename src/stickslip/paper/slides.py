@@ -62,7 +62,7 @@ class Walk:
 
     @property
     def displacement(self) -> float:
-        """Of the foot over the whole walk, forwards positive [m]."""
+        """Displacement of the foot over the whole walk, forwards positive [m]."""
         return float(self.place[-1] - self.place[0])
 
     def starting_in(self, step: int) -> tuple[Slide, ...]:

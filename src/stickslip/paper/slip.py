@@ -246,7 +246,7 @@ def smaller_slide(walks: Walks) -> Claim:
 
 
 def _main(walk: Walk) -> Slide | None:
-    """Of the slides that start in the second step, the one that starts nearest to mid-step."""
+    """The slide that starts in the second step nearest to mid-step."""
     return min(walk.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
 
 

@@ -30,7 +30,7 @@ DURATION = 4.0
 PATIENCE = 20.0
 """A torque that has not ended the first step after this time does not walk [s]."""
 TOLERANCE = 1e-4
-"""To which the least torque is bisected [N m]."""
+"""Tolerance of the bisection for the least torque [N m]."""
 TORQUE = 1.0
 WEIGHTS = (6.0, 7.0, 8.0, 9.0, 10.0, 10.5)
 """Total masses of Fig. 14 [kg]."""

@@ -19,7 +19,7 @@ PARTIAL = ".part"
 LONGEST_NAME = 255
 """Bytes of a file's name that file systems take."""
 FILES = (".csv", ".json", ".parquet", ".html", ".htm", ".md", ".txt", ".png", ".gif", ".npz")
-"""What no directory of results is called."""
+"""Suffixes that no directory of results has."""
 REMAINS = re.compile(r"\.(.+)-[^-]{1,16}\.part", re.DOTALL)
 
 

@@ -21,7 +21,7 @@ SETTINGS = {
     "balanced": "a table and steps of 2.5 ms in single precision",
     "exact": "every switch located by an adaptive method in double precision",
 }
-"""Of stickslip.dynamics.PRESETS."""
+"""The presets of stickslip.dynamics.PRESETS."""
 FIDELITIES = {
     "joint": "the 72 equations of all bodies, solved at every call",
     "reduced": "exact inertia functions, by differentiating the closed linkage",
@@ -36,7 +36,7 @@ INTEGRATORS = {
     "rk4_split": "the same, split at every switching instant",
     "event_exact": "adaptive, every switching instant located to the tolerance",
 }
-"""Of stickslip.dynamics.biped: FIDELITIES, INTEGRATORS."""
+"""The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS."""
 DTYPES = ("float32", "float64")
 NAMES = {
     "t": "time [s]",

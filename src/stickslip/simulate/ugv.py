@@ -46,7 +46,7 @@ COLUMNS = (
 )
 OF_OPTIMISE = f"{STATIONS} of `stickslip optimise ugv`, its directory, or "
 SPACING = 0.1
-"""Of waypoints [m], unless something else is said."""
+"""Default spacing of waypoints [m]."""
 
 
 def simulate_command(flags: Mapping[str, Any]) -> Content:

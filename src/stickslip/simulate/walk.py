@@ -40,14 +40,14 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Floor
 
 BYTES = 3000
-"""Of a row, while it is a row of a table."""
+"""Memory of a row of a table."""
 SHORTEST, LONGEST = 1e-6, 1e7
 """Seconds of a walk."""
 FALLS = ("TOPPLE", "LIFT_OFF")
 WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
 """Statuses of a walk that came to the end of what was asked."""
 SHORT = 0.1
-"""Of a step: of a shorter walk no energy per metre is given."""
+"""Share of a step below which no energy per metre is given."""
 
 
 class Along(NamedTuple):

@@ -106,7 +106,7 @@ def refused(params, axes: dict, env=None) -> str:
     machine = machine_by_name("biped" if isinstance(env, BipedEnv) else "ugv")
     player = CrankSpeedPI() if isinstance(env, BipedEnv) else machine.baseline("level-body", env)
     with pytest.raises(ValueError, match=r"axis|at ") as error:
-        Case.of(machine, Given("own", "one", env, params, player), Design.of(axes))
+        Case.of(machine, Given("own", "one", env, params, player), Design.of(axes).axes)
     return str(error.value)
 
 
