@@ -19,7 +19,7 @@ from stickslip.optim.problem import require_scalar
 from stickslip.optim.result import Result
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float
 
     from stickslip.dynamics.numeric import Number
 
@@ -28,6 +28,8 @@ TIME, TORQUE, WORK, STRAIN = "time", "torque", "work", "torque_over_phase"
 """Terms of an objective: time [s]; torque^2 over time [(N m)^2 s]; positive work [J]; torque^2 over
 the crank angle [(N m)^2 rad]."""
 FRICTION = "friction"
+UNLOADED = 1e-3
+"""Share of the weight below which the ground counts as carrying nothing."""
 TERMS_OF: dict[str, tuple[str, ...]] = {
     "time": (TIME,),
     "torque": (TORQUE,),
@@ -148,6 +150,12 @@ class Gait:
     def normal_force(self) -> Float[np.ndarray, "n K+1"]:
         """Normal force on the foot at the nodes [N]."""
         return self.nodes.normal(self.a, self.b)
+
+    @property
+    def loaded(self) -> Bool[np.ndarray, "n K+1"]:
+        """True at nodes where the foot carries a share UNLOADED of the weight; elsewhere friction
+        use and zero-moment point are quotients of nothing."""
+        return self.normal_force > UNLOADED * self.nodes.robot.weight
 
     @property
     def zmp(self) -> Float[np.ndarray, "n K+1"]:

@@ -24,7 +24,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.envs.rendering.biped import BipedRenderer
-from stickslip.simulate import biped, flags, output
+from stickslip.simulate import biped, flags
 from stickslip.simulate.torque import Expression
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
@@ -192,7 +192,7 @@ def test_names_in_the_help_are_those_of_the_library():
     assert tuple(flags.SETTINGS) == tuple(PRESETS)
     assert tuple(flags.FIDELITIES) == tuple(FIDELITIES)
     assert tuple(flags.INTEGRATORS) == tuple(INTEGRATORS)
-    assert tuple(output.STATUS) == tuple(status.name for status in Status)
+    assert tuple(flags.STATUS) == tuple(status.name for status in Status)
 
 
 def test_a_walk_whose_first_torque_is_no_number_is_refused_and_the_file_kept(capsys):

@@ -34,8 +34,6 @@ NOT_WALKED = (
     "zmp and reserve keep away from it"
 )
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
-UNLOADED = 1e-3
-"""Share of the weight below which the ground counts as carrying nothing."""
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
@@ -159,12 +157,6 @@ def gait_rows(
     ]
 
 
-def presses(gait: Gait) -> np.ndarray:
-    """Mask of nodes where the normal force exceeds a share UNLOADED of the weight: elsewhere a
-    friction use or a zero-moment point is a quotient of nothing."""
-    return gait.normal_force > UNLOADED * gait.nodes.robot.weight
-
-
 def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
     """The gait's own numbers."""
     robot, spent = gait.nodes.robot, gait.spent
@@ -177,7 +169,7 @@ def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
         ("torque", f"{_range(gait.torque)} N m"),
         ("friction used", f"{gait.friction_use:.5g} of the normal force at most"),
         ("normal force", f"{_range(gait.normal_force)} N"),
-        ("zero-moment point", f"{_range(gait.zmp[presses(gait)])} m"),
+        ("zero-moment point", f"{_range(gait.zmp[gait.loaded])} m"),
         ("positive work", f"{spent['work']:.6g} J {of}"),
         ("copper", f"{problem.copper_loss * spent['torque']:.6g} J {of}"),
         ("cost of transport", f"{transport:.5g}, copper included"),

@@ -15,7 +15,6 @@ from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, styled
 from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import station_frames
-from stickslip.optimise.biped import presses
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -186,7 +185,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     )
     draw_robots(top, problem, gait)
     turned = (gait.theta - np.pi / 2) / np.pi + np.arange(gait.grid.steps)[:, None]
-    loaded = presses(gait)
+    loaded = gait.loaded
     with np.errstate(divide="ignore", invalid="ignore"):
         use = np.where(loaded, gait.friction_force / gait.normal_force, np.nan)
     curves = (rate, gait.crank_rate), (torque, gait.torque), (friction, use)

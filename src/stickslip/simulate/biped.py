@@ -26,8 +26,8 @@ from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import say_stage
 from stickslip.parser import options_of
 from stickslip.records.table import Content
-from stickslip.simulate.flags import WalkOptions
-from stickslip.simulate.output import STATUS, Files, film_walk, plot_walk, print_summary
+from stickslip.simulate.flags import STATUS, WalkOptions
+from stickslip.simulate.output import Files, film_walk, plot_walk, print_summary
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import (
     WHOLE,

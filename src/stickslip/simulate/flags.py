@@ -38,6 +38,26 @@ INTEGRATORS = {
 }
 """The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS."""
 DTYPES = ("float32", "float64")
+STATUS = {
+    "OK": "the whole time was walked",
+    "SLIP_ONSET": "the whole time was walked; the foot slipped",
+    "TOPPLE": "it falls: the zero-moment point leaves the foot",
+    "LIFT_OFF": "it falls: the ground would have to pull at the foot",
+    "RUNAWAY": "the crank turns faster than the greatest rate that was given",
+    "NO_SOLUTION": "the equations have no unique solution here (Painlevé), or the linkage does not "
+    "close",
+    "NON_FINITE": "a number overflowed or is none, the torque's perhaps",
+    "STEP_COMPLETE": "the one step was walked to the exchange of support",
+    "NO_EXCHANGE": "support cannot be handed over without an impact",
+    "NOT_CONVERGED": "the integrator's steps are too few or too long; the numbers end there",
+    "HOLLOW_GROUND": "the ground is hollower than a wheel",
+    "ROLLOVER": "it rolls over: the ground would have to pull at a wheel",
+    "GROUNDED": "the body or a leg touches the ground",
+    "WHEEL_SLIP": "a wheel slips: it needs more friction than there is",
+    "OVERLOAD": "a wheel needs more torque than its motor gives",
+    "OVERLAP": "the wheels overlap: the legs are folded too far",
+}
+"""Meaning of each Status for a simulation."""
 NAMES = {
     "t": "time [s]",
     "phase": "crank angle of the supporting leg, pi/2 to 3 pi/2 [rad]",

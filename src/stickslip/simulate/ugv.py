@@ -29,8 +29,8 @@ from stickslip.optimise.ugv import (
 from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
-from stickslip.simulate.flags import DriveOptions
-from stickslip.simulate.output import SPEED, STATUS, Files, film_drive, print_summary
+from stickslip.simulate.flags import STATUS, DriveOptions
+from stickslip.simulate.output import SPEED, Files, film_drive, print_summary
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -30,7 +30,7 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass
 from stickslip.records.table import Column, Table
-from stickslip.simulate.output import STATUS
+from stickslip.simulate.flags import STATUS
 from stickslip.simulate.torque import Expression, Recorded
 
 if TYPE_CHECKING:
