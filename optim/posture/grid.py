@@ -131,11 +131,12 @@ class PostureGrid:
         """Nodes before and after each admissible move of a step, in parts: one for each move in
         grid steps, the shortest first; all in one from or to a given pair."""
         a, b = self.layers[step : step + 2]
+        good_a, good_b = a.admissible, b.admissible
         R, F = self.shape
-        if len(a.admissible) != R * F or len(b.admissible) != R * F:
+        if len(good_a) != R * F or len(good_b) != R * F:
             turn = np.abs(b.stations.leg_angles - a.stations.leg_angles[:, None])
             near = np.max(turn, -1) <= self.limits[step] * (1 + ROUNDING)
-            tail, head = np.nonzero(near & a.admissible[:, None] & b.admissible)
+            tail, head = np.nonzero(near & good_a[:, None] & good_b)
             yield tail, head
             return
         nodes = np.arange(R * F).reshape(R, F)
@@ -143,7 +144,7 @@ class PostureGrid:
             within = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
             tail = nodes[within].ravel()
             head = tail + r * F + f
-            good = a.admissible[tail] & b.admissible[head]
+            good = good_a[tail] & good_b[head]
             yield tail[good], head[good]
 
     def _moves(self, rear: int, front: int) -> list[tuple[int, int]]:
@@ -323,7 +324,7 @@ def solve_dp(
     if polish:
         require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
     grid = build_grid(problem, angles, least, progress)
-    costs, back, edges = _arrivals(grid)
+    costs, back, edges = _arrivals(grid, progress)
     if not np.any(np.isfinite(costs[-1])):
         return grid.without_path(len(costs) - 1)
     nodes = [int(np.argmin(costs[-1]))]
@@ -384,18 +385,22 @@ def _bound(problem: PostureProblem, costs: list[np.ndarray]) -> float:
     return below(problem, float(np.min(costs[-1])) - rounding)
 
 
-def _arrivals(grid: PostureGrid) -> tuple[list[np.ndarray], list[np.ndarray], int]:
+def _arrivals(
+    grid: PostureGrid, progress: bool = False
+) -> tuple[list[np.ndarray], list[np.ndarray], int]:
     """Least cost of arriving at each node of each waypoint, infinite where none arrives, up to the
     first waypoint where none does at all; the nodes before; how many moves the rate and the
     constraints allow."""
     costs, back, count = [_first_costs(grid)], [], 0
-    for step in range(len(grid.layers) - 1):
-        if not np.any(np.isfinite(costs[-1])):
-            break
-        cost, came, edges = _arrive(grid, step, costs[-1])
-        costs.append(cost)
-        back.append(came)
-        count += edges
+    with Bar("dp: paths", len(grid.layers) - 1, "step", progress) as bar:
+        for step in range(len(grid.layers) - 1):
+            if not np.any(np.isfinite(costs[-1])):
+                break
+            cost, came, edges = _arrive(grid, step, costs[-1])
+            costs.append(cost)
+            back.append(came)
+            count += edges
+            bar.advance()
     return costs, back, count
 
 
@@ -447,10 +452,12 @@ def edge_costs(
 def _batches(parts: Iterator[tuple[np.ndarray, np.ndarray]]) -> Iterator[np.ndarray]:
     """The same edges [2, n], about EDGES at a time; none that are empty."""
     waiting: list[np.ndarray] = []
+    count = 0
     for part in parts:
         waiting.append(np.stack(part))
-        if sum(of.shape[1] for of in waiting) >= EDGES:
+        count += len(part[0])
+        if count >= EDGES:
             yield np.concatenate(waiting, axis=1)
-            waiting = []
-    if sum(of.shape[1] for of in waiting):
+            waiting, count = [], 0
+    if count:
         yield np.concatenate(waiting, axis=1)
