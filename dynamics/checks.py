@@ -118,8 +118,9 @@ def require_memory(given: str, what: str, count: float, bytes_each: float) -> No
 def is_concrete(*values: object) -> bool:
     """True when none of the leaves is an abstract value inside a JAX transformation."""
     import jax
+    from jax.core import Tracer
 
-    return not any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(values))
+    return not any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(values))
 
 
 def require_number(
@@ -178,7 +179,7 @@ def require_integer(
     if accepted is None:
         accepted = f"an integer >= {low}" + ("" if high is None else f", <= {high}")
     whole = isinstance(value, Integral) and not isinstance(value, bool)
-    if not whole or value < low or (high is not None and value > high):
+    if not whole or int(value) < low or (high is not None and int(value) > high):
         raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
     return int(value)
 

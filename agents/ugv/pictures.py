@@ -76,9 +76,9 @@ def as_episode(
         ),
         events=_events(slips, ended),
         numbers=(
-            ("driven [m]", frame.at.x - frame.start, 2),
+            ("driven [m]", np.asarray(frame.at.x - frame.start), 2),
             ("pitch [°]", np.degrees(frame.placed.pitch), 1),
-            ("torque [N m]", frame.at.torque, 1),
+            ("torque [N m]", np.asarray(frame.at.torque), 1),
             ("friction / normal", frame.demand, 2),
             (criterion + ("" if unit == "-" else f" [{unit}]"), cost, 2),
         ),
@@ -87,7 +87,7 @@ def as_episode(
         ended=ended,
         facts=(*whole, *_drawn(played.start_state.drawn)),
         states=("GRIP", "SLIP"),
-        axis=("front wheel [m]", frame.at.x),
+        axis=("front wheel [m]", np.asarray(frame.at.x)),
     )
 
 
@@ -118,7 +118,7 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
     return (
         two(GROUND, "m", sides, heights),
         two(LEGS, "°", sides, angles),
-        panel(TORQUE, "N m", frame.at.torque),
+        panel(TORQUE, "N m", np.asarray(frame.at.torque)),
         two("work put in, for each metre", "J/m", ("motors", "with the legs"), work, steps=True),
         Panel(
             "friction used",
@@ -128,7 +128,7 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
                 Line("friction there is", frame.mu, dashed=True),
             ),
         ),
-        panel("margin of grip", "kN", frame.at.grip / 1000, limits=(0.0,)),
+        panel("margin of grip", "kN", np.asarray(frame.at.grip) / 1000, limits=(0.0,)),
     )
 
 

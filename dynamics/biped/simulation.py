@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -205,7 +205,7 @@ def stepped(
         status=status,
         switches=walk.switches,
         slide_distance=walk.slide_distance,
-        torque=instant.torque,
+        torque=cast("Array", instant.torque),
         work=walk.work,
         positive_work=walk.positive_work,
         joint_forces=instant.joint_forces,
@@ -265,7 +265,7 @@ def _idle(contact: Contact) -> Contact:
     return replace(contact, events=events, **still)
 
 
-def require_kinds(params: object, scene: object, state: object, **numbers: Number) -> Scene:
+def require_kinds(params: Any, scene: object, state: Any, **numbers: Number) -> Scene:
     """The scene, built where it is a name, or ValueError: for arguments of another kind, text and
     lists inside of them, a batch, and a foot that moves on a floor without slip."""
     accepted = "a BipedParams, or a BipedModel from `prepare`"

@@ -153,8 +153,11 @@ class Recommendation:
 def _measurements() -> tuple[Measurement, ...]:
     settings = [(PoseSolver(**options), *rest) for options, *rest in MEASURED["settings"]]
     return tuple(
-        Measurement(
-            ground, place, *settings[index], poses, tuple(map(max, torque, contact)), batch, cost
+        Measurement._make(
+            (
+                *(ground, place, *settings[index], poses),
+                *(tuple(map(max, torque, contact)), batch, cost),
+            )
         )
         for ground, place, index, poses, torque, contact in MEASURED["promises"]
         for priced, of, batch, cost in MEASURED["costs"]

@@ -133,7 +133,7 @@ def rows_of(path: str) -> list[dict]:
 
 
 def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
-    env, params = BipedEnv(see_friction=True), strange_biped()[1]
+    env, params = strange_biped()
     size = len(env.observation_bounds(params)[0])
     name = still("own.npz", size, describe_environment(env, params), push=0.2)
     assert main(["evaluate", name, "--episodes", "3", "--out", "a"]) == OK

@@ -62,8 +62,13 @@ def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
         given = (jnp.asarray(v, setting.dtype) for v in (x, angles))
         own = equilibrium(params, setting.prepared(track), *given, solver=setting.solver)
     np.testing.assert_array_equal(own.status, truth.status)
-    torque = np.max(np.abs(np.asarray(own.torque, float) - truth.torque))
-    contact = np.max(np.abs(np.asarray(own.pose.rear.x, float) - truth.pose.rear.x))
+    torque, contact = (
+        np.max(np.abs(np.asarray(one, float) - np.asarray(other, float)))
+        for one, other in (
+            (own.torque, truth.torque),
+            (own.pose.rear.x, truth.pose.rear.x),
+        )
+    )
     assert torque / (params.weight * params.wheel_radius) <= found.error <= tolerance
     assert contact <= found.error * params.wheel_radius
 
