@@ -44,7 +44,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     files.append(File.generated(config, "site/ice.html", content=episode_page()))
     for path in sorted((ROOT / "notebooks").glob("*.ipynb")):
         page = f"notebooks/{path.stem}.md"
-        content = notebook_page(path, config.extra["notebooks"])
+        content = notebook_page(path, config.extra["repository"])
         files.append(File.generated(config, page, content=content))
         copy = f"notebooks/{path.name}"
         files.append(File.generated(config, copy, abs_src_path=str(path)))
@@ -90,7 +90,7 @@ def badges(path: Path, repository: str) -> str:
     """Links that download a notebook and open it in Colab; without an address, Colab's upload."""
     download = f"[Download the notebook]({path.name}){{ .badge }}"
     if repository:
-        address = f"{COLAB}/github/{repository}/notebooks/{path.name}"
+        address = f"{COLAB}/github/{repository}/blob/main/notebooks/{path.name}"
         return f"{download} [Open in Colab]({address}){{ .badge }}"
     return (
         f"{download} [Open Colab]({COLAB}){{ .badge }} and upload the notebook and a wheel there."

@@ -81,9 +81,9 @@ def test_the_first_cell_installs_what_is_missing(
         assert {*names} <= {*extras["optional-dependencies"]}
 
 
-def test_a_badge_opens_the_notebook_of_the_repository_that_mkdocs_yml_names():
+def test_a_badge_opens_the_notebook_of_the_repository_that_builds_the_site():
     hooks = pytest.importorskip("documentation.hooks", reason="needs the extra docs")
     path = NOTEBOOKS[0]
     opens = f"({hooks.COLAB}/github/owner/name/blob/main/notebooks/{path.name})"
-    assert opens in hooks.badges(path, "owner/name/blob/main")
+    assert opens in hooks.badges(path, "owner/name")
     assert f"({hooks.COLAB})" in hooks.badges(path, "")
