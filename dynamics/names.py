@@ -1,4 +1,4 @@
-"""Names of floors and grounds, known without JAX."""
+"""Names of floors, grounds, links and lengths, known without JAX."""
 
 SCENES = ("slippery", "grip", "firm", "wet", "ice-patch")
 """Names that `Scene.named` accepts."""
@@ -8,3 +8,15 @@ TRACKS = ("flat", "incline", "bump", "sinusoid", "ramp", "step", "ditch", "rough
 
 RANDOM_TRACKS = ("random-bump", "random-rough", "random-mixed")
 """Names that `RandomTrack.named` accepts."""
+LINKS = (
+    *("foot", "tibia", "femur", "lower tendon", "knee link", "upper tendon", "connecting rod"),
+    *("crank", "rocker", "stabiliser", "tibia bar", "femur bar", "hip"),
+)
+"""The 13 kinds of link of the biped; entry i is the chapter's link i + 1. Both legs share them."""
+
+ABOVE_ZERO = (
+    *("crank", "ground_link", "rod", "rod_pin", "rocker", "tendon_drop", "upper_tendon"),
+    *("lower_tendon", "femur", "femur_pin", "tibia", "tibia_pin", "stabiliser"),
+)
+LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
+"""The fields of BipedParams that are lengths [m]; the first ones are > 0."""

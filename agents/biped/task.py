@@ -13,8 +13,7 @@ from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
-from stickslip.dynamics.biped.params import LENGTHS
-from stickslip.dynamics.names import SCENES
+from stickslip.dynamics.names import LENGTHS, SCENES
 from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import MARK, NUMBERS, BipedEnvParams, Randomisation

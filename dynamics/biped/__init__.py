@@ -26,7 +26,7 @@ from stickslip.dynamics.biped.links import (
     step_length,
 )
 from stickslip.dynamics.biped.model import BipedModel, prepare
-from stickslip.dynamics.biped.params import LINKS, BipedParams, own_time
+from stickslip.dynamics.biped.params import BipedParams, own_time
 from stickslip.dynamics.biped.settings import (
     FIDELITIES,
     INTEGRATORS,
@@ -45,6 +45,7 @@ from stickslip.dynamics.biped.settings import (
 from stickslip.dynamics.biped.simulation import simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, floor_position
 from stickslip.dynamics.lazily import loaded_when_used
+from stickslip.dynamics.names import LINKS
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend

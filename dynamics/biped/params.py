@@ -18,6 +18,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
+from stickslip.dynamics.names import ABOVE_ZERO, LENGTHS
 from stickslip.dynamics.numeric import (
     Number,
     Numbers,
@@ -30,6 +31,7 @@ from stickslip.dynamics.pytrees import brief, joined, register_pytree, short_rep
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
     from types import ModuleType
 
     from jax.typing import DTypeLike
@@ -39,18 +41,6 @@ if TYPE_CHECKING:
     """Array of the module that computes: jax.numpy or numpy."""
 
 
-LINKS = (
-    *("foot", "tibia", "femur", "lower tendon", "knee link", "upper tendon", "connecting rod"),
-    *("crank", "rocker", "stabiliser", "tibia bar", "femur bar", "hip"),
-)
-"""The 13 kinds of link; entry i is link number i + 1 of the chapter. Both legs share them."""
-
-ABOVE_ZERO = (
-    *("crank", "ground_link", "rod", "rod_pin", "rocker", "tendon_drop", "upper_tendon"),
-    *("lower_tendon", "femur", "femur_pin", "tibia", "tibia_pin", "stabiliser"),
-)
-LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
-"""The fields that are lengths [m]."""
 POSITIVE = (*ABOVE_ZERO, "gravity")
 NON_NEGATIVE = ("slot_depth", "offset", "payload", "heel", "toe")
 NO_NUMBERS = ("cls", "hip_centre", "dtype")
@@ -180,6 +170,43 @@ class BipedParams:
         links = _links(xp, lengths, arrays)
         rest = {"payload": arrays["payload"], "gravity": arrays["gravity"]}
         return cls(**lengths, **links, **rest).astype(kind)._checked_whole()
+
+    @classmethod
+    def from_file(
+        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
+    ) -> BipedParams:
+        """The robot of a TOML file, every entry optional; the reference robot is the default.
+
+        Numbers are in SI units, or texts with their units, as "40 mm". Tables: `bars`, the
+        arguments of `from_bars` (numbers in crank lengths there stay so, "360 mm" is a length);
+        `lengths`, the fields that are lengths, in place of the bars'; `links.NAME` with mass,
+        centre [x, y] and inertia, in place of the bar's, NAME as in LINKS with underscores;
+        `payload` and `gravity` outside of tables; `motor`, which the commands read.
+        path: None for the reference robot. changes: single numbers by dotted names, as
+        {"robot.hip_mass": 1.2}, see `stickslip.dynamics.biped.robot_file.PLACES`. ValueError
+        naming the file, the entry, the value and what is accepted.
+        """
+        from stickslip.dynamics.biped.robot_file import read_robot
+        from stickslip.dynamics.machine_file import in_file
+
+        given = read_robot(path, changes)
+        with in_file(path):
+            robot = cls.from_bars(**given.bars)
+            if given.lengths or given.links:
+                links = given.own_links(mass=robot.mass, centre=robot.centre, inertia=robot.inertia)
+                robot = robot.replace(**given.lengths, **links).astype(jnp.result_type(robot.mass))
+        return robot
+
+    def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the robot link by link as TOML, whole or not at all; return the path.
+
+        `from_file` reads the same numbers in the same precision. ValueError for a batch of robots,
+        and where the file exists unless it may be replaced.
+        """
+        from stickslip.dynamics.biped.robot_file import robot_text
+        from stickslip.records.files import write_whole
+
+        return write_whole(path, robot_text(vars(self.validate())), overwrite=overwrite)
 
     @property
     def total_mass(self) -> jax.Array:

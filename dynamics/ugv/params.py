@@ -20,6 +20,9 @@ from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast
 from stickslip.dynamics.pytrees import brief, joined, register_pytree, settle, short_repr
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.ugv.ground.shapes import Points
@@ -73,6 +76,34 @@ class UGVParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
         require_known(changes, [field.name for field in fields(self)])
         return replace(self, **changes)
+
+    @classmethod
+    def from_file(
+        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
+    ) -> UGVParams:
+        """The vehicle of a TOML file: its table `vehicle` has the fields, all optional.
+
+        Numbers are in SI units, or texts with their units, as "830 mm" or "30 deg". The table
+        `motor` is for the commands. path: None for the default vehicle. changes: single numbers by
+        dotted names, as {"vehicle.leg_mass": 25}. ValueError naming the file, the entry and what is
+        accepted.
+        """
+        from stickslip.dynamics.machine_file import in_file
+        from stickslip.dynamics.ugv.vehicle_file import read_vehicle
+
+        given = read_vehicle(path, changes)[0]
+        with in_file(path):
+            return cls(**given)
+
+    def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the vehicle as TOML, whole or not at all; return the path.
+
+        ValueError for a batch of vehicles, and where the file exists unless it may be replaced.
+        """
+        from stickslip.dynamics.ugv.vehicle_file import vehicle_text
+        from stickslip.records.files import write_whole
+
+        return write_whole(path, vehicle_text(vars(self)), overwrite=overwrite)
 
     @property
     def weight(self) -> Numeric:

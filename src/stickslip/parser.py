@@ -6,6 +6,7 @@ A command has flags for what is often asked and settings for the rest: `--set na
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import re
 import shutil
@@ -39,6 +40,11 @@ set_option = partial(option, setting=True)
 """A field that is set by `--set name=value`."""
 
 
+def changes_option(*parts: str) -> Any:
+    """A field with the texts of `--set PART.NAME=VALUE` by dotted names; {} without any."""
+    return field(default_factory=dict, metadata={"parts": parts}, kw_only=True)
+
+
 def add_options(parser: Parser, kind: type) -> None:
     """Add a flag or a setting for each field of a dataclass of options.
 
@@ -48,6 +54,9 @@ def add_options(parser: Parser, kind: type) -> None:
     hints = get_type_hints(kind)
     groups: dict[str, argparse._ArgumentGroup] = {}
     for one in fields(kind):
+        if "parts" in one.metadata:
+            parser.add_parts(one.name, one.metadata["parts"])
+            continue
         how: dict[str, Any] = dict(one.metadata["how"])
         name, about = one.name, one.metadata["about"].replace("%", "%%")
         setting, names = how.pop("setting", False), how.pop("names", ())
@@ -122,6 +131,12 @@ class _Set(argparse.Action):
             name = name.replace("-", "_")
             if not equals:
                 raise argparse.ArgumentError(self, f"{shown(word)}; accepted: NAME=VALUE")
+            if isinstance(parser, Parser) and name.partition(".")[0] in parser.parts:
+                changes: dict[str, str] = getattr(namespace, parser.parts[name.partition(".")[0]])
+                if name in changes:
+                    parser.error(f"{name} is given twice")
+                changes[name] = text
+                continue
             action = parser._option_string_actions.get(flag_of(name))
             if not isinstance(action, argparse._StoreAction):
                 settings = parser.settings if isinstance(parser, Parser) else {}
@@ -164,12 +179,31 @@ class Parser(argparse.ArgumentParser):
         for name in (None, "store"):
             self.register("action", name, _Once)
         self.settings: dict[str, argparse.Action] = {}
+        self.parts: dict[str, str] = {}
         self.machines: Mapping[str, str] = {}
         self._instead: tuple[str, ...] = ()
         self._shown_last: argparse._ArgumentGroup | None = None
 
     def add_setting(self, name: str, **options: Any) -> argparse.Action:
         """Add a setting with the options of `add_argument`; nargs: values between commas."""
+        group = self._settings_group()
+        if options.get("type") is truth:
+            options["metavar"] = "BOOL"
+        action = _Once([name], dest=name, **options)
+        self.settings[name] = action
+        group._group_actions.append(action)
+        if action.default is not argparse.SUPPRESS:
+            self.set_defaults(**{name: action.default})
+        return action
+
+    def add_parts(self, name: str, parts: Sequence[str]) -> None:
+        """Take `--set PART.NAME=VALUE` for these parts, as texts by dotted names under `name`."""
+        self._settings_group()
+        self.parts |= dict.fromkeys(parts, name)
+        self.set_defaults(**{name: {}})
+
+    def _settings_group(self) -> argparse._ArgumentGroup:
+        """The group of the settings, with the flag that sets them."""
         if self._shown_last is None:
             self.add_argument(
                 "--set",
@@ -180,14 +214,7 @@ class Parser(argparse.ArgumentParser):
                 help="settings below; the flag may come again",
             )
             self._shown_last = self.add_argument_group("settings, as --set NAME=VALUE")
-        if options.get("type") is truth:
-            options["metavar"] = "BOOL"
-        action = _Once([name], dest=name, **options)
-        self.settings[name] = action
-        self._shown_last._group_actions.append(action)
-        if action.default is not argparse.SUPPRESS:
-            self.set_defaults(**{name: action.default})
-        return action
+        return self._shown_last
 
     def add_machine(
         self, machines: Mapping[str, str], arguments: Sequence[str], *instead: str
@@ -274,10 +301,10 @@ def truth(text: str) -> bool:
     return text == "true"
 
 
-def limit(text: str) -> float | None:
-    """The value of an option that may be none."""
+def limit(text: str) -> float:
+    """The value of an option that may be none: infinite then."""
     if text == "none":
-        return None
+        return math.inf
     try:
         return float(text)
     except ValueError:

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 FRONT = "stickslip"
 RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
     "records": ("src/stickslip/records", set(), {"numpy"}),
-    "dynamics": ("dynamics", set(), {"jax", "numpy", "scipy"}),
+    "dynamics": ("dynamics", {"records"}, {"jax", "numpy", "scipy", "pint"}),
     "optim": ("optim", {"records", "dynamics"}, {"jax", "numpy", "cvxpy", "scipy", "cma", "tqdm"}),
     "envs": ("envs", {"records", "dynamics", "optim"}, None),
     "agents": ("agents", {"records", "dynamics", "optim", "envs"}, None),

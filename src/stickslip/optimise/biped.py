@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
@@ -16,6 +15,7 @@ from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
 from stickslip.optimise.flags import GaitOptions
+from stickslip.optimise.machine import finite, motor_of, own_files, robot_of
 from stickslip.optimise.shared import finished, require_folder
 from stickslip.parser import options_of
 from stickslip.records.table import Content, Table
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from stickslip.optim import Gait
 
 NODES, PICTURE = "gait.csv", "gait.png"
+TORQUE_LIMIT = 4.0
+"""Of the motor, unless something else is said [N m]."""
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
 FILES = ("out", "overwrite", "pictures")
@@ -55,12 +57,14 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     asked = {name: value for name, value in asdict(given).items() if name not in FILES}
     found = gait_content(problem, result, replays, asked)
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
-    tables, picture = {}, None
+    tables, picture = own_files(given, problem.params), None
     if result.gait is not None:
         tables[NODES] = gait_csv(result)
         picture = PICTURE, lambda: _picture(problem, result)
     lines, said = gait_rows(problem, result, replays), [NOT_WALKED] * lost
-    return finished(out, given, lines, said, found, units, tables, (NODES, PICTURE), picture)
+    return finished(
+        out, given, lines, said, found, units, tables, (NODES, PICTURE, "robot.toml"), picture
+    )
 
 
 def _picture(problem: GaitProblem, result: GaitResult) -> tuple[Figure, str]:
@@ -79,15 +83,20 @@ def gait_problem_of(given: GaitOptions) -> GaitProblem:
     """The problem that the flags describe."""
     share = "a share from 0 to below 1"
     require_scalar("reserve", given.reserve, low=0.0, high=0.999, accepted=share)
-    robot = BipedParams.from_bars(payload=given.payload, gravity=given.gravity)
+    robot, motor = robot_of(given), motor_of(given)
+    robot = robot.replace(payload=float(robot.payload) + given.payload)
     mu: list[float] | float | None = None
     if given.mu is not None:
         left = [one * (1 - given.reserve) for one in given.mu]
         mu = left[0] if len(left) == 1 else left
     objective = _objective(given.objective)
-    names = ("torque_limit", "mean_rate", "min_normal", "zmp", "copper_loss")
+    names = ("mean_rate", "min_normal", "zmp")
     limits: dict[str, Any] = {name: getattr(given, name) for name in names}
-    limits |= {"mu": mu, "steps": given.cells}
+    limits |= {"mu": mu, "steps": given.cells, "torque_limit": TORQUE_LIMIT} | motor
+    if given.torque_limit is not None:
+        limits["torque_limit"] = finite(given.torque_limit)
+    if given.copper_loss is not None:
+        limits["copper_loss"] = given.copper_loss
     if given.steps is not None:
         start = 0.0 if given.start is None else given.start
         ends = {"start_rate": start, "end_rate": given.end}

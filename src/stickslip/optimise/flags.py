@@ -9,7 +9,7 @@ from stickslip.dynamics.names import TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS
-from stickslip.parser import add_options, add_tables, limit, option, set_option
+from stickslip.parser import add_options, add_tables, changes_option, limit, option, set_option
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,31 @@ def add_flags(parser: Parser, arguments: Sequence[str]) -> None:
 
 
 @dataclass(frozen=True)
-class TrackOptions:
+class RobotOptions:
+    """A robot of one's own."""
+
+    robot: str | None = option(
+        None,
+        "a robot's file in TOML; --set robot.NAME=VALUE changes a number",
+        metavar="FILE",
+    )
+    changes: dict[str, str] = changes_option("robot", "bars", "motor")
+
+
+@dataclass(frozen=True)
+class VehicleOptions:
+    """A vehicle of one's own."""
+
+    vehicle: str | None = option(
+        None,
+        "a vehicle's file in TOML; --set vehicle.NAME=VALUE changes a number",
+        metavar="FILE",
+    )
+    changes: dict[str, str] = changes_option("vehicle", "motor")
+
+
+@dataclass(frozen=True)
+class TrackOptions(VehicleOptions):
     """Ground, waypoints and limits of a drive."""
 
     track: str = option(
@@ -70,7 +94,10 @@ class TrackOptions:
     )
     friction: float = option(0.8, "between wheels and ground [-]", metavar="MU")
     max_torque: float | None = option(
-        None, "of each wheel's motor, either way [N m] (default: none)", type=limit, metavar="NM"
+        None,
+        "of each wheel's motor, either way [N m], or none (default: of the vehicle's file)",
+        type=limit,
+        metavar="NM",
     )
     leg_rate: float | None = set_option(
         1.0,
@@ -127,7 +154,7 @@ class PostureOptions(TrackOptions, Output):
 
 
 @dataclass(frozen=True)
-class GaitOptions(Output):
+class GaitOptions(RobotOptions, Output):
     """A gait problem."""
 
     objective: str = option(
@@ -145,15 +172,21 @@ class GaitOptions(Output):
         None, "at least this mean crank rate [rad/s] (default: any)", metavar="RATE"
     )
     torque_limit: float | None = option(
-        4.0, "of the motor [N m], or none", type=limit, metavar="NM"
+        None,
+        "of the motor [N m], or none (default: of the robot's file, else 4)",
+        type=limit,
+        metavar="NM",
     )
-    payload: float = option(0.0, "on the hip [kg]", metavar="KG")
+    payload: float = option(0.0, "on the hip, beside the robot's own [kg]", metavar="KG")
     steps: int | None = option(None, "a walk of so many (default: one periodic step)", metavar="N")
     out: str | None = option(None, "where files go (default: runs/biped-OBJECTIVE)", metavar="DIR")
-    gravity: float = set_option(9.81, "[m/s^2]", metavar="G")
     min_normal: float = set_option(0.0, "least normal force [N]", metavar="N")
     zmp: bool = set_option(False, "keep the zero-moment point inside the foot")
-    copper_loss: float = set_option(0.5, "of the objective energy [W/(N m)^2]", metavar="W")
+    copper_loss: float | None = set_option(
+        None,
+        "of the objective energy [W/(N m)^2] (default: of the robot's file, else 0.5)",
+        metavar="W",
+    )
     reserve: float = set_option(
         0.0,
         "of the friction that the gait leaves unused; 0.02 lets the replay walk without a slip",

@@ -17,6 +17,7 @@ from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, so
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.flags import PostureOptions
+from stickslip.optimise.machine import finite, own_files, torque_limit_of, vehicle_of
 from stickslip.optimise.shared import finished, require_folder, track_of, track_options_of
 from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table
@@ -76,14 +77,16 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     said = [] if result.x is None else warnings(problem, result)
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
     found = result_content(problem, result, spent, {name: asked[name] for name in ASKED})
-    tables, picture = {}, None
+    tables, picture = own_files(given, problem.params), None
     if result.x is not None:
         tables[STATIONS] = stations_table(problem.stations(result.x)).csv()
         x, track = result.x, Path(given.track).name
         picture = PICTURE, lambda: _picture(problem, result, x, track)
     lines = rows(problem, result, spent)
     units = result_units(problem)
-    return finished(out, given, lines, said, found, units, tables, (STATIONS, PICTURE), picture)
+    return finished(
+        out, given, lines, said, found, units, tables, (STATIONS, PICTURE, "vehicle.toml"), picture
+    )
 
 
 def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
@@ -113,12 +116,13 @@ def problem_of(given: PostureOptions) -> PostureProblem:
     return PostureProblem.along(
         track,
         given.criterion,
+        vehicle_of(given),
         spacing=spacing_of(track, given),
         start=given.start,
         end=given.end,
-        leg_rate=given.leg_rate,
+        leg_rate=finite(given.leg_rate),
         friction=given.friction,
-        max_torque=given.max_torque,
+        max_torque=torque_limit_of(given),
         start_angles=given.start_angles,
         end_angles=given.end_angles,
         solver=PoseSolver(overlap=given.overlap),

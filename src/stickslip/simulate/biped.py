@@ -16,7 +16,6 @@ from stickslip.dynamics.biped import (
     FIDELITIES,
     INTEGRATORS,
     SUPPORT_START,
-    BipedParams,
     BipedState,
     EventExact,
 )
@@ -24,6 +23,7 @@ from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import say_stage
+from stickslip.optimise.machine import robot_of
 from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.simulate.flags import STATUS, WalkOptions
@@ -63,7 +63,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     found = None if given.tolerance is None else recommend(given.tolerance, scene_of(given))
     setting, state = setting_of(given, found), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
-        scene, robot = scene_of(given), BipedParams.from_bars()
+        scene, robot = scene_of(given), robot_of(given)
     seconds = given.seconds
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.dynamics.names import SCENES
 from stickslip.optim.posture import CRITERIA_IN_WORDS
-from stickslip.optimise.flags import TRACK_TABLE, TrackOptions
+from stickslip.optimise.flags import TRACK_TABLE, RobotOptions, TrackOptions
 from stickslip.parser import add_options, add_tables, option, set_option
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ class Output:
 
 
 @dataclass(frozen=True)
-class WalkOptions(Output):
+class WalkOptions(RobotOptions, Output):
     """A walk of the biped under a torque."""
 
     torque: str = option(
@@ -134,7 +134,9 @@ class WalkOptions(Output):
         None, "kinetic friction of the same (default: the static one)", group=FLOOR, metavar="MU"
     )
     edges: list[float] | None = option(None, "where friction changes [m]", group=FLOOR, metavar="M")
-    payload: float | None = option(None, "mass on the hip [kg]", group=FLOOR, metavar="KG")
+    payload: float | None = option(
+        None, "mass on the hip, beside the robot's own [kg]", group=FLOOR, metavar="KG"
+    )
     setting: str | None = option(
         None,
         "fidelity, integrator, step and precision, see below (default: exact)",

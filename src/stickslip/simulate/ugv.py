@@ -12,10 +12,10 @@ import numpy as np
 
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
+from stickslip.optimise.machine import finite, torque_limit_of, vehicle_of
 from stickslip.optimise.picture import draw_drive
 from stickslip.optimise.shared import track_of
 from stickslip.optimise.ugv import (
@@ -86,19 +86,20 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
     track = track_of(given.track, given.track_options, given.columns)
     limits = {
-        "leg_rate": given.leg_rate,
-        "max_torque": given.max_torque,
+        "leg_rate": finite(given.leg_rate),
+        "max_torque": torque_limit_of(given),
         "friction": given.friction,
     }
+    vehicle = vehicle_of(given)
     places = {"start": given.start, "end": given.end}
     if given.posture is not None:
         for name, value in (("spacing", given.spacing), *places.items()):
             if value is not None:
                 raise ValueError(f"{name} with --posture, which has waypoints of its own")
         x, angles = read_posture(given.posture)
-        return PostureProblem(UGVParams(), track, x, **limits), angles.reshape(-1)
+        return PostureProblem(vehicle, track, x, **limits), angles.reshape(-1)
     spacing = SPACING if given.spacing is None else given.spacing
-    problem = PostureProblem.along(track, spacing=spacing, **places, **limits)
+    problem = PostureProblem.along(track, params=vehicle, spacing=spacing, **places, **limits)
     return problem, np.tile(_held(given.angles or (), problem), len(problem.x))
 
 

@@ -1,0 +1,58 @@
+"""Commands with a robot or a vehicle of the user: from a file, single numbers changed."""
+
+import json
+
+import pytest
+
+from stickslip.cli import main
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.ugv import UGVParams
+
+
+def test_a_walk_of_the_robot_in_a_file(tmp_path, capsys):
+    path = tmp_path / "my.toml"
+    path.write_text('[bars]\ncrank_length = "60 mm"\n')
+    walk = ["simulate", "biped", "--torque", "0", "--scene", "grip", "--seconds", "0.02", "--json"]
+    masses = []
+    for own in ([], ["--robot", str(path)], ["--robot", str(path), "--set", "robot.hip_mass=0.7"]):
+        out = ["--out", str(tmp_path / f"{len(masses)}.csv")]
+        main([*walk, *own, *out])
+        json.loads(capsys.readouterr().out)
+        masses.append((tmp_path / f"{len(masses)}.csv").read_text())
+    assert masses[0] != masses[1] == masses[2]
+
+
+def test_a_gait_keeps_its_robot_beside_it(tmp_path):
+    path = tmp_path / "my.toml"
+    path.write_text('[bars]\nhip_mass = "2 kg"\n[motor]\ntorque_limit = "3 N m"\n')
+    gait = ["optimise", "biped", "--robot", str(path), "--no-pictures", "--set", "cells=40"]
+    assert main([*gait, "bars.foot_mass=0.5", "--out", str(tmp_path / "gait")]) == 0
+    kept = BipedParams.from_file(tmp_path / "gait" / "robot.toml")
+    assert repr(kept) == repr(BipedParams.from_file(path, {"bars.foot_mass": 0.5}))
+    found = json.loads((tmp_path / "gait" / "result.json").read_text())
+    assert found["problem"]["torque_limit"] == 3.0
+
+
+def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):
+    path = UGVParams(wheel_radius=0.2).to_file(tmp_path / "my.toml")
+    drive = ["simulate", "ugv", "--angles", "90", "90", "--set", "spacing=2", "--json"]
+    drive += ["--vehicle", str(path), "--out", str(tmp_path / "drive.csv")]
+    assert main([*drive, "--set", "vehicle.body_mass=100 kg"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["summary"][0]["status"] == "OK"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--set", "robot.hip=1"], "'robot.hip' is no number of a robot; accepted: "),
+        (["--set", "robot.hip_mass=1", "robot.hip_mass=2"], "robot.hip_mass is given twice"),
+        (["--set", "robot.hip_mass=2 m"], "bars.hip_mass = '2 m' is not in kg"),
+        (["--robot", "none.toml"], "none.toml: no such file"),
+    ],
+)
+def test_a_bad_machine_is_one_line(tmp_path, monkeypatch, capsys, words, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(["simulate", "biped", "--torque", "1", *words]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
