@@ -30,7 +30,7 @@ def test_a_gait_keeps_its_robot_beside_it(tmp_path):
     kept = BipedParams.from_file(tmp_path / "gait" / "robot.toml")
     assert repr(kept) == repr(BipedParams.from_file(path, {"bars.foot_mass": 0.5}))
     found = json.loads((tmp_path / "gait" / "result.json").read_text())
-    assert found["problem"]["torque_limit"] == 3.0
+    assert found["asked"]["torque_limit"] == 3.0
 
 
 def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):

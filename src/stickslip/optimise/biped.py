@@ -55,6 +55,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     replays = _replays(problem, result, given)
     lost = bool(replays) and all(one.status > Status.SLIP_ONSET for one in replays.values())
     asked = {name: value for name, value in asdict(given).items() if name not in FILES}
+    asked |= {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}
     found = gait_content(problem, result, replays, asked)
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
     tables, picture = own_files(given, problem.params), None
