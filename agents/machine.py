@@ -236,17 +236,11 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Evaluation.
 
-    def measures(self, env: Env, *, task: bool = False, bound: bool = False) -> AnyMeasures:
+    def measures(self, env: Env, *, task: bool = False) -> AnyMeasures:
         """Kept values of an environment's episodes, and the columns of its tables.
 
-        task: of a named task, whose scores say what an optimum would. bound: with columns of what
-        nobody can beat in each episode, computed and proved; ValueError where nothing is.
+        task: of a named task, whose scores say what an optimum would.
         """
-        if bound:
-            raise ValueError(
-                f"nobody has proved what no policy of the {self.title} can beat in an episode; "
-                "accepted: without a bound"
-            )
         return import_module(self.measured).MEASURES
 
     def amplifications(
@@ -401,25 +395,6 @@ def machine_by_name(name: str) -> AnyMachine:
     if isinstance(found, Declared):
         found = _MACHINES[name] = getattr(import_module(found.module), found.kind)()
     return found
-
-
-def machine_among(arguments: Sequence[str]) -> AnyMachine:
-    """The machine that the arguments of `stickslip train` name, before they are parsed, or that
-    their task is of. ValueError for an unknown task."""
-    named = next((name for name in arguments if name in _MACHINES), None)
-    if named is None and (task := _task_among(arguments)) is not None:
-        from stickslip.envs.tasks.definition import task_by_name
-
-        named = task_by_name(task).machine
-    return machine_by_name(next(iter(_MACHINES)) if named is None else named)
-
-
-def _task_among(arguments: Sequence[str]) -> str | None:
-    """Value of --task in the arguments, in either form."""
-    for word, after in zip(arguments, (*arguments[1:], None), strict=True):
-        if word == "--task" or word.startswith("--task="):
-            return after if word == "--task" else word.partition("=")[2]
-    return None
 
 
 def machine_of_env(env: AnyEnv) -> AnyMachine:

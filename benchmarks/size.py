@@ -117,8 +117,10 @@ def _flags(words: list[str]) -> set[str]:
     """Long options of a command."""
     from stickslip.cli import make_parser
 
-    (commands,) = (one.choices for one in make_parser(words)._actions if one.choices)
-    parser: Any = commands[words[0]]  # type: ignore[index]
+    parser: Any = make_parser(words)
+    for word in words:
+        inner = (one.choices for one in parser._actions if isinstance(one.choices, dict))
+        parser = next(inner, {}).get(word, parser)
     return {text for one in parser._actions for text in one.option_strings if text[:2] == "--"}
 
 

@@ -24,7 +24,6 @@ NOT_RUN = {
     r"^(pip|make|dask|python|uvx) ": "installs, starts a cluster, or measures",
     r"bench throughput": "measures",
     r"--scheduler": "needs what a test of its own starts",
-    r"--bound$": "proves for minutes; tests of bounds do",
 }
 """What of a line says that it is left out, and why."""
 ADDED = {

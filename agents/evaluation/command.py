@@ -95,9 +95,7 @@ def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
     require_writable(written)
     about = task_in_words(task)
     print(about)
-    table = evaluate_task(
-        task, named, episodes=given["episodes"], progress=_running, bound=given["bound"]
-    )
+    table = evaluate_task(task, named, episodes=given["episodes"], progress=_running)
     env, params = task_by_name(task).make()
     players = [(task, name, env, player, params) for name, player in named.items()]
     return table, {table.rows[0].scene: about}, players
@@ -124,7 +122,7 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
                 (place.label, name, env, one, place.params) for name, one in controllers.items()
             ]
             parts.append((env, controllers, {place.label: place.params}))
-    how = {"episodes": given["episodes"] or EPISODES, "progress": _running, "bound": given["bound"]}
+    how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
     table = joined([evaluate(*part, **how) for part in parts], order=list(policies))
     return table, {place.label: place.line() for place in places}, players
 

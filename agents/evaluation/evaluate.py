@@ -39,18 +39,15 @@ def evaluate(
     episodes: int = EPISODES,
     seeds: Sequence[int] | None = None,
     progress: Say | None = None,
-    bound: bool = False,
 ) -> Evaluation:
     """Run every controller in every scene over the seeds (by default 0, 1, ..., episodes - 1).
 
     env: a BipedEnv, a UGVEnv or another machine's. controllers: by name (see Controller); the UGV's
     planners are among them. scenes: the environment's parameters, by name. Seed s is the first
     episode after `reset(seed=s)` of every adapter; where a reset draws nothing one episode is run.
-    progress: called with a line before each row. bound: also what no policy can beat in each
-    episode, proved (see `Machine.measures`; the UGV's take seconds to minutes an episode).
-    ValueError for an environment of no machine, or of one without a bound.
+    progress: called with a line before each row. ValueError for an environment of no machine.
     """
-    measures = machine_of_env(env).measures(env, bound=bound)
+    measures = machine_of_env(env).measures(env)
     return _evaluated(env, controllers, scenes, measures, seeds_of(episodes, seeds), progress)
 
 
@@ -61,7 +58,6 @@ def evaluate_task(
     episodes: int | None = None,
     seeds: Sequence[int] | None = None,
     progress: Say | None = None,
-    bound: bool = False,
 ) -> Evaluation:
     """Run every controller on a named task's own episodes, with the columns task_score and gap.
 
@@ -72,7 +68,7 @@ def evaluate_task(
     task = task_by_name(name)
     env, params = task.make()
     known = known_of(task)
-    measures = machine_by_name(task.machine).measures(env, task=True, bound=bound)
+    measures = machine_by_name(task.machine).measures(env, task=True)
     usual = EPISODES if known is None else known.episodes
     used = seeds_of(usual if episodes is None else episodes, seeds)
     if known is not None:

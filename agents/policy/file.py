@@ -189,7 +189,7 @@ def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
     else:
         why = (
             f"its definition is {shown(digest[:DIGITS])}, in {here} {task.digest[:DIGITS]}; "
-            f"accepted: a policy trained on this one (`stickslip train --task {name}`)"
+            f"accepted: a policy trained on it (`stickslip train {task.machine} --task {name}`)"
         )
     raise RefusedError(
         f"a policy of the task {shown(name)}, saved by stickslip {saved}; {why}, or the version "

@@ -347,8 +347,8 @@ def refuse_fixed(given: Iterable[str], task: str) -> None:
 
 def command_of(config: Configuration, out: str | None = None) -> str:
     """`stickslip train ...` with all that is not a default; out: the run's directory."""
-    words = ["stickslip", "train"]
-    words += [config.machine] if config.task is None else ["--task", config.task]
+    words = ["stickslip", "train", config.machine]
+    words += [] if config.task is None else ["--task", config.task]
     settings = []
     for name, value in changes(config).items():
         if name not in config.FLAGS:

@@ -1,4 +1,4 @@
-"""Measures of the UGV's episodes, and the optimum and the bound to score them against."""
+"""Measures of the UGV's episodes, and the optimum to score them against."""
 
 from __future__ import annotations
 
@@ -28,7 +28,6 @@ from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.machine import EVALUATED
 from stickslip.agents.ugv.task import training_task
 from stickslip.dynamics.status import Status
-from stickslip.optim.posture.bounds.branch import bound_every_drive
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -45,12 +44,10 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.state import UGVEnvState
 
 Add: TypeAlias = "Callable[[UGVEpisodes], UGVEpisodes]"
-CLOSE = 0.05
-"""Gap at which a bound is near enough to score against."""
 ANGLES = 21
 """Angles of the optimiser's grid for the score during training."""
-GRID, BOUND = ("optimum", "score"), ("bound", "over_bound")
-"""Columns of the optimum over the grid, and of the bound."""
+GRID = ("optimum", "score")
+"""Columns of the optimum over the grid."""
 NO_SCORE = 1e-6
 """An optimum nearer to zero than this has no ratio to it."""
 
@@ -65,9 +62,6 @@ class UGVEpisodes(NamedTuple):
     optimum: Array | np.ndarray
     """The best over dp's grid on the same track; NaN where it was not asked for or has none. A
     drive off the grid may cost less."""
-    bound: Array | np.ndarray
-    """Lower bound of every drive at the same waypoints (`bound_every_drive`); NaN where it
-    is not known."""
     distance: Array | np.ndarray
     """Driven [m]."""
     wheel_energy: Array | np.ndarray
@@ -115,8 +109,6 @@ def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
         "cost": (Column("cost", unit, 2), _whole("cost")),
         "optimum": (Column("best over grid", unit, 2), _whole("optimum")),
         "score": (Column("cost / best over grid", "-", 3), _over("optimum")),
-        "bound": (Column("no drive below", unit, 2), _whole("bound")),
-        "over_bound": (Column("cost / no drive below", "-", 3), _over("bound")),
         "wheel_energy": (Column("wheels", "J", 1), _whole("wheel_energy")),
         "total_energy": (Column("with legs", "J", 1), _whole("total_energy")),
         "demand": (Column("friction used", "-", 3), _whole("demand")),
@@ -128,7 +120,7 @@ def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
 
 
 def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
-    """Kept data of an episode; optimum and bound are not known."""
+    """Kept data of an episode; the optimum is not known."""
     state, info = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
     at = played.state.station
     use = [
@@ -139,7 +131,6 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
         reward=state.totals.reward,
         cost=state.cost,
         optimum=jnp.full_like(state.cost, jnp.nan),
-        bound=jnp.full_like(state.cost, jnp.nan),
         distance=info["episode_distance"],
         wheel_energy=state.totals.wheel_energy,
         total_energy=state.totals.total_energy,
@@ -149,52 +140,31 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
 
 
 def measures(
-    env: UGVEnv, *, task: bool = False, bound: bool = False
+    env: UGVEnv, *, task: bool = False
 ) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """Measures of an environment's episodes, the criterion in its unit.
 
     Unless they are of a named task, each episode's cost is compared with the best path over dp's
-    grid; a policy off the grid may come out slightly below 1. bound: also compute a lower bound of
-    every drive at the episode's waypoints, seconds to minutes an episode. No policy costs less,
-    but for the rounding of its own cost (2e-4 in single precision).
+    grid; a policy off the grid may come out slightly below 1.
     """
     env, columns = without_resets(env), dict(ugv_columns(env.measure.unit))
-    for name in (*(GRID if task else ()), *(() if bound else BOUND)):
-        del columns[name]
+    if task:
+        for name in GRID:
+            del columns[name]
+        return Measures(keep_of, columns, None)
 
     def complete(track: str, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> Add:
-        added: dict[str, np.ndarray] = {}
-        if not task:
-            say(f"dynamic programming on {track}")
-            added["optimum"] = optima(env, params, seeds, Optimum())
-        if bound:
-            added["bound"] = _bounds(env, params, seeds, say)
-        return lambda played: played._replace(**added)
+        say(f"dynamic programming on {track}")
+        found = optima(env, params, seeds, Optimum())
+        return lambda played: played._replace(optimum=found)
 
-    return Measures(keep_of, columns, None if task and not bound else complete)
+    return Measures(keep_of, columns, complete)
 
 
 def optima(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], optimum: Optimum) -> np.ndarray:
     """The best over the grid of each seed's episode; NaN where there is no path."""
     found = [optimum.solve(env, params, first_state(env, params, seed)) for seed in seeds]
     return np.asarray([one.value if one.status.solved else np.nan for one in found])
-
-
-def _bounds(env: UGVEnv, params: UGVEnvParams, seeds: Sequence[int], say: Say) -> np.ndarray:
-    """Lower bound of every drive of each seed's episode; NaN on ground given as a function."""
-    bounds = []
-    for number, seed in enumerate(seeds, 1):
-        say(f"what no drive can beat in episode {number} of {len(seeds)}")
-        state = first_state(env, params, seed)
-        # Off the grid a drive knows better at which steps it pays: the bound begins from that.
-        drive = Optimum(polish=True).solve(env, params, state)
-        start = drive.x if drive.status.solved else None
-        try:
-            found = bound_every_drive(env.problem(state, params), start, tolerance=CLOSE)
-            bounds.append(found.value)
-        except ValueError:  # of such ground nothing is enclosed
-            bounds.append(np.nan)
-    return np.asarray(bounds)
 
 
 def evaluate_policy(

@@ -20,6 +20,7 @@ from stickslip.commands import (
     OK,
     READER_LEFT,
     WRONG_INPUT,
+    Command,
     function_of,
 )
 from stickslip.parser import Parser, examples_text, tables_text
@@ -98,11 +99,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def make_parser(arguments: Sequence[str] = ()) -> Parser:
-    """The parser. A command has its flags only if it is among the arguments."""
+    """The parser. A command, and a machine of it, has its flags only if the arguments name it."""
+    tables = {title: {name: COMMANDS[name].about for name in of} for title, of in GROUPS.items()}
     parser = Parser(
         prog="stickslip",
         usage="stickslip COMMAND ...",
-        description="\n\n".join((ABOUT, examples_text(EXAMPLES), _command_tables())),
+        description="\n\n".join((ABOUT, examples_text(EXAMPLES), tables_text(tables))),
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
@@ -111,41 +113,44 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
         command = commands.add_parser(name, prog=f"stickslip {name}", help=one.about)
         command.set_defaults(command=name)
         if name in arguments:
-            _add_flags(name, command, arguments)
+            _add_machines(command, one, arguments)
     return parser
 
 
-def _command_tables() -> str:
-    """The commands by purpose."""
-    return tables_text(
-        {title: {name: COMMANDS[name].about for name in names} for title, names in GROUPS.items()}
-    )
+def _add_machines(parser: Parser, command: Command, arguments: Sequence[str]) -> None:
+    """A command's machines with the flags of those among the arguments, or the command's flags."""
+    machines = command.machines()
+    if not machines:
+        _add_flags(parser, command)
+        return
+    parser.description = _described(command, command.examples)
+    names = "|".join(machines)
+    parts = parser.add_subparsers(dest="machine", metavar=names, required=True, title="machines")
+    for machine, about in machines.items():
+        part = parts.add_parser(machine, help=about)
+        if machine in arguments:
+            _add_flags(part, command, machine)
 
 
-def _add_flags(name: str, parser: Parser, arguments: Sequence[str]) -> None:
-    """A command's own flags, those that every command has, and examples of the machine named."""
-    command = COMMANDS[name]
-    function_of(command.flags)(parser, arguments)
+def _add_flags(parser: Parser, command: Command, machine: str | None = None) -> None:
+    """A command's own flags, those that every command has, and examples."""
+    function_of(command.flags)(parser, machine)
     if command.json:
-        parser.add_argument(
-            "--json",
-            action="store_true",
-            help="print one JSON object and nothing else, with every number (docs/commands.md)",
-        )
+        about = "print one JSON object and nothing else, with every number (docs/commands.md)"
+        parser.add_argument("--json", action="store_true", help=about)
     if command.compiles:
-        parser.add_argument(
-            "--no-cache",
-            dest="keep_programs",
-            action="store_false",
-            help="compile everything again, and keep no compiled program for the next command",
-        )
-    others = {one for one in parser.machines if one not in arguments}
+        about = "compile everything again, and keep no compiled program for the next command"
+        parser.add_argument("--no-cache", dest="keep_programs", action="store_false", help=about)
     shown = {
-        line: about
-        for line, about in command.examples.items()
-        if others == {*parser.machines} or others.isdisjoint(line.split()[:3])
+        line: text
+        for line, text in command.examples.items()
+        if machine is None or machine in line.split()[:3]
     }
-    parser.description = f"{command.about[0].upper()}{command.about[1:]}.\n\n{examples_text(shown)}"
+    parser.description = _described(command, shown)
+
+
+def _described(command: Command, examples: Mapping[str, str]) -> str:
+    return f"{command.about[0].upper()}{command.about[1:]}.\n\n{examples_text(examples)}"
 
 
 def _run(given: argparse.Namespace) -> int:

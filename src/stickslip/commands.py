@@ -1,12 +1,13 @@
 """The commands of `stickslip` in one table.
 
-`flags` adds a command's flags to its parser and imports nothing heavy. `run` takes the parsed flags
-by name and returns a Content, or None. Both are named as "module:function", the module perhaps by
-the machine, and imported when their command is asked for. Examples begin the help.
+`flags` adds a command's flags to its parser (of a machine, where each has flags of its own) and
+imports nothing heavy. `run` takes the parsed flags by name and returns a Content, or None. Both are
+named as "module:function" and imported when their command is asked for. Examples begin the help.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,7 +20,8 @@ end of what was asked. READER_LEFT: nobody reads the output any more, as shells 
 
 
 class Command(NamedTuple):
-    """json: it returns a Content, for --json. compiles: it runs JAX in this process."""
+    """json: it returns a Content, for --json. compiles: it runs JAX in this process. machines:
+    names and descriptions, where each machine has flags of its own."""
 
     about: str
     flags: str
@@ -27,12 +29,17 @@ class Command(NamedTuple):
     examples: Mapping[str, str]
     json: bool = True
     compiles: bool = True
+    machines: Callable[[], Mapping[str, str]] = dict
 
 
 def function_of(place: str) -> Any:
     """Import the function that a text "module:function" of this package names."""
     module, _, name = place.partition(":")
     return getattr(import_module(f"stickslip.{module}"), name)
+
+
+def _environments() -> Mapping[str, str]:
+    return function_of("agents.machine:environments")()
 
 
 COMMANDS = {
@@ -42,47 +49,37 @@ COMMANDS = {
         "agents.training.run:train_command",
         {
             "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
-            "stickslip train biped --payload 2 --set slip_weight=2 random_mass=0.9,1.1": (
-                "other settings, by their names"
-            ),
+            "stickslip train biped --payload 2 --set slip_weight=2": "with settings by their names",
             "stickslip train ugv --tracks bump --out runs/legs": "the UGV's legs, over one ground",
-            "stickslip train --out runs/fast --resume": "go on with a run that was cut off",
+            "stickslip train biped --out runs/fast --resume": "resume an interrupted run",
         },
         json=False,
+        machines=_environments,
     ),
     "evaluate": Command(
         "compare policies and baselines in a table",
         "flags:evaluate_flags",
         "agents.evaluation.command:evaluate_command",
         {
-            "stickslip evaluate biped-ice crank-speed-pi": (
-                "a policy of the package beside a baseline"
-            ),
-            "stickslip evaluate crank-speed-pi --scene wet,firm --payload 2": (
-                "on two floors, with a load"
-            ),
-            "stickslip evaluate --task UGVBump-v1 level-body --json": (
-                "scores, for a program to read"
-            ),
+            "stickslip evaluate biped-ice crank-speed-pi": "a trained policy beside a baseline",
+            "stickslip evaluate crank-speed-pi --scene wet,firm --payload 2": "on two floors",
+            "stickslip evaluate --task UGVBump-v1 level-body --json": "scores on a task, as JSON",
         },
     ),
     "simulate": Command(
         "a walk under a torque, or a drive with given leg angles, as data and a picture",
-        "simulate.flags:add_flags",
+        "options:simulate_flags",
         "simulate.{machine}:simulate_command",
         {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
-            "--period 0.005 --seconds 3 --plot walk.png": (
-                "a law for the torque: rows and a picture"
-            ),
+            "--period 0.005 --seconds 3 --plot walk.png": "a control law: rows and a picture",
             "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
-            "--seconds 0.9 --out ice.parquet": "a patch of ice",
-            "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": (
-                "legs held still over a bump"
-            ),
+            "--seconds 0.9": "a patch of ice",
+            "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": "fixed legs",
             "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump "
             "--friction 0.5 --out slippery.csv": "an optimised drive on worse ground",
         },
+        machines=lambda: {"biped": "a walk under a torque", "ugv": "a drive with given leg angles"},
     ),
     "sweep": Command(
         "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
@@ -90,12 +87,11 @@ COMMANDS = {
         "agents.sweeps.command:sweep_command",
         {
             "stickslip sweep biped --policy biped-ice crank-speed-pi --axis mu=0.03:0.3:10 "
-            "--axis payload=0,5,10 --episodes 8 --out runs/mu": (
-                "two policies over frictions and loads"
-            ),
+            "--axis payload=0,5,10 --episodes 8 --out runs/mu": "over frictions and loads",
             "stickslip sweep ugv --policy level-body --axis friction=0.05:0.4:4 --out runs/grip "
             "--json": "a baseline over frictions, the summary as JSON",
         },
+        machines=_environments,
     ),
     "view": Command(
         "an animation or a page of a policy or baseline at work",
@@ -103,11 +99,8 @@ COMMANDS = {
         "agents.pictures.view:view_command",
         {
             "stickslip view biped-ice": "a policy of the package, as biped-ice.gif",
-            "stickslip view optimal-gait --scene wet --seconds 3 --out gait.png "
-            "--plot gait-plot.png": "a baseline, and its episode over time",
-            "stickslip view biped-ice crank-speed-pi --html ice.html": (
-                "two side by side, in a browser"
-            ),
+            "stickslip view optimal-gait --scene wet --plot gait.png": "a baseline, with curves",
+            "stickslip view biped-ice crank-speed-pi --html ice.html": "two, in a browser",
         },
         json=False,
     ),
@@ -115,10 +108,7 @@ COMMANDS = {
         "train a machine on a task of its own and compare it",
         "flags:demo_flags",
         "agents.demo:demo_command",
-        {
-            "stickslip demo": "the biped on a floor too slippery for constant speed",
-            "stickslip demo ugv": "the UGV",
-        },
+        {"stickslip demo": "the biped on a slippery floor", "stickslip demo ugv": "the UGV"},
     ),
     "tasks": Command(
         "named tasks that never change, and the best known on each",
@@ -127,7 +117,6 @@ COMMANDS = {
         {
             "stickslip tasks": "all of them",
             "stickslip tasks BipedSprint-v1": "one in words: its numbers, and who earned what",
-            "stickslip tasks --json": "every number, for a program to read",
         },
         compiles=False,
     ),
@@ -138,7 +127,6 @@ COMMANDS = {
         {
             "stickslip policies": "all of them",
             "stickslip policies biped-ice": "one in words: how it was trained, what it earns",
-            "stickslip policies --json": "every number, for a program to read",
         },
         compiles=False,
     ),
@@ -148,28 +136,26 @@ COMMANDS = {
         "listing:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
-            "stickslip export runs/demo --out walker.npz": ("of a run, for NumPy alone"),
+            "stickslip export runs/demo --out walker.npz": "of a run, for NumPy alone",
         },
         json=False,
         compiles=False,
     ),
     "optimise": Command(
         "a UGV's leg angles along a track, or the biped's best gait",
-        "optimise.flags:add_flags",
+        "options:optimise_flags",
         "optimise.{machine}:optimise_command",
         {
             "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
                 "least wheel energy over a higher bump, with motors of 400 N m"
             ),
             "stickslip optimise biped --objective friction --mean-rate 3": (
-                "the steady gait at 3 rad/s that asks least of the floor"
+                "the steady gait at 3 rad/s with the least friction"
             ),
             "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.1 "
-            "--set reserve=0.02 zmp=true --out runs/start": (
-                "four steps from rest, as fast as 3 N m and the floor allow; as a replay, too, it "
-                "holds"
-            ),
+            "--set reserve=0.02 zmp=true --out runs/start": "four steps from rest in least time",
         },
+        machines=lambda: {"ugv": "leg angles along a track", "biped": "the best gait"},
     ),
     "reproduce": Command(
         "compute the chapter's figures again and compare its claims with what comes out",
@@ -185,9 +171,8 @@ COMMANDS = {
         "flags:bench_flags",
         "benchmarks:bench_command",
         {
-            "stickslip bench": "which there are, and which of them run here",
+            "stickslip bench": "all benchmarks, and which of them run here",
             "stickslip bench throughput --quick": "environment steps a second, in some minutes",
-            "stickslip bench optimisers methods --json": "what one found, for a program to read",
         },
         compiles=False,
     ),
@@ -195,11 +180,7 @@ COMMANDS = {
         "what makes a shell complete commands, flags and names",
         "flags:completion_flags",
         "cli:completion_command",
-        {
-            "stickslip completion bash >> ~/.bashrc": "for good, in bash",
-            "stickslip completion zsh >> ~/.zshrc": "in zsh",
-            "stickslip completion fish >> ~/.config/fish/config.fish": "in fish",
-        },
+        {"stickslip completion bash >> ~/.bashrc": "in bash"},
         json=False,
         compiles=False,
     ),

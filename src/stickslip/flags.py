@@ -9,10 +9,10 @@ import argparse
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.machine import environments, machine_among, machines
+from stickslip.agents.machine import machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_names, shipped_titles
 from stickslip.envs.tasks.definition import TASKS
-from stickslip.parser import add_tables, completes, flag_of, truth
+from stickslip.parser import completes, flag_of, truth
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -36,24 +36,17 @@ AXIS_VALUES = {
 POLICY = "a policy of the package, a policy file, a run's directory or a baseline, see below"
 
 
-def train_flags(parser: Parser, arguments: Sequence[str]) -> None:
-    """Add the machine, the run, and every setting of the machine's configuration."""
-    if not parser.add_machine(environments(), arguments, "--task", "--resume"):
-        return
-    machine = machine_among(arguments)
-    parser.set_defaults(machine=machine.name)
-    parser.add_argument(
-        "--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)"
-    )
-    parser.add_argument("--resume", action="store_true", help="go on with the run in --out")
-    parser.add_argument("--no-pictures", action="store_true", help="no plots, no animation")
-    parser.add_argument(
-        "--config",
-        metavar="FILE",
-        help="settings in TOML, or a run's config.json; those of the command line go before them",
-    )
-    add_fields(parser, machine.configuration)
-    completes(parser._option_string_actions.get("--task"), TASKS)
+def train_flags(parser: Parser, machine: str) -> None:
+    """Add the run, and every setting of the machine's configuration."""
+    add = parser.add_argument
+    add("--out", metavar="DIR", help="directory of the run (default: runs/<machine>-<time>)")
+    add("--resume", action="store_true", help="go on with the run in --out")
+    add("--no-pictures", action="store_true", help="no plots, no animation")
+    about = "settings in TOML, or a run's config.json; those of the command line go before them"
+    add("--config", metavar="FILE", help=about)
+    add_fields(parser, machine_by_name(machine).configuration)
+    if "--task" in parser._option_string_actions:
+        completes(parser._option_string_actions["--task"], TASKS)
 
 
 def add_fields(parser: Parser, kind: type[Configuration]) -> None:
@@ -62,8 +55,7 @@ def add_fields(parser: Parser, kind: type[Configuration]) -> None:
 
     for one in fields(kind):
         rule = rule_of(one)
-        options: dict[str, Any] = {"default": argparse.SUPPRESS}
-        options["help"] = _field_help(one, kind).replace("%", "%%")
+        options: dict[str, Any] = {"default": argparse.SUPPRESS, "help": _field_help(one, kind)}
         if rule.kind is bool:
             options["type"] = truth
         elif rule.kind == "range":
@@ -71,6 +63,7 @@ def add_fields(parser: Parser, kind: type[Configuration]) -> None:
         else:
             options |= {"type": rule.kind, "metavar": rule.kind.__name__.upper()}
         if one.name in kind.FLAGS:
+            options["help"] = options["help"].replace("%", "%%")
             parser.add_argument(flag_of(one.name), dest=one.name, **options)
         else:
             parser.add_setting(one.name, **options)
@@ -94,58 +87,44 @@ def _field_help(one: Field[object], kind: type[Configuration]) -> str:
     return f"{rule.about}{choices} (default: {defaults})"
 
 
-def evaluate_flags(parser: Parser, _: Sequence[str]) -> None:
+def evaluate_flags(parser: Parser, _: object) -> None:
     """Add policies, task or scene, and episodes."""
-    _add_policies(parser, many=True)
-    parser.add_argument(
-        "--episodes", type=int, help="for each (default: 32; of a task, those it was measured on)"
-    )
-    task = parser.add_argument(
-        "--task",
-        metavar="TASK",
-        help="a task of `stickslip tasks`, in place of the policies' own: with scores and the gap",
-    )
-    completes(task, TASKS)
-    parser.add_argument(
-        "--bound",
-        action="store_true",
-        help="UGV: also what no drive can beat, proved, some seconds to minutes an episode",
-    )
-    parser.add_argument(
-        "--amplification",
-        action="store_true",
-        help="biped: also how many times a small difference of the start grows in an episode",
-    )
-    parser.add_argument("--out", metavar="DIR", help="write evaluation.csv and .json there")
+    add = parser.add_argument
+    _add_policies(parser, nargs="+")
+    about = "for each (default: 32; of a task, those it was measured on)"
+    add("--episodes", type=int, help=about)
+    about = "a task of `stickslip tasks`, in place of the policies' own: with scores and the gap"
+    completes(add("--task", metavar="TASK", help=about), TASKS)
+    about = "biped: also how many times a small difference of the start grows in an episode"
+    add("--amplification", action="store_true", help=about)
+    add("--out", metavar="DIR", help="write evaluation.csv and .json there")
     add_overwrite(parser, "what is in --out")
     _add_scene(parser, many=True)
 
 
-def view_flags(parser: Parser, _: Sequence[str]) -> None:
+def view_flags(parser: Parser, _: object) -> None:
     """Add policies, task, duration and files."""
-    _add_policies(parser, many=True)
-    parser.add_argument(
-        "--html", metavar="FILE", help="a page to play in a browser, with curves; of one or several"
-    )
-    parser.add_argument("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
-    parser.add_argument("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
-    parser.add_argument("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
-    parser.add_argument("--plot", metavar="FILE", help="also a .png of the episode over time")
+    add = parser.add_argument
+    _add_policies(parser, nargs="+")
+    about = "a page to play in a browser, with curves; of one or several"
+    add("--html", metavar="FILE", help=about)
+    add("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
+    add("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
+    add("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
+    add("--plot", metavar="FILE", help="also a .png of the episode over time")
     add_overwrite(parser)
-    parser.add_argument("--window", action="store_true", help="show it on the screen instead")
+    add("--window", action="store_true", help="show it on the screen instead")
     _add_scene(parser, many=False)
 
 
-def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
+def sweep_flags(parser: Parser, name: str) -> None:
     """Add policies, axes, the machine's task, and workers."""
-    if not parser.add_machine(environments(), arguments):
-        return
-    machine, add = machine_among(arguments), parser.add_argument
-    policy = add("--policy", nargs="+", required=True, metavar="POLICY",
-        help="policy files, directories of training runs and baselines, see below")  # fmt: skip
+    machine, add = machine_by_name(name), parser.add_argument
+    about = "policy files, directories of training runs and baselines, see below"
+    policy = add("--policy", nargs="+", required=True, metavar="POLICY", help=about)
     completes(policy, _policy_names())
-    add("--axis", action="append", default=[], metavar="NAME=VALUES",
-        help="a parameter of the task and its values, see below; repeatable")  # fmt: skip
+    about = "a parameter of the task and its values, see below; repeatable"
+    add("--axis", action="append", default=[], metavar="NAME=VALUES", help=about)
     add("--episodes", type=int, default=32, help="of each point (default: %(default)s)")
     add("--out", metavar="DIR", required=True, help="directory of the sweep")
     add("--resume", action="store_true", help="continue the sweep in --out")
@@ -153,22 +132,14 @@ def sweep_flags(parser: Parser, arguments: Sequence[str]) -> None:
     add("--workers", type=int, metavar="N", help="N processes (default: a thread for each core)")
     add("--scheduler", metavar="ADDRESS", help="the workers of a Dask scheduler")
     group = parser.add_argument_group(f"the task of the {machine.title}")
-    default = "(default: the policies' own, or the standard task)"
-    task = group.add_argument(
-        "--task", nargs="+", metavar="TASK", help=f"tasks of `stickslip tasks` {default}"
-    )
-    completes(task, TASKS)
+    about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
+    completes(group.add_argument("--task", nargs="+", metavar="TASK", help=about), TASKS)
     group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
     for option in machine.options():
         option.add_to(group)
-    add_tables(parser, _sweep_tables(machine))
-
-
-def _sweep_tables(machine: AnyMachine) -> dict[str, Mapping[str, str]]:
-    """Tables for the end of the help: values, axes, baselines, scenes."""
-    others = {"PART.NAME": "any other number, see docs/sweeps.md"}
-    axes = {f"axes of the {machine.title}": {**machine.axes, **others}}
-    return {"values": AXIS_VALUES, **axes} | _names_of([machine])
+    axes = {**machine.axes, "PART.NAME": "any other number, see docs/sweeps.md"}
+    parser.tables = {"values": AXIS_VALUES, f"axes of the {machine.title}": axes}
+    parser.tables |= _names_of([machine])
 
 
 def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
@@ -186,98 +157,79 @@ def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
     return tables
 
 
-def demo_flags(parser: Parser, _: Sequence[str]) -> None:
-    """Add the machine, the directory and the time."""
+def demo_flags(parser: Parser, _: object) -> None:
+    """Add the machine and the directory."""
     names = [machine.name for machine in machines()]
-    parser.add_argument(
-        "machine",
-        nargs="?",
-        choices=names,
-        default=names[0],
-        help="whose demo (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        default="runs",
-        help="where its directory goes (default: %(default)s)",
-    )
+    how: dict[str, Any] = {"nargs": "?", "choices": names, "default": names[0]}
+    parser.add_argument("machine", help="default: %(default)s", **how)
+    about = "where its directory goes (default: %(default)s)"
+    parser.add_argument("--out", metavar="DIR", default="runs", help=about)
 
 
-def tasks_flags(parser: Parser, _: Sequence[str]) -> None:
+def tasks_flags(parser: Parser, _: object) -> None:
     """Add the tasks' names."""
     _add_names(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})
 
 
-def policies_flags(parser: Parser, _: Sequence[str]) -> None:
+def policies_flags(parser: Parser, _: object) -> None:
     """Add the policies' names."""
     _add_names(parser, _shipped())
 
 
-def export_flags(parser: Parser, _: Sequence[str]) -> None:
+def export_flags(parser: Parser, _: object) -> None:
     """Add the policy and the file."""
     _add_policies(parser, "one of those below, a file or a run")
-    parser.add_argument(
-        "--out", metavar="FILE", required=True, help=".onnx, or .npz for NumPy alone"
-    )
+    about = ".onnx, or .npz for NumPy alone"
+    parser.add_argument("--out", metavar="FILE", required=True, help=about)
     add_overwrite(parser, "the file")
-    add_tables(parser, _shipped())
+    parser.tables = _shipped()
 
 
-def reproduce_flags(parser: Parser, _: Sequence[str]) -> None:
+def reproduce_flags(parser: Parser, _: object) -> None:
     """Add the figures' names, files and resolution."""
     from stickslip.paper.figure import EVERYTHING, FIGURES
 
-    figures = parser.add_argument(
-        "figures", nargs="+", metavar="FIGURE", help=f"one or more of those below, or {EVERYTHING}"
-    )
-    completes(figures, (*FIGURES, EVERYTHING))
-    parser.add_argument(
-        "--out", metavar="DIR", default="figures", help="where files go (default: %(default)s)"
-    )
+    add = parser.add_argument
+    about = f"one or more of those below, or {EVERYTHING}"
+    completes(add("figures", nargs="+", metavar="FIGURE", help=about), (*FIGURES, EVERYTHING))
+    about = "where files go (default: %(default)s)"
+    add("--out", metavar="DIR", default="figures", help=about)
     add_overwrite(parser, "files in --out")
-    parser.add_argument(
-        "--samples",
-        type=int,
-        default=240,
-        metavar="N",
-        help="points a step; of fig24 along the bump (default: %(default)s)",
-    )
-    add_tables(parser, {"figures": {name: one.title for name, one in FIGURES.items()}})
+    about = "points a step; of fig24 along the bump (default: %(default)s)"
+    add("--samples", type=int, default=240, metavar="N", help=about)
+    parser.tables = {"figures": {name: one.title for name, one in FIGURES.items()}}
 
 
-def bench_flags(parser: Parser, _: Sequence[str]) -> None:
+def bench_flags(parser: Parser, _: object) -> None:
     """Add the benchmark's name; all that follows it is its own."""
     from stickslip.benchmarks import BENCHMARKS
 
     name = parser.add_argument("name", nargs="?", metavar="NAME", help="one of those below")
     completes(name, BENCHMARKS)
     parser.add_argument("rest", nargs=argparse.REMAINDER, help="what the benchmark takes")
-    add_tables(parser, {"benchmarks": BENCHMARKS})
+    parser.tables = {"benchmarks": BENCHMARKS}
 
 
-def completion_flags(parser: Parser, _: Sequence[str]) -> None:
+def completion_flags(parser: Parser, _: object) -> None:
     """Add the shell."""
     parser.add_argument("shell", choices=tuple(HOW), help="that reads what is printed")
-    add_tables(parser, {"where it goes": HOW})
+    parser.tables = {"where it goes": HOW}
 
 
-def add_overwrite(parser: argparse.ArgumentParser, what: str = "the files") -> None:
+def add_overwrite(parser: Parser, what: str = "the files") -> None:
     """--overwrite, without which nothing that exists is replaced."""
     parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")
 
 
-def _add_names(parser: Parser, tables: Mapping[str, Mapping[str, str]]) -> None:
+def _add_names(parser: Parser, tables: dict[str, Mapping[str, str]]) -> None:
     """Add any number of the names in a table."""
-    names = parser.add_argument(
-        "names", nargs="*", metavar="NAME", help="one or more of those below"
-    )
+    about = "one or more of those below"
+    names = parser.add_argument("names", nargs="*", metavar="NAME", help=about)
     completes(names, (name for table in tables.values() for name in table))
-    add_tables(parser, tables)
+    parser.tables = tables
 
 
-def _add_policies(parser: Parser, about: str = POLICY, many: bool = False) -> None:
-    nargs = "+" if many else None
+def _add_policies(parser: Parser, about: str = POLICY, nargs: str | None = None) -> None:
     policies = parser.add_argument("who", metavar="POLICY", nargs=nargs, help=about)
     completes(policies, _policy_names())
 
@@ -309,6 +261,4 @@ def _add_scene(parser: Parser, many: bool) -> None:
         for option in machine.options(viewed=not many):
             if option.flag not in parser._option_string_actions:
                 option.add_to(under)
-    tables = _names_of(every)
-    first = {name: tables.pop(name) for name in ("baselines", "scenes") if name in tables}
-    add_tables(parser, first | _shipped() | tables)
+    parser.tables = _names_of(every) | _shipped()

@@ -1,8 +1,8 @@
-"""JAX's compilation cache for the command line, guarded, and a line when compiling takes long.
+"""JAX's compilation cache for the command line, with files that are checked.
 
 JAX writes its files in place and never looks whether they are whole. Here each begins with the
-digest of the rest and is renamed into place; one whose digest differs is dropped and compiled
-again. Files are machine code: a folder that others may write to is not used.
+digest of the rest and is renamed into place; one with another digest is deleted and compiled again.
+Files are machine code: a folder that others may write to is not used.
 """
 
 from __future__ import annotations
@@ -10,18 +10,14 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
-import time
 from contextlib import contextmanager, suppress
-from functools import cache
 from pathlib import Path
-from threading import Timer
 from typing import TYPE_CHECKING, Any
 
-from stickslip.optim.progress import say_stage
-from stickslip.records.files import PARTIAL, write_whole
+from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
+    from collections.abc import Iterator, Mapping
 
 FOLDER = "STICKSLIP_CACHE"
 """Environment variable: the folder to keep programs in, or OFF."""
@@ -30,20 +26,13 @@ LARGEST = 128 * 2**20
 """All programs kept, of all versions and machines [bytes]; beyond, the oldest go."""
 SHORTEST = 0.1
 """Least compile time of a kept program [s]."""
-ABANDONED = 3600.0
-"""Age of a partial file whose writer was killed [s]."""
 DIGEST = 32
 """Bytes of a file's digest."""
-COMPILED = "/jax/core/compile/backend_compile_duration"
-"""JAX's event: a number when a compilation begins, a duration when it ends."""
-PATIENCE = 2.0
-"""Duration of a compilation that is worth a line [s]."""
 
 
 @contextmanager
 def compiled_programs(keep: bool = True) -> Iterator[None]:
-    """Inside, JAX finds the programs that earlier commands compiled, and stderr is told when one
-    takes long.
+    """Inside, JAX finds the programs that earlier commands compiled.
 
     Nothing is kept with keep=False, where the user has set a cache of JAX's, where STICKSLIP_CACHE
     is "off" and where no folder of the user's can be written; that is never an error.
@@ -54,13 +43,11 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
     own = bool(config.jax_compilation_cache_dir)
     folder = programs_folder(os.environ) if keep and not own else None
     store = None if folder is None else prepared(folder)
-    again = " (the next time they are there)" if store or own else ""
-    with said_when_compiling(lambda: say_stage(f"compiling programs{again}")):
-        if store is None:
+    if store is None:
+        yield
+    else:
+        with kept_programs(store):
             yield
-        else:
-            with kept_programs(store):
-                yield
 
 
 def programs_folder(environment: Mapping[str, str]) -> Path | None:
@@ -92,13 +79,12 @@ def _machine() -> str:
     import jax
     import jaxlib
 
-    parts = [platform.system(), platform.machine(), platform.processor()]
-    parts += [jax.__version__, jaxlib.__version__]
+    parts = [platform.machine(), platform.processor(), jax.__version__, jaxlib.__version__]
     with suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
         about = ("model name", "flags", "Features", "CPU part")
         parts += sorted({line for line in lines if line.startswith(about)})
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()[:16]
+    return _digest("\n".join(parts).encode()).hex()[:16]
 
 
 @contextmanager
@@ -127,8 +113,7 @@ def kept_programs(store: Path) -> Iterator[None]:
             jax.config.update(name, value)
         compilation_cache.LRUCache = unguarded
         compilation_cache.reset_cache()
-        with suppress(OSError):
-            shrink(store.parent)
+        shrink(store.parent)
 
 
 def checked_files() -> type:
@@ -157,48 +142,11 @@ def _digest(content: bytes) -> bytes:
 
 
 def shrink(folder: Path) -> None:
-    """Delete the oldest programs of all machines beyond LARGEST, and what killed writers left."""
-    kept = []
-    for path in folder.glob("programs-*/*"):
-        with suppress(OSError):
-            about = path.stat()
-            if path.name.endswith("-cache"):
-                kept.append((about.st_mtime, about.st_size, path))
-            elif path.name.endswith(PARTIAL) and time.time() - about.st_mtime > ABANDONED:
+    """Delete the oldest files of all machines beyond LARGEST."""
+    total = 0
+    with suppress(OSError):  # another command deletes at the same time
+        found = [(one.stat(), one) for one in folder.glob("programs-*/*")]
+        for about, path in sorted(found, key=lambda one: -one[0].st_mtime):
+            total += about.st_size
+            if total > LARGEST:
                 path.unlink()
-    total = sum(size for _, size, _ in kept)
-    for _, size, path in sorted(kept):
-        if total <= LARGEST:
-            return
-        path.unlink(missing_ok=True)
-        total -= size
-
-
-@contextmanager
-def said_when_compiling(say: Callable[[], None]) -> Iterator[None]:
-    """Inside, `say` is called once, in another thread, when JAX compiles a program for PATIENCE."""
-    from jax import monitoring
-
-    running: list[Timer] = []
-    once = cache(say)
-
-    def begun(event: str, value: Any, **_: Any) -> None:
-        if event == COMPILED:
-            timer = Timer(PATIENCE, once)
-            timer.daemon = True
-            running.append(timer)
-            timer.start()
-
-    def ended(event: str, duration_secs: float, **_: Any) -> None:
-        if event == COMPILED and running:
-            running.pop().cancel()
-
-    monitoring.register_scalar_listener(begun)
-    monitoring.register_event_duration_secs_listener(ended)
-    try:
-        yield
-    finally:
-        monitoring.unregister_scalar_listener(begun)
-        monitoring.unregister_event_duration_listener(ended)
-        for timer in running:
-            timer.cancel()

@@ -46,7 +46,6 @@ def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):
     ("words", "message"),
     [
         (["--set", "robot.hip=1"], "'robot.hip' is no number of a robot; accepted: "),
-        (["--set", "robot.hip_mass=1", "robot.hip_mass=2"], "robot.hip_mass is given twice"),
         (["--set", "robot.hip_mass=2 m"], "bars.hip_mass = '2 m' is not in kg"),
         (["--robot", "none.toml"], "none.toml: no such file"),
     ],

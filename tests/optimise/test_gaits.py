@@ -35,7 +35,7 @@ def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     assert np.max(use) <= 0.095 * (1 + 1e-6)
     assert found["status"] == "OPTIMAL"
     assert found["every_bound"] <= found["lower_bound"] * (1 + 1e-2)
-    assert f"{found['value']:.8g} J" in printed
+    assert re.search(rf"value +{found['value']:.8g} J", printed)
     assert all(one["steps"] == 3 for one in found["replays"].values())
     assert Path("run/gait.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
@@ -51,7 +51,6 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
     assert "INFEASIBLE" in printed
     assert "mean_rate = 30 rad/s cannot be met" in printed
     assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
-    assert "no gait found" in printed
 
 
 @pytest.mark.parametrize(

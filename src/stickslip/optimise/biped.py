@@ -1,36 +1,37 @@
-"""`stickslip optimise biped`: find the best gait, replay it, print and write what came out."""
+"""`stickslip optimise biped`: find the best gait, replay it, print and write the result."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optimise.flags import GaitOptions
 from stickslip.optimise.machine import finite, motor_of, own_files, robot_of
-from stickslip.optimise.shared import finished, require_folder
+from stickslip.optimise.picture import draw_gait
+from stickslip.options import GaitOptions
 from stickslip.parser import options_of
-from stickslip.records.table import Content, Table
+from stickslip.records.table import Column, Content, Table, json_text
+from stickslip.report import RESULT, one_row, picture, result_folder, show, write_result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from collections.abc import Mapping
 
     from stickslip.optim import Gait
 
-NODES, PICTURE = "gait.csv", "gait.png"
+NODES, PICTURE, ROBOT = "gait.csv", "gait.png", "robot.toml"
 TORQUE_LIMIT = 4.0
 """Of the motor, unless something else is said [N m]."""
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
-FILES = ("out", "overwrite", "pictures")
 NOT_WALKED = (
     "no replay walks this gait, on the edge of what the model covers; the settings min_normal, "
     "zmp and reserve keep away from it"
@@ -41,43 +42,36 @@ VALUES = ("value", "lower_bound", "every_bound", "held_value")
 def optimise_command(flags: Mapping[str, Any]) -> Content:
     """Find a gait, replay it, print and write it; NOTHING_FOUND without one.
 
-    Writes DIR/gait.csv, result.json and gait.png, each under a temporary name first; without a gait
-    only result.json. Wrong input is refused before anything is computed or written.
+    Writes DIR/gait.csv, result.json and gait.png atomically; without a gait only result.json. Wrong
+    input is refused before anything is computed or written.
     """
     given = options_of(GaitOptions, flags)
     problem = gait_problem_of(given)
     default = f"runs/biped-{given.objective.replace('=', '').replace(',', '-')}"
-    out = require_folder(given.out or default, given.overwrite)
+    out = result_folder(given.out or default, given.overwrite)
     require_scalar("feedback", given.feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
     if given.pictures:
         require("matplotlib.figure")
     result = solve(problem, progress=True)
-    replays = _replays(problem, result, given)
-    lost = bool(replays) and all(one.status > Status.SLIP_ONSET for one in replays.values())
-    asked = {name: value for name, value in asdict(given).items() if name not in FILES}
-    asked |= {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}
-    found = gait_content(problem, result, replays, asked)
+    replays, found = _replays(problem, result, given), result.gait is not None
+    tables = {"summary": gait_summary(problem, result)}
+    files: dict[str, Any] = dict(own_files(given, problem.params))
+    if found:
+        tables["replays"] = replay_table(replays)
+        files[NODES] = gait_table(result.best).csv
+        if given.pictures:
+            title = f"least {problem.goal.words}: {result.value:.5g}"
+            files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
+    show(*tables.values())
+    if replays and all(one.status > Status.SLIP_ONSET for one in replays.values()):
+        print(f"warning: {NOT_WALKED}", file=sys.stderr)
+    limits = {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}
+    facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
+    files = {RESULT: lambda: json_text(facts), **files}
+    written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)
     units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
-    tables, picture = own_files(given, problem.params), None
-    if result.gait is not None:
-        tables[NODES] = gait_csv(result)
-        picture = PICTURE, lambda: _picture(problem, result)
-    lines, said = gait_rows(problem, result, replays), [NOT_WALKED] * lost
-    return finished(
-        out, given, lines, said, found, units, tables, (NODES, PICTURE, "robot.toml"), picture
-    )
-
-
-def _picture(problem: GaitProblem, result: GaitResult) -> tuple[Figure, str]:
-    from stickslip.optimise.picture import draw_gait
-
-    title = f"least {problem.goal.words}: {result.value:.5g}{_unit(problem)}"
-    return draw_gait(problem, result), title
-
-
-def _unit(problem: GaitProblem) -> str:
-    """The value's unit behind a number."""
-    return "" if problem.goal.unit in ("-", "weighted") else f" {problem.goal.unit}"
+    status = OK if found else NOTHING_FOUND
+    return Content(tables, facts | {"files": written}, units, status)
 
 
 def gait_problem_of(given: GaitOptions) -> GaitProblem:
@@ -138,75 +132,56 @@ def _replays(problem: GaitProblem, result: GaitResult, given: GaitOptions) -> di
     }
 
 
-def gait_rows(
-    problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
-) -> list[tuple[str, str]]:
-    """Rows of the printed report: a name and its value."""
-    unit = _unit(problem)
-    walk = "one periodic step" if problem.is_periodic else f"{problem.steps_taken} steps"
-    found = [
-        ("objective", problem.goal.words),
-        ("walk", f"{walk}, {problem.cells} cells each"),
-        ("status", result.status_in_words),
-        ("message", result.message),
-    ]
+def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
+    """One row: value, bounds, and the gait's own numbers. held_value: with limits kept between the
+    nodes, too; every_bound: no gait of any grid is better."""
+    unit = "-" if problem.goal.unit == "weighted" else problem.goal.unit
+    found: dict[Column, object] = {
+        Column("objective", words=True): problem.goal.words,
+        Column("status", words=True): result.status_in_words,
+        Column("message", words=True): result.message,
+        Column("time", "s"): float(result.seconds),
+    }
     if result.gait is None:
-        return [*found, ("value", "no gait found"), ("time", f"{result.seconds:.3g} s")]
-    worst = {name: by for name, by in result.residuals.items() if by > 1e-12}
-    violated = ", ".join(f"{name} {by:.2g} {RESIDUAL_UNITS[name]}" for name, by in worst.items())
-    return [
-        *found,
-        ("value", f"{result.value:.8g}{unit}, limits kept at the nodes of this grid"),
-        ("lower bound", f"{_number(result.lower_bound, unit)}, of gaits of this grid"),
-        ("of all gaits", f"{_number(result.every_bound, unit)} or more"),
-        ("between nodes, too", _number(result.held_value, unit)),
-        ("violated", violated or "nothing"),
-        *_of_gait(problem, result.best),
-        *((f"replay, {name}", _replayed(one)) for name, one in replays.items()),
-        ("time", f"{result.seconds:.3g} s, {result.evaluations} programs solved"),
-    ]
+        return one_row(found)
+    violated = {name: by for name, by in result.residuals.items() if by > 1e-12}
+    for name in VALUES:
+        found[Column(name, unit)] = getattr(result, name)
+    found[Column("violated", words=True)] = ", ".join(
+        f"{name} {by:.2g} {RESIDUAL_UNITS[name]}" for name, by in violated.items()
+    )
+    return one_row(found | _of_gait(problem, result.best))
 
 
-def _of_gait(problem: GaitProblem, gait: Gait) -> list[tuple[str, str]]:
+def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
     """The gait's own numbers."""
     robot, spent = gait.nodes.robot, gait.spent
-    of = "a step" if gait.grid.steps == 1 else f"of all {gait.grid.steps} steps"
-    speed = gait.mean_rate / np.pi * robot.step_length
-    transport = gait.cost_of_transport(problem.copper_loss)
-    return [
-        ("mean crank rate", f"{gait.mean_rate:.6g} rad/s, {speed:.4g} m/s"),
-        ("crank rate", f"{_range(gait.crank_rate)} rad/s"),
-        ("torque", f"{_range(gait.torque)} N m"),
-        ("friction used", f"{gait.friction_use:.5g} of the normal force at most"),
-        ("normal force", f"{_range(gait.normal_force)} N"),
-        ("zero-moment point", f"{_range(gait.zmp[gait.loaded])} m"),
-        ("positive work", f"{spent['work']:.6g} J {of}"),
-        ("copper", f"{problem.copper_loss * spent['torque']:.6g} J {of}"),
-        ("cost of transport", f"{transport:.5g}, copper included"),
+    return {
+        Column("mean_crank_rate", "rad/s"): float(gait.mean_rate),
+        Column("mean_speed", "m/s"): float(gait.mean_rate / np.pi * robot.step_length),
+        Column("least_crank_rate", "rad/s"): float(np.min(gait.crank_rate)),
+        Column("largest_torque", "N m"): float(np.max(np.abs(gait.torque))),
+        Column("friction_used"): float(gait.friction_use),
+        Column("least_normal_force", "N"): float(np.min(gait.normal_force)),
+        Column("positive_work", "J"): float(spent["work"]),
+        Column("copper", "J"): float(problem.copper_loss * spent["torque"]),
+        Column("cost_of_transport"): float(gait.cost_of_transport(problem.copper_loss)),
+    }
+
+
+def replay_table(replays: Mapping[str, Replay]) -> Table:
+    """A row a replay."""
+    numbers = {"slid": "m", "steps": "-", "mean_rate": "rad/s", "work": "J", "friction_use": "-"}
+    rows = [
+        [name, one.mu, one.status.name, *(getattr(one, of) for of in numbers)]
+        for name, one in replays.items()
     ]
+    heads = [Column("replay", words=True), Column("mu"), Column("status", words=True)]
+    return Table([*heads, *(Column(name, unit) for name, unit in numbers.items())], rows)
 
 
-def _range(values: np.ndarray) -> str:
-    return f"{np.min(values):.4g} to {np.max(values):.4g}"
-
-
-def _number(value: float | None, unit: str) -> str:
-    return "none" if value is None or not np.isfinite(value) else f"{value:.8g}{unit}"
-
-
-def _replayed(one: Replay) -> str:
-    floor = "foot held" if one.mu is None else f"mu {one.mu:g}"
-    slid = "no slip" if one.kept else f"slid {one.slid:.2g} m, {one.status.name}"
-    return (
-        f"{floor}: {slid}; {one.mean_rate:.6g} rad/s (promised {one.promised_mean_rate:.6g}), "
-        f"{one.work:.6g} J to exchange {one.steps} (promised {one.promised_work:.6g} in all), "
-        f"friction used {one.friction_use:.4g}"
-    )
-
-
-def gait_csv(result: GaitResult) -> str:
-    """A line a node, numbers in SI units and radians."""
-    gait = result.best
+def gait_table(gait: Gait) -> Table:
+    """A row a node, numbers in SI units and radians."""
     columns = {
         "step": np.repeat(np.arange(gait.grid.steps), gait.grid.cells + 1),
         "crank angle [rad]": gait.theta,
@@ -218,37 +193,22 @@ def gait_csv(result: GaitResult) -> str:
         "normal force [N]": gait.normal_force,
         "zero-moment point [m]": gait.zmp,
     }
-    return Table.of_columns({name: of.ravel() for name, of in columns.items()}).csv()
+    return Table.of_columns({name: of.ravel() for name, of in columns.items()})
 
 
-GAIT_UNITS: dict[str, Any] = {
-    "residuals": RESIDUAL_UNITS,
-    "seconds": "s",
-    "mean_rate": "rad/s",
-    "friction_use": "-",
-    "cost_of_transport": "-",
-    "theta": "rad",
-    "crank_rate": "rad/s",
-    "torque": "N m",
-    "replays": {"slid": "m", "duration": "s", "work": "J"}
-    | dict.fromkeys(("mean_rate", "rate_error", "end_rate"), "rad/s"),
-}
+STATED = ("status", "message", *VALUES, "feasible", "residuals", "seconds", "evaluations")
+OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque")
+"""Entries of a result and of its gait in result.json."""
+GAIT_UNITS: dict[str, Any] = {"residuals": RESIDUAL_UNITS, "seconds": "s", "theta": "rad"}
+GAIT_UNITS |= {"mean_rate": "rad/s", "crank_rate": "rad/s", "torque": "N m", "friction_use": "-"}
+GAIT_UNITS |= {"cost_of_transport": "-", "replays": {"slid": "m", "duration": "s", "work": "J"}}
 """Units of the numbers in `gait_content`; its value and bounds have a unit beside them."""
 
 
-STATED = ("status", "message", "value", "lower_bound", "every_bound", "held_value")
-STATED += ("feasible", "residuals", "seconds", "evaluations")
-OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque")
-"""Entries of a result and of its gait in result.json."""
-
-
 def gait_content(
-    problem: GaitProblem,
-    result: GaitResult,
-    replays: Mapping[str, Replay],
-    asked: Mapping[str, object],
+    problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
 ) -> dict[str, object]:
-    """Everything: what was asked for, the robot's numbers, the result."""
+    """The robot's numbers and the result."""
     found: dict[str, object] = {name: getattr(result, name) for name in STATED}
     found["unit"] = problem.goal.unit
     if result.certificate is not None:
@@ -258,4 +218,4 @@ def gait_content(
         found |= {name: getattr(gait, name) for name in OF_GAIT}
         found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss)
         found["replays"] = {name: asdict(one) | {"kept": one.kept} for name, one in replays.items()}
-    return {"asked": dict(asked), "robot": problem.params, "result": found}
+    return {"robot": problem.params, "result": found}

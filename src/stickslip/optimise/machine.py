@@ -11,7 +11,9 @@ from stickslip.dynamics.ugv import UGVParams
 from stickslip.dynamics.ugv.vehicle_file import read_vehicle, vehicle_text
 
 if TYPE_CHECKING:
-    from stickslip.optimise.flags import RobotOptions, TrackOptions, VehicleOptions
+    from collections.abc import Callable
+
+    from stickslip.options import RobotOptions, TrackOptions, VehicleOptions
 
 
 def robot_of(given: RobotOptions) -> BipedParams:
@@ -43,12 +45,12 @@ def finite(limit: float | None) -> float | None:
 
 def own_files(
     given: RobotOptions | VehicleOptions, machine: BipedParams | UGVParams
-) -> dict[str, str]:
+) -> dict[str, Callable[[], str]]:
     """The file of a machine that is not the default one, to keep beside a result."""
     biped = isinstance(machine, BipedParams)
     path = getattr(given, "robot" if biped else "vehicle")
     if path is None and not given.changes:
         return {}
     if biped:
-        return {"robot.toml": robot_text(vars(machine))}
-    return {"vehicle.toml": vehicle_text(vars(machine))}
+        return {"robot.toml": lambda: robot_text(vars(machine))}
+    return {"vehicle.toml": lambda: vehicle_text(vars(machine))}

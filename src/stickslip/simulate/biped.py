@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.agents.biped.task import floor_words
 from stickslip.commands import NOTHING_FOUND, OK
-from stickslip.dynamics import PRESETS, Scene, recommend
+from stickslip.dynamics import PRESETS, Scene
 from stickslip.dynamics.biped import (
     FIDELITIES,
     INTEGRATORS,
@@ -24,12 +24,14 @@ from stickslip.dynamics.scene import SceneOptions
 from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of
+from stickslip.options import WalkOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Content
-from stickslip.simulate.flags import STATUS, WalkOptions
-from stickslip.simulate.output import Files, film_walk, plot_walk, print_summary
+from stickslip.report import require_files, show, write_simulation
+from stickslip.simulate.pictures import film_walk, plot_walk
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import (
+    STATUS,
     WHOLE,
     event_table,
     periods,
@@ -43,8 +45,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from stickslip.dynamics import Setting
-    from stickslip.dynamics.biped.recommendation import Recommendation
-    from stickslip.simulate.walk import Walk
 
 SECONDS = 6.0
 """Walked unless something else is said."""
@@ -55,20 +55,19 @@ MANY = 20_000
 def simulate_command(flags: Mapping[str, Any]) -> Content:
     """Walk, print the summary and write the rows; NOTHING_FOUND where the walk ends early.
 
-    Whatever is wrong is refused before anything is computed. A walk that ends early is written as
-    far as it went.
+    Wrong input is refused before anything is computed. A walk that ends early is written as far as
+    it went.
     """
     given = options_of(WalkOptions, flags)
     torque = torque_of(given.torque, columns_of(given.columns))
-    found = None if given.tolerance is None else recommend(given.tolerance, scene_of(given))
-    setting, state = setting_of(given, found), state_of(given)
+    setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
         scene, robot = scene_of(given), robot_of(given)
     seconds = given.seconds
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS
     count, _ = periods(seconds, given.period)
-    files = Files.of(given, seconds)
+    require_files(given, seconds)
     if count > MANY:
         say_stage(f"walking {count} periods")
     walk = walked(robot, scene, state, torque, seconds, given.period, setting)
@@ -78,16 +77,14 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
             "period is finite; nothing is written"
         )
     summary = walk_summary(walk, seconds)
-    promise = None if found is None or found.setting != setting else promise_of(found, walk)
-    print_summary(summary, promise)
+    show(summary)
 
     def plot(path: Path) -> None:
         title = f"Torque {shorten(given.torque, 60)}, floor: {floor_words(scene)}"
         plot_walk(walk, path, title)
 
-    written = files.write(walk_table(walk), plot, partial(film_walk, walk))
+    written = write_simulation(given, walk_table(walk), plot, partial(film_walk, walk))
     about = {"setting": _content(setting), "files": written}
-    about |= {} if promise is None else {"promise": promise}
     status = OK if walk.status.name in WHOLE else NOTHING_FOUND
     return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
 
@@ -97,7 +94,6 @@ def scene_of(given: WalkOptions) -> Scene:
     static, kinetic, edges = given.mu_static, given.mu_kinetic, given.edges
     options = SceneOptions(
         payload=given.payload,
-        steps="one" if given.one_step else "continuous",
         outputs="joints" if given.joints else "forces",
     )
     if static is None:
@@ -119,11 +115,9 @@ def scene_of(given: WalkOptions) -> Scene:
     return Scene.uniform(static[0], kinetic[0] if kinetic else None, **options)
 
 
-def setting_of(given: WalkOptions, recommended: Recommendation | None) -> Setting:
+def setting_of(given: WalkOptions) -> Setting:
     """Setting of the walk. ValueError for flags that contradict each other."""
-    if recommended is not None and given.setting is not None:
-        raise ValueError(f"--setting {given.setting} with --tolerance; accepted: one of them")
-    found = PRESETS[given.setting or "exact"] if recommended is None else recommended.setting
+    found = PRESETS[given.setting]
     if given.fidelity is not None:
         found = replace(found, fidelity=FIDELITIES[given.fidelity])
     if given.integrator is not None:
@@ -135,7 +129,7 @@ def setting_of(given: WalkOptions, recommended: Recommendation | None) -> Settin
                 "another integrator"
             )
         found = replace(found, dt=given.step)
-    return found if given.dtype is None else replace(found, dtype=given.dtype)
+    return found
 
 
 def state_of(given: WalkOptions) -> BipedState:
@@ -145,14 +139,6 @@ def state_of(given: WalkOptions) -> BipedState:
         crank_rate=np.float64(given.crank_rate),
         foot_velocity=np.float64(given.foot_velocity),
     ).validate()
-
-
-def promise_of(found: Recommendation, walk: Walk) -> str:
-    """Promise of the setting for --tolerance, and whether it covers the walk."""
-    times = walk.trajectory.states.time
-    covered = found.covers(walk.amplification, float(times[-1] - times[0]))
-    share = f"within {found.promised_error:.2g} rad/s on {100 * found.quantile:g} % of walks"
-    return f"{share}; it {'covers' if covered else 'does not cover'} this one"
 
 
 def _content(setting: Setting) -> dict[str, str | float | None]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,24 +12,27 @@ import numpy as np
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.sheet import png
-from stickslip.optim import CRITERIA, PostureProblem
+from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
-from stickslip.optimise.machine import finite, torque_limit_of, vehicle_of
-from stickslip.optimise.picture import draw_drive
-from stickslip.optimise.shared import track_of
-from stickslip.optimise.ugv import (
+from stickslip.optimise.drive import (
     FRONT_LEG,
     FRONT_WHEEL,
     REAR_LEG,
     STATIONS,
     UNITS,
+    criteria_table,
     stations_table,
 )
+from stickslip.optimise.machine import finite, torque_limit_of, vehicle_of
+from stickslip.optimise.picture import draw_drive
+from stickslip.optimise.shared import track_of
+from stickslip.options import DriveOptions
 from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
-from stickslip.simulate.flags import STATUS, DriveOptions
-from stickslip.simulate.output import SPEED, Files, film_drive, print_summary
+from stickslip.report import one_row, require_files, show, write_simulation
+from stickslip.simulate.pictures import SPEED, film_drive
+from stickslip.simulate.walk import STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -52,18 +54,16 @@ SPACING = 0.1
 def simulate_command(flags: Mapping[str, Any]) -> Content:
     """Evaluate a drive, print and write it; NOTHING_FOUND where it breaks a constraint.
 
-    Whatever is wrong is refused before anything is computed; a drive that cannot be driven is
-    written all the same, each waypoint with its status.
+    Wrong input is refused before anything is computed; a drive that cannot be driven is written all
+    the same, each waypoint with its status.
     """
     given = options_of(DriveOptions, flags)
     problem, x = drive_of(given)
-    files = Files.of(given, float(problem.x[-1] - problem.x[0]) / SPEED)
+    require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
-    missed = found.residuals
     summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
-    print_summary(summary)
-    print("\n" + criteria.rounded(6).terminal(), end="")
-    for name, by in missed.items():
+    show(summary, criteria)
+    for name, by in found.residuals.items():
         if by > 0 and not found.feasible:
             print(f"misses {name} by {by:.3g} {UNITS[name]}")
 
@@ -71,9 +71,10 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         title = f"Over {given.track}, friction {given.friction:g}"
         write_whole(path, png(draw_drive(problem, x), title), overwrite=given.overwrite)
 
-    written = files.write(stations_table(stations), plot, partial(film_drive, problem, x))
+    film = partial(film_drive, problem, x)
+    written = write_simulation(given, stations_table(stations), plot, film)
     tables = {"summary": summary, "criteria": criteria}
-    about = {"feasible": found.feasible, "missed": missed, "files": written}
+    about = {"feasible": found.feasible, "missed": found.residuals, "files": written}
     return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 
@@ -84,13 +85,12 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
     """
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    track = track_of(given.track, given.track_options, given.columns)
+    track, vehicle = track_of(given.track, given.track_options, given.columns), vehicle_of(given)
     limits = {
         "leg_rate": finite(given.leg_rate),
         "max_torque": torque_limit_of(given),
         "friction": given.friction,
     }
-    vehicle = vehicle_of(given)
     places = {"start": given.start, "end": given.end}
     if given.posture is not None:
         for name, value in (("spacing", given.spacing), *places.items()):
@@ -115,16 +115,6 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
     return angles
 
 
-def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
-    """Value of the drive by every criterion: the lower the better."""
-    heads = [Column("criterion", words=True), Column("value"), Column("unit", words=True)]
-    rows = []
-    for name in CRITERIA:
-        own = replace(problem, criterion=name)
-        rows.append([name, own.objective(x), own.criterion.unit])
-    return Table(heads, rows)
-
-
 def drive_summary(problem: PostureProblem, at: Station) -> Table:
     """One row. status: the first one that is not OK. slips, rollovers: waypoints at which a
     wheel slips or the vehicle rolls over."""
@@ -133,21 +123,22 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
     counts = Counter(Status(int(code)).name for code in codes)
     meaning = STATUS[status] if bad.size else "the whole way can be driven"
-    row: dict[Column, object] = {
-        Column("status", words=True): status,
-        Column("meaning", words=True): meaning,
-        Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
-        Column("waypoints"): len(problem.x),
-        Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
-        Column("slips"): counts["WHEEL_SLIP"],
-        Column("rollovers"): counts["ROLLOVER"],
-        Column("least_grip_margin", "N"): float(np.min(at.grip)),
-        Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
-        Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),
-        Column("least_clearance", "m"): float(np.min(at.clearance)),
-        Column("least_between_wheels", "m"): float(np.min(at.wheel_clearance)),
-    }
-    return Table(list(row), [list(row.values())])
+    return one_row(
+        {
+            Column("status", words=True): status,
+            Column("meaning", words=True): meaning,
+            Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
+            Column("waypoints"): len(problem.x),
+            Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
+            Column("slips"): counts["WHEEL_SLIP"],
+            Column("rollovers"): counts["ROLLOVER"],
+            Column("least_grip_margin", "N"): float(np.min(at.grip)),
+            Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
+            Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),
+            Column("least_clearance", "m"): float(np.min(at.clearance)),
+            Column("least_between_wheels", "m"): float(np.min(at.wheel_clearance)),
+        }
+    )
 
 
 def read_posture(text: str) -> tuple[Float[np.ndarray, "K"], Float[np.ndarray, "K 2"]]:

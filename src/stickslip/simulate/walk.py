@@ -21,16 +21,14 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.dynamics.biped.params import own_time
 from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.biped.walk_check import nudged, separation
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.compilation import run_once
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass
 from stickslip.records.table import Column, Table
-from stickslip.simulate.flags import STATUS
+from stickslip.report import one_row
 from stickslip.simulate.torque import Expression, Recorded
 
 if TYPE_CHECKING:
@@ -39,12 +37,32 @@ if TYPE_CHECKING:
     from stickslip.dynamics import Scene, Setting
     from stickslip.dynamics.scene import Floor
 
+STATUS = {
+    "OK": "the whole time was walked",
+    "SLIP_ONSET": "the whole time was walked; the foot slipped",
+    "TOPPLE": "it falls: the zero-moment point leaves the foot",
+    "LIFT_OFF": "it falls: the ground would have to pull at the foot",
+    "RUNAWAY": "the crank turns faster than the greatest rate that was given",
+    "NO_SOLUTION": "the equations have no unique solution here (Painlevé), or the linkage does not "
+    "close",
+    "NON_FINITE": "a number overflowed or is none, the torque's perhaps",
+    "STEP_COMPLETE": "the one step was walked to the exchange of support",
+    "NO_EXCHANGE": "support cannot be handed over without an impact",
+    "NOT_CONVERGED": "the integrator's steps are too few or too long; the numbers end there",
+    "HOLLOW_GROUND": "the ground is hollower than a wheel",
+    "ROLLOVER": "it rolls over: the ground would have to pull at a wheel",
+    "GROUNDED": "the body or a leg touches the ground",
+    "WHEEL_SLIP": "a wheel slips: it needs more friction than there is",
+    "OVERLOAD": "a wheel needs more torque than its motor gives",
+    "OVERLAP": "the wheels overlap: the legs are folded too far",
+}
+"""Meaning of each Status for a simulation."""
 BYTES = 3000
 """Memory of a row of a table."""
 SHORTEST, LONGEST = 1e-6, 1e7
 """Seconds of a walk."""
 FALLS = ("TOPPLE", "LIFT_OFF")
-WHOLE = ("OK", "SLIP_ONSET", "STEP_COMPLETE")
+WHOLE = ("OK", "SLIP_ONSET")
 """Statuses of a walk that came to the end of what was asked."""
 SHORT = 0.1
 """Share of a step below which no energy per metre is given."""
@@ -68,8 +86,7 @@ class Walk:
     """Simulated walk as NumPy arrays: states [n + 1], torques and contacts [n].
 
     status: the gravest one of the walk. A period that ends NON_FINITE is left out: its numbers are
-    none. amplification: how many times a small difference of the start grew along the walk, by a
-    second walk that begins beside it (see `separation`).
+    none.
     """
 
     robot: BipedModel
@@ -80,7 +97,6 @@ class Walk:
     """Between two states [s]; where the walk ends early, the last one is nearer."""
     status: Status
     dtype: str
-    amplification: float
 
     @property
     def count(self) -> int:
@@ -133,24 +149,9 @@ def walked(
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, state = replace(scene, payload=None), state.astype(setting.dtype)
         held = jnp.asarray(law, setting.dtype) if isinstance(law, np.ndarray) else law
-
-        def walk(now: BipedState) -> tuple[Trajectory, Status]:
-            path = simulate(robot, scene, now, held, count * size, size, integrator=integrator)
-            return _trimmed(path)
-
-        whole, status = walk(state)
-        beside, _ = walk(nudged(state, params.crank, own_time(params)))
-        grown = _amplification(whole, beside, params.crank)
-    return Walk(robot, scene, whole, size, status, setting.dtype, grown)
-
-
-def _amplification(one: Trajectory, other: Trajectory, length: Array) -> float:
-    """The largest of `separation` while both are inside the model."""
-    inside = [int(np.sum(walk.contacts.status <= Status.SLIP_ONSET)) for walk in (one, other)]
-    row, row_beside = (
-        jax.tree.map(lambda leaf: leaf[: min(inside) + 1], walk.states) for walk in (one, other)
-    )
-    return float(np.max(separation(row, row_beside, length)))
+        path = simulate(robot, scene, state, held, count * size, size, integrator=integrator)
+        whole, status = _trimmed(path)
+    return Walk(robot, scene, whole, size, status, setting.dtype)
 
 
 def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:
@@ -251,9 +252,8 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         Column("positive_work", "J"): positive,
         Column("energy_per_metre", "J/m"): positive / distance if went else None,
         Column("falls"): int(walk.status.name in FALLS),
-        Column("amplification"): walk.amplification,
     }
-    return Table(list(row), [list(row.values())])
+    return one_row(row)
 
 
 def _meaning(status: Status, steps: int, distance: float) -> str:

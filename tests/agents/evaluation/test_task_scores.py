@@ -10,7 +10,6 @@ import pytest
 from stickslip.agents import Idle, evaluate_task
 from stickslip.agents.biped.controllers import CrankSpeedPI
 from stickslip.agents.machine import machine_by_name
-from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import TASKS, known_of, task_by_name
 
 TASK = "BipedSprint-v1"
@@ -64,16 +63,3 @@ def test_baselines_and_doing_nothing_earn_what_is_written_of_them(name):
         assert row.metrics["return"].value == pytest.approx(
             earned.value, rel=0.01, abs=0.25 * spread
         )
-
-
-def test_a_named_task_has_the_columns_of_the_bound_without_those_of_the_grid():
-    env = task_by_name("UGVBump-v1").make()[0]
-    found = machine_by_name("ugv").measures(env, task=True, bound=True)
-    assert {"bound", "over_bound"} <= found.columns.keys()
-    assert not {"optimum", "score"} & found.columns.keys()
-    assert found.complete is not None
-
-
-def test_nothing_is_proved_of_what_the_biped_earns_in_an_episode(capsys):
-    assert main(["evaluate", "--bound", "constant-torque"]) == WRONG_INPUT
-    assert "nobody has proved what no policy of the biped" in capsys.readouterr().err

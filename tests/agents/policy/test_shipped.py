@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
 from stickslip.agents.evaluation.evaluate import evaluate_task
-from stickslip.agents.machine import machine_among, read_configuration
+from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.record import every_record, record_of
 from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
@@ -64,7 +64,7 @@ def test_the_command_asks_for_the_configuration_that_the_policy_was_trained_with
     for one in every_record():
         words = shlex.split(one.command)[1:]
         given = vars(make_parser(words).parse_args(words))
-        kind = machine_among(words).configuration
+        kind = machine_by_name(words[1]).configuration
         config = kind.of(**settings_given(given, kind))
         assert config.task == one.task.name
         trained = one.trained["config"]
@@ -119,7 +119,11 @@ def changed(tmp_path: Path, **entries: object) -> str:
     [
         (
             {"name": "BipedIce-v0", "digest": "0123456789abcdef"},
-            ("'BipedIce-v0', saved by stickslip 0.", "'0123456789ab'", "stickslip train --task"),
+            (
+                "'BipedIce-v0', saved by stickslip 0.",
+                "'0123456789ab'",
+                "stickslip train biped --task",
+            ),
         ),
         ({"name": "BipedIce-v0"}, ("no name with a digest",)),
     ],

@@ -13,7 +13,7 @@ from stickslip.agents import evaluate_task, load_policy
 from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.evaluation.rollout import TEST_SEEDS
-from stickslip.agents.machine import machine_among, read_configuration
+from stickslip.agents.machine import read_configuration
 from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
@@ -130,11 +130,8 @@ def test_what_does_not_go_with_a_task_is_refused_by_name(build, said: str):
         build()
 
 
-def test_the_machine_follows_from_the_task(capsys):
-    assert machine_among(["train", "--task", "UGVBump-v1"]).name == "ugv"
-    assert machine_among(["train", "--task=UGVBump-v1", "--seed", "1"]).name == "ugv"
-    assert machine_among(["train", "ugv", "--task", "BipedFast-v0"]).name == "ugv"
+def test_a_task_of_another_machine_is_refused(capsys):
     assert main(["train", "ugv", "--task", "BipedFast-v0"]) == WRONG_INPUT
     assert "'BipedFast-v0' is of the biped" in capsys.readouterr().err
-    assert main(["train", "--task", "UGVBump-v1", "--friction", "0.5"]) == WRONG_INPUT
+    assert main(["train", "ugv", "--task", "UGVBump-v1", "--friction", "0.5"]) == WRONG_INPUT
     assert "friction with task = 'UGVBump-v1'" in capsys.readouterr().err

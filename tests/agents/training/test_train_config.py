@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.machine import machine_among, read_configuration
+from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.training.configuration import (
     command_of,
     read_settings,
@@ -99,7 +99,7 @@ def test_the_command_says_it_all(config, said: str):
     words = shlex.split(command)[1:]
     given = vars(make_parser(words).parse_args(words))
     assert given["out"] == "runs/it"
-    kind = machine_among(words).configuration
+    kind = machine_by_name(words[1]).configuration
     assert kind.of(**settings_given(given, kind)) == config
 
 

@@ -85,12 +85,8 @@ def test_a_table_scores_everyone_against_the_optimum():
         {"held": FollowPath(path.angles[:1]), "played": path},
         {"bump": params, "slippery": slippery},
         episodes=2,
-        bound=True,
     )
     row = table.row("bump", "played")
-    over = [table.row("bump", name).metrics["over_bound"].value for name in ("played", "held")]
-    assert 1.0 < over[0] < min(1.5, over[1])  # nobody is below what no drive is below
-    assert "cost / no drive below" in table.to_text()
     assert row.count == 1  # nothing is drawn
     assert row.metrics["score"].value == pytest.approx(1.0, rel=1e-3)
     assert table.row("bump", "held").metrics["score"].value > 1.0

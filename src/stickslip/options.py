@@ -1,0 +1,322 @@
+"""Flags and settings of `stickslip simulate` and `optimise`; nothing heavy is imported."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from stickslip.dynamics.names import SCENES, TRACKS
+from stickslip.optim.gait import METHODS as GAIT_METHODS
+from stickslip.optim.gait import OBJECTIVES
+from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS
+from stickslip.parser import add_options, changes_option, limit, option, set_option
+
+if TYPE_CHECKING:
+    from stickslip.parser import Parser
+
+TRACK_OPTIONS = {
+    "flat": ("start=0.0", "end=8.0"),
+    "incline": ("slope=0.3", "start=0.0", "end=8.0"),
+    "bump": ("height=0.1", "centre=4.0", "width=1.0", "start=0.0", "end=8.0"),
+    "sinusoid": ("amplitude=0.05", "wavelength=2.0", "start=0.0", "end=8.0"),
+    "ramp": ("slope=0.3", "position=2.0", "length=4.0", "joint=1.0", "start=0.0", "end=8.0"),
+    "step": ("height=0.1", "position=4.0", "length=0.5", "start=0.0", "end=8.0"),
+    "ditch": ("depth=0.1", "position=4.0", "width=1.0", "side=0.5", "start=0.0", "end=8.0"),
+    "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0"),
+}
+"""Arguments of each named track's constructor, with their defaults."""
+TRACK_TABLE = {
+    "track options": {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
+    | {"a file": "interpolation"}
+}
+SETTINGS = {
+    "fast": "a table and steps of 5 ms in single precision",
+    "balanced": "a table and steps of 2.5 ms in single precision",
+    "exact": "every switch located by an adaptive method in double precision",
+}
+"""The presets of stickslip.dynamics.PRESETS."""
+FIDELITIES = {
+    "joint": "the 72 equations of all bodies, solved at every call",
+    "reduced": "exact inertia functions, by differentiating the closed linkage",
+    "table": "polynomials fitted to the exact ones, piece by piece",
+    "chebyshev": "one series over the support phase",
+    "paper": "the chapter's: forward differences in the crank angle",
+}
+INTEGRATORS = {
+    "euler": "the chapter's: accelerations constant during a step",
+    "semi_implicit": "velocities first, positions with the new ones",
+    "rk4": "Runge-Kutta in one mode a step",
+    "rk4_split": "the same, split at every switching instant",
+    "event_exact": "adaptive, every switching instant located to the tolerance",
+}
+"""The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS."""
+NAMES = {
+    "t": "time [s]",
+    "phase": "crank angle of the supporting leg, pi/2 to 3 pi/2 [rad]",
+    "crank_angle": "the same without wrapping [rad]",
+    "crank_rate": "[rad/s]",
+    "foot_position, foot_velocity": "of the foot over the floor, forwards [m], [m/s]",
+    "steps": "exchanges of support so far",
+}
+FLOOR = "floor and load"
+COLUMNS = "columns of the file whose heads are other names: time=t_s,torque=motor"
+CSV = "rows with units, .csv"
+
+
+def simulate_flags(parser: Parser, machine: str) -> None:
+    """Add the flags of a simulation of the machine."""
+    if machine == "biped":
+        add_options(parser, WalkOptions)
+        parser.tables = {"names in a torque": NAMES, "settings": SETTINGS}
+        parser.tables |= {"fidelities": FIDELITIES, "integrators": INTEGRATORS}
+    else:
+        add_options(parser, DriveOptions)
+        parser.tables = TRACK_TABLE | {"criteria": CRITERIA_IN_WORDS}
+
+
+def optimise_flags(parser: Parser, machine: str) -> None:
+    """Add the flags of an optimisation of the machine."""
+    if machine == "biped":
+        add_options(parser, GaitOptions)
+        parser.tables = {"objectives": OBJECTIVES, "methods": GAIT_METHODS}
+    else:
+        add_options(parser, PostureOptions)
+        parser.tables = TRACK_TABLE | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS}
+
+
+@dataclass(frozen=True)
+class RobotOptions:
+    """A robot of one's own."""
+
+    robot: str | None = option(
+        None, "a robot's file in TOML; --set robot.NAME=VALUE changes a number", metavar="FILE"
+    )
+    changes: dict[str, str] = changes_option("robot", "bars", "motor")
+
+
+@dataclass(frozen=True)
+class VehicleOptions:
+    """A vehicle of one's own."""
+
+    vehicle: str | None = option(
+        None, "a vehicle's file in TOML; --set vehicle.NAME=VALUE changes a number", metavar="FILE"
+    )
+    changes: dict[str, str] = changes_option("vehicle", "motor")
+
+
+@dataclass(frozen=True)
+class TrackOptions(VehicleOptions):
+    """Ground, waypoints and limits of a drive."""
+
+    track: str = option(
+        "bump",
+        f"{', '.join(TRACKS)}, or a file of x and y or GPX",
+        metavar="NAME_OR_FILE",
+        names=TRACKS,
+    )
+    track_options: list[str] = option(
+        [],
+        "of the track, as often as needed: height=0.2; see below",
+        flag="--track-option",
+        action="append",
+        metavar="NAME=VALUE",
+    )
+    columns: str | None = option(None, COLUMNS, metavar="NAME=HEAD,...")
+    friction: float = option(0.8, "between wheels and ground [-]", metavar="MU")
+    max_torque: float | None = option(
+        None,
+        "of each wheel's motor, either way [N m], or none (default: of the vehicle's file)",
+        type=limit,
+        metavar="NM",
+    )
+    leg_rate: float | None = set_option(
+        1.0, "largest turn of a leg for each metre [rad/m], or none", type=limit, metavar="RATE"
+    )
+    spacing: float | None = set_option(
+        None,
+        "of waypoints [m] (default: 0.1, or more on a long track: 5000 waypoints at most)",
+        metavar="M",
+    )
+    start: float | None = set_option(None, "first place of the front wheel", metavar="M")
+    end: float | None = set_option(None, "last place of the front wheel", metavar="M")
+
+
+@dataclass(frozen=True)
+class SimulationFiles:
+    """Files of a simulation."""
+
+    out: str = option("simulation.csv", CSV, metavar="FILE")
+    plot: str | None = option(None, "also a .png of the numbers", metavar="FILE")
+    film: str | None = option(
+        None, "also a film of the motion: .gif, .png (animated), .webp or .mp4", metavar="FILE"
+    )
+    overwrite: bool = option(False, "replace the files")
+
+
+@dataclass(frozen=True)
+class WalkOptions(RobotOptions, SimulationFiles):
+    """A walk of the biped under a torque."""
+
+    torque: str = option(
+        about="of the motor [N m]: a number, a .csv of times and torques, or arithmetic, see "
+        "below; held for each --period",
+        metavar="TORQUE",
+    )
+    columns: str | None = option(None, COLUMNS, metavar="NAME=HEAD,...")
+    out: str = option("walk.csv", CSV, metavar="FILE")
+    seconds: float | None = option(None, "to walk (default: 6, or the length of a file of torques)")
+    period: float = option(0.02, "between two rows, for which a torque is held [s]", metavar="S")
+    crank_rate: float = option(0.0, "at the start [rad/s]", metavar="RATE")
+    scene: str | None = option(
+        None,
+        f"a floor by name: {', '.join(SCENES)} (default: {SCENES[0]})",
+        group=FLOOR,
+        choices=SCENES,
+        metavar="NAME",
+        names=SCENES,
+    )
+    mu_static: list[float] | None = option(
+        None,
+        "one floor instead, or one number for each patch between --edges",
+        group=FLOOR,
+        metavar="MU",
+    )
+    mu_kinetic: list[float] | None = option(
+        None, "kinetic friction of the same (default: the static one)", group=FLOOR, metavar="MU"
+    )
+    edges: list[float] | None = option(None, "where friction changes [m]", group=FLOOR, metavar="M")
+    payload: float | None = option(
+        None, "mass on the hip, beside the robot's own [kg]", group=FLOOR, metavar="KG"
+    )
+    setting: str = option(
+        "exact",
+        "fidelity, integrator, step and precision, see below",
+        choices=tuple(SETTINGS),
+        metavar="NAME",
+        names=SETTINGS,
+    )
+    phase: float | None = set_option(
+        None,
+        "crank angle of the supporting leg at the start, pi/2 to 3 pi/2 (default: pi/2)",
+        metavar="RAD",
+    )
+    foot_velocity: float = set_option(0.0, "at the start [m/s]", metavar="SPEED")
+    fidelity: str | None = set_option(
+        None, f"{', '.join(FIDELITIES)}, see below", choices=tuple(FIDELITIES), metavar="NAME"
+    )
+    integrator: str | None = set_option(
+        None, f"{', '.join(INTEGRATORS)}, see below", choices=tuple(INTEGRATORS), metavar="NAME"
+    )
+    step: float | None = set_option(
+        None,
+        "the integrator's longest step [s] (default: the setting's; with integrator= 0.005)",
+        metavar="S",
+    )
+    joints: bool = set_option(False, "also the 68 components of the joints' forces")
+
+
+@dataclass(frozen=True)
+class DriveOptions(TrackOptions, SimulationFiles):
+    """A drive of the UGV with given leg angles, from a file or held (with waypoints)."""
+
+    posture: str | None = option(
+        None,
+        "stations.csv of `stickslip optimise ugv`, or its directory: places and leg angles",
+        metavar="FILE",
+    )
+    angles: tuple[float, float] | None = option(
+        None,
+        "instead: rear and front leg, held [degrees]: 90 is straight down, more is outwards",
+        metavar="DEG",
+    )
+    out: str = option("drive.csv", CSV, metavar="FILE")
+
+
+@dataclass(frozen=True)
+class ResultFiles:
+    """Files of an optimisation."""
+
+    overwrite: bool = option(False, "replace the result in --out")
+    pictures: bool = option(True, "no plot")
+
+
+@dataclass(frozen=True)
+class PostureOptions(TrackOptions, ResultFiles):
+    """A posture problem and the method that solves it."""
+
+    criterion: str = option(
+        "wheel_energy", "what is to be small, see below", metavar="NAME", names=CRITERIA_IN_WORDS
+    )
+    method: str = option("dp", "see below", metavar="NAME", names=METHODS)
+    seed: int | None = option(None, "of the method cma", metavar="N")
+    out: str | None = option(
+        None, "where files go (default: runs/ugv-TRACK-CRITERION-METHOD)", metavar="DIR"
+    )
+    overlap: bool = set_option(
+        False, "let the wheels overlap, as the chapter does, to compare with it; no vehicle can"
+    )
+    start_angles: tuple[float, float] | None = set_option(
+        None, "rear and front leg at the first waypoint (default: any)", metavar="RAD"
+    )
+    end_angles: tuple[float, float] | None = set_option(
+        None, "rear and front leg at the last waypoint (default: any)", metavar="RAD"
+    )
+    angles: int | None = set_option(
+        None,
+        "of each leg on the grid, over its range (default: a grid that uses the leg rate)",
+        metavar="N",
+    )
+    polish: bool | None = set_option(
+        None, "let scp follow the grid's path (default: up to 2000 waypoints)"
+    )
+
+
+@dataclass(frozen=True)
+class GaitOptions(RobotOptions, ResultFiles):
+    """A gait problem."""
+
+    objective: str = option(
+        "time",
+        "what is to be small, see below, or a sum: time=1,energy=0.2",
+        metavar="NAME",
+        names=OBJECTIVES,
+    )
+    mu: list[float] | None = option(
+        None,
+        "static friction, one number or one a step (default: the foot never slips)",
+        metavar="MU",
+    )
+    mean_rate: float | None = option(
+        None, "at least this mean crank rate [rad/s] (default: any)", metavar="RATE"
+    )
+    torque_limit: float | None = option(
+        None,
+        "of the motor [N m], or none (default: of the robot's file, else 4)",
+        type=limit,
+        metavar="NM",
+    )
+    payload: float = option(0.0, "on the hip, beside the robot's own [kg]", metavar="KG")
+    steps: int | None = option(None, "a walk of so many (default: one periodic step)", metavar="N")
+    out: str | None = option(None, "where files go (default: runs/biped-OBJECTIVE)", metavar="DIR")
+    min_normal: float = set_option(0.0, "least normal force [N]", metavar="N")
+    zmp: bool = set_option(False, "keep the zero-moment point inside the foot")
+    copper_loss: float | None = set_option(
+        None,
+        "of the objective energy [W/(N m)^2] (default: of the robot's file, else 0.5)",
+        metavar="W",
+    )
+    reserve: float = set_option(
+        0.0,
+        "of the friction that the gait leaves unused; 0.02 lets the replay walk without a slip",
+        metavar="SHARE",
+    )
+    start: float | None = set_option(
+        None, "crank rate at the beginning of a walk [rad/s] (default: 0, rest)", metavar="RATE"
+    )
+    end: float | None = set_option(
+        None, "crank rate at its end [rad/s], 0 for a stop (default: any)", metavar="RATE"
+    )
+    cells: int = set_option(200, "of the grid in each step", metavar="N")
+    feedback: float = set_option(
+        2.0, "of the second replay [1/rad]; the first one has none", metavar="GAIN"
+    )

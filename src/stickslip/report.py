@@ -1,0 +1,136 @@
+"""Results of `simulate` and `optimise`: paths that are checked, numbers printed, files written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from stickslip.envs.rendering.animation import require_format
+from stickslip.envs.rendering.extras import require
+from stickslip.envs.rendering.sheet import png
+from stickslip.optim.progress import say_stage
+from stickslip.records.files import (
+    require_folder,
+    require_makeable,
+    require_new,
+    require_suffix,
+    require_writable,
+    write_whole,
+)
+from stickslip.records.table import Column, Table
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from matplotlib.figure import Figure
+
+    from stickslip.options import SimulationFiles
+
+Maker: TypeAlias = "Callable[[Path], object]"
+"""Writes a file to the path that it is given."""
+RESULT = "result.json"
+LONGEST_FILM = 600.0
+"""Seconds of motion."""
+
+
+def require_files(given: SimulationFiles, seconds: float) -> None:
+    """Check the paths that are asked for; seconds: of the film.
+
+    ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
+    long; ModuleNotFoundError for a package that is missing.
+    """
+    table, plot, film = (None if one is None else Path(one) for one in _paths(given))
+    if table is not None:
+        require_suffix(table, (".csv",))
+        if table.is_dir():
+            raise ValueError(f"{table} is a directory; accepted: the path of a file")
+    if plot is not None:
+        require_suffix(plot, (".png",))
+        require("matplotlib.figure")
+    if film is not None:
+        require_format(film)
+        if seconds > LONGEST_FILM:
+            raise ValueError(f"--film of {seconds:g} s; accepted: up to {LONGEST_FILM:g} s")
+        if film == plot:
+            raise ValueError(f"--film {film} with --plot {plot}; accepted: two files")
+    written = [one for one in (table, plot, film) if one is not None]
+    require_new(written, given.overwrite)
+    require_writable(written)
+
+
+def _paths(given: SimulationFiles) -> tuple[str, str | None, str | None]:
+    return given.out, given.plot, given.film
+
+
+def write_simulation(given: SimulationFiles, table: Table, plot: Maker, film: Maker) -> list[str]:
+    """Write the rows and the pictures that are asked for; return their names."""
+    makers = (lambda path: write_whole(path, table.csv(), overwrite=given.overwrite), plot, film)
+    pairs = zip(_paths(given), makers, strict=True)
+    return write_files({Path(name): make for name, make in pairs if name is not None})
+
+
+def result_folder(path: str, overwrite: bool) -> Path:
+    """The folder for a result; ValueError if something is there and may not be replaced."""
+    out = Path(path)
+    require_folder(out)
+    if out.exists() and not out.is_dir():
+        raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
+    if not overwrite and out.is_dir() and any(out.iterdir()):
+        raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
+    require_makeable(out)
+    return out
+
+
+def write_result(
+    out: Path, files: Mapping[str, Callable[[], bytes | str]], usual: Iterable[str], overwrite: bool
+) -> list[str]:
+    """Write a result's files by name into its folder; return their paths.
+
+    usual: names of all that the command may write, of which no older one stays beside these.
+    """
+    for name in {*usual, RESULT} - files.keys() if overwrite else ():
+        (out / name).unlink(missing_ok=True)
+
+    def maker(make: Callable[[], bytes | str]) -> Maker:
+        return lambda path: write_whole(path, make(), overwrite=overwrite)
+
+    return write_files({out / name: maker(make) for name, make in files.items()})
+
+
+def write_files(files: Mapping[Path, Maker]) -> list[str]:
+    """Write files, say which, and return their names."""
+    for path, make in files.items():
+        if path.suffix != ".csv":
+            say_stage(f"writing {path}")
+        make(path)
+    names = list(map(str, files))
+    print(f"Written: {', '.join(names)}")
+    return names
+
+
+def picture(draw: Callable[[], Figure], title: str) -> Callable[[], bytes]:
+    """A drawing as the bytes of a PNG file, drawn when they are asked for."""
+    return lambda: png(draw(), title)
+
+
+def one_row(columns: Mapping[Column, object]) -> Table:
+    """A summary: a table of one row."""
+    return Table(list(columns), [list(columns.values())])
+
+
+def show(summary: Table, *others: Table) -> None:
+    """Print a summary, a line a number that is not None, and then tables."""
+    rows = [
+        (column.name.replace("_", " "), _shown(value, column.unit))
+        for column, value in zip(summary.columns, summary.rows[0], strict=True)
+        if value not in (None, "")
+    ]
+    columns = [Column("name", words=True), Column("value", words=True)]
+    print(Table(columns, rows).terminal(head=False), end="")
+    for table in others:
+        print("\n" + table.rounded(6).terminal(), end="")
+
+
+def _shown(value: object, unit: str) -> str:
+    text = f"{value:.8g}" if isinstance(value, float) else str(value)
+    return text if unit == "-" else f"{text} {unit}"
