@@ -54,8 +54,7 @@ def accepted_table(wanted: Sequence[ColumnSpec]) -> str:
     columns = " and ".join(f"{' or '.join((one.name, *one.also))} [{one.unit}]" for one in wanted)
     return (
         f"columns {columns}, apart by comma, semicolon, tab or blanks, under no head or one with "
-        f"such names; finite numbers, {wanted[0].name} increasing; another head by columns "
-        "NAME=HEAD"
+        f"such names; finite numbers, {wanted[0].name} increasing; another head by `columns`"
     )
 
 
@@ -145,17 +144,6 @@ def shown_path(path: Path) -> str:
     """The path on one line, its end where it is long."""
     text = " ".join(str(path).split())
     return text if len(text) <= 200 else f"... {text[-200:]}"
-
-
-def columns_of(text: str | None) -> dict[str, str]:
-    """Column -> head from "x=x_m,z=elev_m", as `--columns` takes it."""
-    found = {}
-    for part in [] if text is None else text.split(","):
-        name, sign, head = map(str.strip, part.partition("="))
-        if not (sign and name and head) or name in found:
-            raise ValueError(f"--columns {shown(text)}; accepted: NAME=HEAD, each name once")
-        found[name] = head
-    return found
 
 
 def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:

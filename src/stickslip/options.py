@@ -58,9 +58,6 @@ NAMES = {
     "foot_position, foot_velocity": "of the foot over the floor, forwards [m], [m/s]",
     "steps": "exchanges of support so far",
 }
-FLOOR = "floor and load"
-COLUMNS = "columns of the file whose heads are other names: time=t_s,torque=motor"
-CSV = "rows with units, .csv"
 
 
 def simulate_flags(parser: Parser, machine: str) -> None:
@@ -88,9 +85,7 @@ def optimise_flags(parser: Parser, machine: str) -> None:
 class RobotOptions:
     """A robot of one's own."""
 
-    robot: str | None = option(
-        None, "a robot's file in TOML; --set robot.NAME=VALUE changes a number", metavar="FILE"
-    )
+    robot: str | None = option(None, "file in TOML; --set robot.NAME=VALUE changes a number")
     changes: dict[str, str] = changes_option("robot", "bars", "motor")
 
 
@@ -98,9 +93,7 @@ class RobotOptions:
 class VehicleOptions:
     """A vehicle of one's own."""
 
-    vehicle: str | None = option(
-        None, "a vehicle's file in TOML; --set vehicle.NAME=VALUE changes a number", metavar="FILE"
-    )
+    vehicle: str | None = option(None, "file in TOML; --set vehicle.NAME=VALUE changes a number")
     changes: dict[str, str] = changes_option("vehicle", "motor")
 
 
@@ -109,10 +102,7 @@ class TrackOptions(VehicleOptions):
     """Ground, waypoints and limits of a drive."""
 
     track: str = option(
-        "bump",
-        f"{', '.join(TRACKS)}, or a file of x and y or GPX",
-        metavar="NAME_OR_FILE",
-        names=TRACKS,
+        "bump", f"{', '.join(TRACKS)}, or a file of x and y or GPX", names=TRACKS, metavar="TRACK"
     )
     track_options: list[str] = option(
         [],
@@ -121,35 +111,23 @@ class TrackOptions(VehicleOptions):
         action="append",
         metavar="NAME=VALUE",
     )
-    columns: str | None = option(None, COLUMNS, metavar="NAME=HEAD,...")
-    friction: float = option(0.8, "between wheels and ground [-]", metavar="MU")
+    friction: float = option(0.8, "between wheels and ground [-]")
     max_torque: float | None = option(
-        None,
-        "of each wheel's motor, either way [N m], or none (default: of the vehicle's file)",
-        type=limit,
-        metavar="NM",
+        None, "of each wheel's motor [N m], or none (default: of the vehicle's file)", type=limit
     )
-    leg_rate: float | None = set_option(
-        1.0, "largest turn of a leg for each metre [rad/m], or none", type=limit, metavar="RATE"
-    )
-    spacing: float | None = set_option(
-        None,
-        "of waypoints [m] (default: 0.1, or more on a long track: 5000 waypoints at most)",
-        metavar="M",
-    )
-    start: float | None = set_option(None, "first place of the front wheel", metavar="M")
-    end: float | None = set_option(None, "last place of the front wheel", metavar="M")
+    leg_rate: float | None = set_option(1.0, "of a leg along the way [rad/m], or none", type=limit)
+    spacing: float | None = set_option(None, "of waypoints [m] (default: 0.1; long tracks more)")
+    start: float | None = set_option(None, "first place of the front wheel [m]")
+    end: float | None = set_option(None, "last place of the front wheel [m]")
 
 
 @dataclass(frozen=True)
 class SimulationFiles:
     """Files of a simulation."""
 
-    out: str = option("simulation.csv", CSV, metavar="FILE")
-    plot: str | None = option(None, "also a .png of the numbers", metavar="FILE")
-    film: str | None = option(
-        None, "also a film of the motion: .gif, .png (animated), .webp or .mp4", metavar="FILE"
-    )
+    out: str = option("simulation.csv", "rows with units, .csv")
+    plot: str | None = option(None, "also a .png of the numbers")
+    film: str | None = option(None, "also a film: .gif, .png (animated), .webp or .mp4")
     overwrite: bool = option(False, "replace the files")
 
 
@@ -158,36 +136,25 @@ class WalkOptions(RobotOptions, SimulationFiles):
     """A walk of the biped under a torque."""
 
     torque: str = option(
-        about="of the motor [N m]: a number, a .csv of times and torques, or arithmetic, see "
-        "below; held for each --period",
+        about="of the motor [N m], held for each --period: a number, a .csv of times and torques, "
+        "or arithmetic, see below",
         metavar="TORQUE",
     )
-    columns: str | None = option(None, COLUMNS, metavar="NAME=HEAD,...")
-    out: str = option("walk.csv", CSV, metavar="FILE")
+    out: str = option("walk.csv", "rows with units, .csv")
     seconds: float | None = option(None, "to walk (default: 6, or the length of a file of torques)")
-    period: float = option(0.02, "between two rows, for which a torque is held [s]", metavar="S")
-    crank_rate: float = option(0.0, "at the start [rad/s]", metavar="RATE")
+    period: float = option(0.02, "between two rows, for which a torque is held [s]")
+    crank_rate: float = option(0.0, "at the start [rad/s]")
     scene: str | None = option(
         None,
-        f"a floor by name: {', '.join(SCENES)} (default: {SCENES[0]})",
-        group=FLOOR,
+        f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})",
         choices=SCENES,
         metavar="NAME",
         names=SCENES,
     )
-    mu_static: list[float] | None = option(
-        None,
-        "one floor instead, or one number for each patch between --edges",
-        group=FLOOR,
-        metavar="MU",
-    )
-    mu_kinetic: list[float] | None = option(
-        None, "kinetic friction of the same (default: the static one)", group=FLOOR, metavar="MU"
-    )
-    edges: list[float] | None = option(None, "where friction changes [m]", group=FLOOR, metavar="M")
-    payload: float | None = option(
-        None, "mass on the hip, beside the robot's own [kg]", group=FLOOR, metavar="KG"
-    )
+    mu_static: list[float] | None = option(None, "one floor instead, or one for each patch")
+    mu_kinetic: list[float] | None = option(None, "kinetic friction (default: the static one)")
+    edges: list[float] | None = option(None, "of patches, where friction changes [m]")
+    payload: float | None = option(None, "mass on the hip, beside the robot's own [kg]")
     setting: str = option(
         "exact",
         "fidelity, integrator, step and precision, see below",
@@ -195,22 +162,14 @@ class WalkOptions(RobotOptions, SimulationFiles):
         metavar="NAME",
         names=SETTINGS,
     )
-    phase: float | None = set_option(
-        None,
-        "crank angle of the supporting leg at the start, pi/2 to 3 pi/2 (default: pi/2)",
-        metavar="RAD",
-    )
-    foot_velocity: float = set_option(0.0, "at the start [m/s]", metavar="SPEED")
-    fidelity: str | None = set_option(
-        None, f"{', '.join(FIDELITIES)}, see below", choices=tuple(FIDELITIES), metavar="NAME"
-    )
+    phase: float | None = set_option(None, "crank angle at the start [rad] (default: pi/2)")
+    foot_velocity: float = set_option(0.0, "at the start [m/s]")
+    fidelity: str | None = set_option(None, "see below", choices=tuple(FIDELITIES), metavar="NAME")
     integrator: str | None = set_option(
-        None, f"{', '.join(INTEGRATORS)}, see below", choices=tuple(INTEGRATORS), metavar="NAME"
+        None, "see below", choices=tuple(INTEGRATORS), metavar="NAME"
     )
     step: float | None = set_option(
-        None,
-        "the integrator's longest step [s] (default: the setting's; with integrator= 0.005)",
-        metavar="S",
+        None, "longest step [s] (default: the setting's; with integrator= 0.005)"
     )
     joints: bool = set_option(False, "also the 68 components of the joints' forces")
 
@@ -219,17 +178,11 @@ class WalkOptions(RobotOptions, SimulationFiles):
 class DriveOptions(TrackOptions, SimulationFiles):
     """A drive of the UGV with given leg angles, from a file or held (with waypoints)."""
 
-    posture: str | None = option(
-        None,
-        "stations.csv of `stickslip optimise ugv`, or its directory: places and leg angles",
-        metavar="FILE",
-    )
+    posture: str | None = option(None, "stations.csv of `stickslip optimise ugv`, or its directory")
     angles: tuple[float, float] | None = option(
-        None,
-        "instead: rear and front leg, held [degrees]: 90 is straight down, more is outwards",
-        metavar="DEG",
+        None, "instead: rear and front leg, held [degrees]; 90: straight down, more: outwards"
     )
-    out: str = option("drive.csv", CSV, metavar="FILE")
+    out: str = option("drive.csv", "rows with units, .csv")
 
 
 @dataclass(frozen=True)
@@ -245,26 +198,20 @@ class PostureOptions(TrackOptions, ResultFiles):
     """A posture problem and the method that solves it."""
 
     criterion: str = option(
-        "wheel_energy", "what is to be small, see below", metavar="NAME", names=CRITERIA_IN_WORDS
+        "wheel_energy", "objective, see below", names=CRITERIA_IN_WORDS, metavar="NAME"
     )
-    method: str = option("dp", "see below", metavar="NAME", names=METHODS)
-    seed: int | None = option(None, "of the method cma", metavar="N")
-    out: str | None = option(
-        None, "where files go (default: runs/ugv-TRACK-CRITERION-METHOD)", metavar="DIR"
-    )
-    overlap: bool = set_option(
-        False, "let the wheels overlap, as the chapter does, to compare with it; no vehicle can"
-    )
+    method: str = option("dp", "see below", names=METHODS, metavar="NAME")
+    seed: int | None = option(None, "of the method cma")
+    out: str | None = option(None, "directory (default: runs/ugv-TRACK-CRITERION-METHOD)")
+    overlap: bool = set_option(False, "let the wheels overlap, as the chapter does; no vehicle can")
     start_angles: tuple[float, float] | None = set_option(
-        None, "rear and front leg at the first waypoint (default: any)", metavar="RAD"
+        None, "rear and front leg at the first waypoint [rad] (default: any)"
     )
     end_angles: tuple[float, float] | None = set_option(
-        None, "rear and front leg at the last waypoint (default: any)", metavar="RAD"
+        None, "rear and front leg at the last waypoint [rad] (default: any)"
     )
     angles: int | None = set_option(
-        None,
-        "of each leg on the grid, over its range (default: a grid that uses the leg rate)",
-        metavar="N",
+        None, "of each leg on the grid (default: a grid that uses the leg rate)"
     )
     polish: bool | None = set_option(
         None, "let scp follow the grid's path (default: up to 2000 waypoints)"
@@ -276,47 +223,27 @@ class GaitOptions(RobotOptions, ResultFiles):
     """A gait problem."""
 
     objective: str = option(
-        "time",
-        "what is to be small, see below, or a sum: time=1,energy=0.2",
-        metavar="NAME",
-        names=OBJECTIVES,
+        "time", "see below, or a sum: time=1,energy=0.2", names=OBJECTIVES, metavar="NAME"
     )
     mu: list[float] | None = option(
-        None,
-        "static friction, one number or one a step (default: the foot never slips)",
-        metavar="MU",
+        None, "static friction, one number or one a step (default: the foot never slips)"
     )
-    mean_rate: float | None = option(
-        None, "at least this mean crank rate [rad/s] (default: any)", metavar="RATE"
-    )
+    mean_rate: float | None = option(None, "least mean crank rate [rad/s] (default: any)")
     torque_limit: float | None = option(
-        None,
-        "of the motor [N m], or none (default: of the robot's file, else 4)",
-        type=limit,
-        metavar="NM",
+        None, "of the motor [N m], or none (default: of the robot's file, else 4)", type=limit
     )
-    payload: float = option(0.0, "on the hip, beside the robot's own [kg]", metavar="KG")
-    steps: int | None = option(None, "a walk of so many (default: one periodic step)", metavar="N")
-    out: str | None = option(None, "where files go (default: runs/biped-OBJECTIVE)", metavar="DIR")
-    min_normal: float = set_option(0.0, "least normal force [N]", metavar="N")
+    payload: float = option(0.0, "on the hip, beside the robot's own [kg]")
+    steps: int | None = option(None, "of a walk (default: one periodic step)")
+    out: str | None = option(None, "directory (default: runs/biped-OBJECTIVE)")
+    min_normal: float = set_option(0.0, "least normal force [N]")
     zmp: bool = set_option(False, "keep the zero-moment point inside the foot")
     copper_loss: float | None = set_option(
-        None,
-        "of the objective energy [W/(N m)^2] (default: of the robot's file, else 0.5)",
-        metavar="W",
+        None, "for the energy [W/(N m)^2] (default: of the robot's file, else 0.5)"
     )
     reserve: float = set_option(
-        0.0,
-        "of the friction that the gait leaves unused; 0.02 lets the replay walk without a slip",
-        metavar="SHARE",
+        0.0, "share of friction left unused; 0.02 lets the replay walk without a slip"
     )
-    start: float | None = set_option(
-        None, "crank rate at the beginning of a walk [rad/s] (default: 0, rest)", metavar="RATE"
-    )
-    end: float | None = set_option(
-        None, "crank rate at its end [rad/s], 0 for a stop (default: any)", metavar="RATE"
-    )
-    cells: int = set_option(200, "of the grid in each step", metavar="N")
-    feedback: float = set_option(
-        2.0, "of the second replay [1/rad]; the first one has none", metavar="GAIN"
-    )
+    start: float | None = set_option(None, "crank rate when a walk begins [rad/s] (default: 0)")
+    end: float | None = set_option(None, "crank rate when it ends, 0: a stop (default: any)")
+    cells: int = set_option(200, "of the grid in each step")
+    feedback: float = set_option(2.0, "of the second replay [1/rad]; the first one has none")

@@ -19,6 +19,8 @@ from typing import Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
 from stickslip.dynamics.checks import nearest, require_known, shown
 
 T = TypeVar("T")
+METAVARS = {float: "NUMBER", int: "N", str: "PATH", bool: "BOOL"}
+"""Values in the help, by type."""
 Tables = Mapping[str, Mapping[str, str]]
 """Tables of names and meanings, by title."""
 
@@ -26,8 +28,8 @@ Tables = Mapping[str, Mapping[str, str]]
 def option(default: Any = MISSING, about: str = "", **how: Any) -> Any:
     """A field of a dataclass of options, see `add_options`.
 
-    how: names: completed by shells; group: title in the help; flag: where it is not the field's
-    name; and options of `add_argument`.
+    how: names: completed by shells; flag: where it is not the field's name; and options of
+    `add_argument`.
     """
     metadata = {"about": about, "how": how}
     if isinstance(default, list):
@@ -51,14 +53,13 @@ def add_options(parser: Parser, kind: type) -> None:
     two values. X | None: a value. A default that is not None ends the help.
     """
     hints = get_type_hints(kind)
-    groups: dict[str, Any] = {"": parser}
     for one in fields(kind):
         if "parts" in one.metadata:
             parser.add_parts(one.name, one.metadata["parts"])
             continue
         how: dict[str, Any] = dict(one.metadata["how"])
         setting, names = how.pop("setting", False), how.pop("names", ())
-        title, flag = how.pop("group", ""), how.pop("flag", flag_of(one.name))
+        flag = how.pop("flag", flag_of(one.name))
         default = [] if one.default_factory is list else one.default
         how = _form(hints[one.name], default, setting) | {"help": one.metadata["about"]} | how
         if how.get("action") == "append":
@@ -71,9 +72,7 @@ def add_options(parser: Parser, kind: type) -> None:
         how["help"] = how["help"].replace("%", "%%")
         if default is True:
             flag = f"--no-{flag[2:]}"
-        if title not in groups:
-            groups[title] = parser.add_argument_group(title)
-        completes(groups[title].add_argument(flag, dest=one.name, **how), names)
+        completes(parser.add_argument(flag, dest=one.name, **how), names)
 
 
 def options_of(kind: type[T], flags: Mapping[str, Any]) -> T:
@@ -91,7 +90,7 @@ def _form(hint: Any, default: Any, setting: bool) -> dict[str, Any]:
     if get_origin(kind) in (list, tuple):
         found["nargs"] = "+" if get_origin(kind) is list else len(get_args(kind))
         inner = get_args(kind)[0]
-    return found | {"type": truth if inner is bool else inner}
+    return found | {"type": truth if inner is bool else inner, "metavar": METAVARS[inner]}
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):

@@ -12,7 +12,7 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import Track
-from stickslip.optimise.shared import track_of, track_options_of
+from stickslip.optimise.machine import track_of, track_options_of
 from stickslip.optimise.ugv import spacing_of
 from stickslip.options import PostureOptions
 
@@ -158,8 +158,6 @@ def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.M
 def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
     assert float(track_of("bump", ["height=0.2", "centre=3"]).height(3.0)) == pytest.approx(0.2)
     Path("hill.txt").write_text("0 0\n1 0.5\n2 0\n")
-    Path("survey.csv").write_text("x_cm;y_m;elev_m\n0;9;0\n100;9;0,5\n200;9;0\n")
-    for name, columns in (("hill.txt", None), ("survey.csv", "x=x_cm,z=elev_m")):
-        ground = track_of(name, ["interpolation=linear"], columns)
-        assert float(ground.height(0.5)) == pytest.approx(0.25)
+    ground = track_of("hill.txt", ["interpolation=linear"])
+    assert float(ground.height(0.5)) == pytest.approx(0.25)
     assert track_options_of(["a=1", "b=-2.5", "c=x", "a=3"]) == {"a": 3, "b": -2.5, "c": "x"}

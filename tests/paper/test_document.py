@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from stickslip.cli import OK, main
-from stickslip.paper.figure import FIGURES, VERDICTS
+from stickslip.paper.figure import FIGURES
+from stickslip.paper.result import VERDICTS
 
 pytest.importorskip("matplotlib")
 

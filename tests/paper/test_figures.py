@@ -11,7 +11,8 @@ import pytest
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.paper import bump
-from stickslip.paper.figure import FIGURES, VERDICTS
+from stickslip.paper.figure import FIGURES
+from stickslip.paper.result import VERDICTS
 from stickslip.paper.slides import walk
 
 pytestmark = pytest.mark.long
@@ -76,7 +77,7 @@ def test_every_figure_has_a_picture_data_and_a_verdict_for_each_claim(out: Path,
 
 def test_torque_at_constant_speed_is_weight_plus_the_square_of_the_speed(out: Path):
     table = Table(out / "fig11.csv")
-    still, slow, fast = (table.numbers(f"torque at {w}") for w in (0, 1, 5))
+    still, slow, fast = (table.numbers(f"motor torque, {w} rad") for w in (0, 1, 5))
     np.testing.assert_allclose(fast - still, 25 * (slow - still), atol=1e-7)
     share = table.numbers("time")
     work = np.sum((still[1:] + still[:-1]) / 2) * np.pi * (share[1] - share[0])
@@ -91,7 +92,7 @@ def test_a_start_walks_exactly_if_the_torque_beats_the_mean_slope_of_the_weight(
         angle = table.numbers(name)
         walked[torque] = np.nanmax(angle) > 3 * np.pi / 2
         assert angle[0] == pytest.approx(np.pi / 2)
-    still = Table(out / "fig11.csv").numbers("torque at 0")
+    still = Table(out / "fig11.csv").numbers("motor torque, 0 rad")
     rise = np.cumsum((still[1:] + still[:-1]) / 2) / np.arange(1, len(still))
     clear = {torque: does for torque, does in walked.items() if abs(torque - rise.max()) > 5e-3}
     assert clear == {torque: torque > rise.max() for torque in clear}
@@ -101,12 +102,15 @@ def test_a_start_walks_exactly_if_the_torque_beats_the_mean_slope_of_the_weight(
 def test_the_forces_on_the_foot_balance_at_every_phase(out: Path):
     table = Table(out / "fig15.csv")
     parts = ("f01, ground on foot", "tibia (2) on foot", "bar (11) on foot")
-    x, y = (sum(table.numbers(f"{part} {axis}") for part in parts) for axis in "xy")
+    sides = ("horizontal", "vertical")
+    x, y = (sum(table.numbers(f"{side} force on the foot, {p}") for p in parts) for side in sides)
     np.testing.assert_allclose(x, 0, atol=1e-6)
     np.testing.assert_allclose(y, 0.30 * 9.81, atol=1e-6)
-    moment = table.numbers("zero-moment") * table.numbers("f01, ground on foot y")
+    moment = table.numbers("zero-moment") * table.numbers("vertical force on the foot, f01")
     offset = 2 * 0.030
-    np.testing.assert_allclose(moment + offset * table.numbers("bar (11) on foot y"), 0, atol=1e-6)
+    np.testing.assert_allclose(
+        moment + offset * table.numbers("vertical force on the foot, bar"), 0, atol=1e-6
+    )
 
 
 @pytest.mark.usefixtures("float64")
@@ -121,10 +125,12 @@ def test_the_slides_add_up_to_where_the_foot_ends():
 
 def test_the_foot_slips_exactly_below_the_greatest_need_of_friction(out: Path):
     table = Table(out / "fig15.csv")  # no slip, 3 rad/s, as Fig. 17
-    need = np.abs(table.numbers("f01, ground on foot x") / table.numbers("f01, ground on foot y"))
+    sides = ("horizontal", "vertical")
+    friction, load = (table.numbers(f"{side} force on the foot, f01") for side in sides)
+    need = np.abs(friction / load)
     places = Table(out / "fig17.csv")
     slips = {
-        float(re.findall(r"mu = ([\d.]+)", name)[0]): np.ptp(places.numbers(name)) > 0
+        float(re.findall(r"μ = ([\d.]+)", name)[0]): np.ptp(places.numbers(name)) > 0
         for name in places.names[1:]
     }
     assert slips == {mu: mu < need.max() for mu in slips}
@@ -134,7 +140,7 @@ def test_the_foot_slips_exactly_below_the_greatest_need_of_friction(out: Path):
 def test_the_mirrored_posture_needs_the_mirrored_torque(ugv: Path):
     table = Table(ugv / "fig24.csv")
     for here, mirrored in (("30/100°", "100/30°"), ("90/90°", "90/90°")):
-        up, down = (table.numbers(f"torque with legs at {name}") for name in (here, mirrored))
+        up, down = (table.numbers(f"torque on each wheel, {name}") for name in (here, mirrored))
         assert -up.min() == pytest.approx(down.max(), rel=5e-3)
         assert up.max() == pytest.approx(-down.min(), rel=5e-3)
 
@@ -160,17 +166,17 @@ def test_free_legs_vary_the_torque_less_at_the_points_and_more_between_them(ugv:
     x, at = table.numbers("front wheel"), slice(None, None, bump.BETWEEN)
     varied, dense = {}, {}
     for name in (bump.HELD, bump.LIMITED, bump.FREE):
-        torque = table.numbers(f"{name}: torque")
+        torque = table.numbers(f"torque on each wheel, {name}")
         varied[name] = np.sum(np.diff(torque[at]) ** 2 / np.diff(x[at]))
         dense[name] = np.sum(np.diff(torque) ** 2 / np.diff(x))
-        legs = np.stack([table.numbers(f"{name}: {leg} leg") for leg in ("rear", "front")])
+        legs = np.stack([table.numbers(f"{leg} leg, {name}") for leg in ("rear", "front")])
         legs = legs[:, at]
         wheels = 0.83 - 0.35 * np.cos(legs).sum(0), 0.35 * np.diff(np.sin(legs), axis=0)[0]
         assert np.min(np.hypot(*wheels)) > 0.56 - 1e-6
         fastest = np.max(np.abs(np.diff(legs)) / np.diff(x[at]))
         assert name != bump.HELD or fastest == 0
         assert name != bump.LIMITED or 0.1 < fastest < bump.RATE * (1 + 1e-6)
-        assert np.all(table.numbers(f"{name}: least grip margin")[at] > 0)
+        assert np.all(table.numbers(f"least grip margin, {name}")[at] > 0)
     assert varied[bump.FREE] < varied[bump.LIMITED] < 0.99 * varied[bump.HELD]
     assert dense[bump.LIMITED] < dense[bump.HELD]
     assert dense[bump.FREE] > varied[bump.FREE]

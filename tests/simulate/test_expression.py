@@ -23,7 +23,7 @@ NAMES |= {"foot_position": -0.2, "foot_velocity": 0.0, "steps": 3, "pi": math.pi
         "sqrt(abs(foot_position)) + exp(-t) * cos(pi / 3) + log(steps) + floor(2.7) + tan(tanh(1))",
         "(t > 1) + (t <= 1 or t > 5)",
         "1e-3 * 10 ** 9",
-        "+".join(["t"] * 400),
+        "+".join(["t"] * 30),
     ],
 )
 @pytest.mark.parametrize("compiled", [False, True])

@@ -1,13 +1,10 @@
 """Torques and postures from users' files: read to the last digit, or refused by name and line."""
 
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from stickslip.cli import WRONG_INPUT, main
-from stickslip.optim.columns import columns_of
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.ugv import read_posture
 
@@ -96,20 +93,3 @@ def test_a_posture_needs_places_that_advance():
 def test_tables_of_other_programs_are_read(text: str):
     found = recorded(text)
     assert (found.times.tolist(), found.torques.tolist()) == ([0.0, 1.5], [0.5, -2.0])
-
-
-def test_columns_are_chosen_by_their_heads(capsys):
-    Path("log.csv").write_text("stamp_ms,motor 1 (N m),motor 2 (N m)\n0,7,0.5\n1500,7,-2")
-    found = torque_of("log.csv", columns_of("t=stamp_ms, torque=motor 2"))
-    assert isinstance(found, Recorded)
-    assert (found.times.tolist(), found.torques.tolist()) == ([0.0, 1.5], [0.5, -2.0])
-    for columns, said in {
-        "t=stamp": "no column '(stamp|torque)' among 'stamp_ms, motor 1",
-        "x=stamp_ms": "'x' is no column; accepted: time, t, torque, T, tau, M",
-        "t": "--columns 't'; accepted: NAME=HEAD",
-    }.items():
-        words = ["simulate", "biped", "--torque=log.csv", "--columns", columns, "--out=a.csv"]
-        assert main(words) == WRONG_INPUT
-        assert re.search(said, capsys.readouterr().err), columns
-    with pytest.raises(ValueError, match=r"columns = .* with torque '1'; accepted: a \.csv"):
-        torque_of("1", {"time": "t"})

@@ -15,9 +15,15 @@ from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, so
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.drive import STATIONS, UNITS, criteria_table, stations_table
-from stickslip.optimise.machine import finite, own_files, torque_limit_of, vehicle_of
+from stickslip.optimise.machine import (
+    finite,
+    own_files,
+    torque_limit_of,
+    track_of,
+    track_options_of,
+    vehicle_of,
+)
 from stickslip.optimise.picture import draw_drive
-from stickslip.optimise.shared import track_of, track_options_of
 from stickslip.options import PostureOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table, json_text
@@ -98,7 +104,7 @@ def spacing_of(track: Track, given: PostureOptions) -> float:
 
 def problem_of(given: PostureOptions) -> PostureProblem:
     """The problem that the flags describe."""
-    track = track_of(given.track, given.track_options, given.columns)
+    track = track_of(given.track, given.track_options)
     return PostureProblem.along(
         track,
         given.criterion,

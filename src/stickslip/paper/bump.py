@@ -10,17 +10,15 @@ import numpy as np
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
-from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, shades
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.problem import refined
-from stickslip.optimise.picture import draw_angles, draw_vehicles, drawing_of, scene_height
-from stickslip.paper.figure import (
+from stickslip.paper.result import (
     BY_CONSTRUCTION,
     Claim,
     Result,
     claim,
+    curves,
     share_of,
     verdict_of,
 )
@@ -38,6 +36,7 @@ FROM, TO = 1.5, 8.0
 FRICTION = 0.8
 RATE = 1.0
 """Largest leg rate [rad/m]; the chapter has no limit."""
+WHEEL = "front wheel [m]"
 HELD, LIMITED, FREE = "legs held", f"up to {RATE:g} rad/m", "no limit"
 WAYPOINTS = 66
 """Every 0.1 m."""
@@ -46,7 +45,6 @@ BETWEEN = 10
 FINE, COARSE, HELD_ANGLES = 43, 17, 41
 """Angles of each leg: on the grid with the rate limited; without limit, each move to each pair; of
 postures that are held, every 3 degrees."""
-VEHICLES = 4
 
 Pair = tuple[float, float]
 """Angles of the rear and the front leg [degrees]."""
@@ -87,15 +85,9 @@ def statics(samples: int) -> Result:
     drawn = [*EQUAL, *UNEQUAL]
     torques = np.asarray(_stations(problem, drawn).torque)
     every = all_pairs(problem)
-    curves = {
-        f"torque with legs at {name_of(pair)} [N m]": torque
-        for pair, torque in zip(drawn, torques, strict=True)
-    }
-    return Result(
-        {"front wheel [m]": problem.x, **curves},
-        lambda: _draw_statics(problem.x, every, drawn, torques),
-        [exists(every), passes(every)],
-    )
+    named = {name_of(pair): torque for pair, torque in zip(drawn, torques, strict=True)}
+    panel = curves("torque on each wheel", "N m", named, (0.0,))
+    return Result(WHEEL, problem.x, [panel], [exists(every), passes(every)])
 
 
 def all_pairs(problem: PostureProblem) -> Held:
@@ -155,30 +147,6 @@ def passes(held: Held) -> Claim:
     return claim("fig24", "passes", measured, share_of(fine))
 
 
-def _draw_statics(x: np.ndarray, held: Held, drawn: Sequence[Pair], torques: np.ndarray):
-    figure, (curves, largest) = make_sheet(2, 1, (WIDTH, 5.8), heights=[3.4, 2.1], sharex=False)
-    colours = [*shades(len(EQUAL)), theme.SLIDES, theme.HIP_EDGE]
-    curves.plot(x, np.asarray(held.stations.torque).T, color=theme.MUTED, lw=0.5, alpha=0.25)
-    for pair, torque, colour in zip(drawn, torques, colours, strict=True):
-        style = "-" if pair in EQUAL else "--"
-        curves.plot(x, torque, color=colour, ls=style, lw=1.6, label=name_of(pair))
-    legend(curves, title="rear/front leg", loc="upper left", ncols=2)
-    curves.axvline(4.0, **LEVEL)
-    curves.axhline(0.0, **LEVEL)
-    curves.set_xlim(FROM, TO)
-    note = f"negative: drives; vertical: crest; thin: all {len(held.pairs)} pairs"
-    name_panel(curves, "torque on each wheel [N m]", note, "front wheel [m]")
-    unequal = np.array([rear != front for rear, front in held.pairs])
-    for label, which, edge in (("unequal", unequal, theme.SLIDES), ("equal", ~unequal, theme.INK)):
-        look = {"s": 18, "facecolors": "none", "edgecolors": edge, "label": f"{label} angles"}
-        largest.scatter(held.wheelbase[which], held.largest[which], **look)
-    legend(largest)
-    largest.axvline(2 * float(VEHICLE.wheel_radius), **LEVEL)
-    note = "dashed: the wheels touch"
-    name_panel(largest, "largest torque over the bump [N m]", note, "wheelbase [m]")
-    return figure
-
-
 def least_variation(samples: int) -> Result:
     """Fig. 25; its points are WAYPOINTS, whatever samples is."""
     del samples
@@ -186,18 +154,16 @@ def least_variation(samples: int) -> Result:
     held, degrees = best_held(limited)
     found = {HELD: held, LIMITED: _solved(limited, FINE), FREE: _solved(free, COARSE)}
     drives = {name: _drive(limited, x) for name, x in found.items()}
-    columns = {"front wheel [m]": drives[HELD].stations.x}
-    for name, drive in drives.items():
-        at = drive.stations
-        columns |= {
-            f"{name}: rear leg [rad]": at.leg_angles[:, 0],
-            f"{name}: front leg [rad]": at.leg_angles[:, 1],
-            f"{name}: torque [N m]": at.torque,
-            f"{name}: least grip margin [N]": at.grip,
-        }
+    at = {name: drive.stations for name, drive in drives.items()}
+    panels = [
+        curves(f"{leg} leg", "rad", {name: of.leg_angles[:, i] for name, of in at.items()})
+        for i, leg in enumerate(("rear", "front"))
+    ]
+    torques = {name: np.asarray(of.torque) for name, of in at.items()}
+    panels.append(curves("torque on each wheel", "N m", torques, (0.0,)))
+    panels.append(curves("least grip margin", "N", {name: of.grip for name, of in at.items()}))
     claims = [varies_less(drives, degrees), between(drives), passes_turning(drives[LIMITED])]
-    fine = along_bump(len(drives[HELD].stations.x), leg_rate=RATE)
-    return Result(columns, lambda: _draw_turning(fine, drives), claims)
+    return Result(WHEEL, np.asarray(at[HELD].x), panels, claims)
 
 
 def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]:
@@ -261,24 +227,3 @@ def passes_turning(drive: Drive) -> Claim:
     )
     holds = np.all(np.asarray(at.status) == Status.OK)
     return claim("fig25", "passes", measured, verdict_of(holds))
-
-
-def _draw_turning(problem: PostureProblem, drives: Mapping[str, Drive]):
-    stations = drives[LIMITED].stations
-    shown = np.linspace(0, len(problem.x) - 1, VEHICLES).round().astype(int)
-    vehicles = drawing_of(problem, stations, shown)
-    heights = [1.9, 1.9, scene_height(problem, vehicles)]
-    figure, (legs, torque, scene) = make_sheet(3, 1, (WIDTH, sum(heights) + 1.7), heights=heights)
-    draw_angles(legs, stations)
-    name_panel(legs, "(a) leg angles [°]", LIMITED)
-    looks = (theme.MUTED, ":", 1.6), (theme.INK, "-", 1.6), (theme.HOLDS, "--", 1.2)
-    for (name, drive), (colour, style, width) in zip(drives.items(), looks, strict=True):
-        look = {"color": colour, "ls": style, "lw": width}
-        torque.plot(drive.stations.x, drive.stations.torque, label=name, **look)
-    torque.axhline(0.0, **LEVEL)
-    legend(torque)
-    note = "legs turn evenly between waypoints"
-    name_panel(torque, "torque on each wheel [N m]", note)
-    draw_vehicles(scene, problem, vehicles)
-    name_panel(scene, f"(b) least variation, {LIMITED}", "", "front wheel [m]")
-    return figure

@@ -11,9 +11,10 @@ import jax
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.rendering.sheet import png, styled
+from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
-from stickslip.paper.figure import Claim, figures_of
+from stickslip.paper.figure import figures_of
+from stickslip.paper.result import Claim
 from stickslip.records.files import require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
@@ -41,9 +42,8 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
         for number, (name, figure) in enumerate(figures.items(), 1):
             say_stage(f"[{number}/{len(figures)}] {name}: {figure.title}")
             result = figure.compute(given["samples"])
-            picture = png(styled(result.draw)(), figure.title)
+            picture, text = png(result.draw(), figure.title), result.table().csv(digits=10)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
-            text = Table.of_columns(result.columns).csv(digits=10)
             write_whole(out / f"{name}.csv", text, overwrite=overwrite)
             claims[name] = result.claims
     table = claims_table(claims)

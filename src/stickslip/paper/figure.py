@@ -1,81 +1,19 @@
-"""Declaration of the figures: data, drawing, and claims with their verdicts."""
+"""The figures by name; nothing heavy is imported."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cache
 from importlib import import_module
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.dynamics.checks import require_known
 
-AGREES = "agrees"
-PARTLY = "partly"
-DIFFERS = "differs"
-BY_CALIBRATION = "by calibration"
-"""The default masses were chosen for this number: no evidence."""
-BY_CONSTRUCTION = "by construction"
-"""True of every robot and parameter: a check of the computation, no evidence."""
-VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION)
+if TYPE_CHECKING:
+    from collections.abc import Iterable
 
-Columns = Mapping[str, Iterable[Any]]
-"""Equally long columns of numbers or words by name and unit; NaN is an empty cell."""
+    from stickslip.paper.result import Result
 
 
-@dataclass(frozen=True)
-class Claim:
-    """The chapter's statement, our measurement, one of VERDICTS, and the reason or the limit."""
-
-    stated: str
-    measured: str
-    verdict: str
-    why: str
-
-
-@cache
-def _texts() -> dict[str, dict[str, dict[str, str]]]:
-    """Statements and reasons by figure and claim, of claims.json."""
-    return json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
-
-
-def claim(figure: str, name: str, measured: str, verdict: str) -> Claim:
-    """A claim of claims.json with our measurement and its verdict."""
-    text = _texts()[figure][name]
-    return Claim(text["stated"], measured, verdict, text["why"])
-
-
-def verdict_of(agrees: object, partly: object = False, word: str = AGREES) -> str:
-    """`word` where it agrees, else PARTLY or DIFFERS.
-
-    A claim by construction or by calibration DIFFERS where it does not hold: the computation is
-    then wrong.
-    """
-    return word if agrees else PARTLY if partly else DIFFERS
-
-
-def share_of(holds: Iterable[object]) -> str:
-    """AGREES where every case holds, PARTLY where some do, DIFFERS where none does or none is."""
-    cases = [bool(one) for one in holds]
-    return verdict_of(cases and all(cases), any(cases))
-
-
-@dataclass(frozen=True)
-class Result:
-    """A figure's curves, its drawing and its claims.
-
-    draw: a function without arguments that returns a matplotlib figure.
-    """
-
-    columns: Columns
-    draw: Callable[[], Any]
-    claims: Sequence[Claim] = ()
-
-
-@dataclass(frozen=True)
-class Figure:
+class Figure(NamedTuple):
     """title: over the picture and in the list. module, function: in this package."""
 
     title: str
@@ -110,7 +48,6 @@ FIGURES = {
     ),
 }
 """Figures in the chapter's order."""
-
 EVERYTHING = "all"
 
 

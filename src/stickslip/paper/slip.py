@@ -10,15 +10,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.dynamics.biped import BODIES, BipedParams
-from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import WIDTH, family, legend, make_sheet, name_panel, shades
-from stickslip.paper.figure import (
+from stickslip.paper.result import (
     BY_CALIBRATION,
     BY_CONSTRUCTION,
     Claim,
-    Columns,
     Result,
     claim,
+    curves,
     share_of,
     verdict_of,
 )
@@ -33,11 +31,6 @@ FAST, STATIC, KINETIC = 5.0, 0.2, (0.2, 0.1, 0.05)
 STEPS = 2
 """Steps of the timeline of Fig. 16."""
 RESTS, FORWARDS, BACKWARDS = "static friction", "sliding forwards", "sliding backwards"
-COLOURS = {RESTS: theme.SWING["main"], FORWARDS: theme.MOTOR, BACKWARDS: theme.SLIDES}
-ROOM = 0.28
-"""Below the curves for their legend, in heights of the curves."""
-SHOWN = {"mu": "μ = {:g}", "mu_kinetic": "μk = {:g}", "crank rate": "{:g} rad/s"}
-"""The number that varies, as legends show it."""
 STATED_FRICTION = 0.08
 MID_STEP = (0.4, 0.6)
 """Range that counts as "at mid-step", as shares of the step [-]."""
@@ -60,9 +53,13 @@ def states(samples: int) -> Result:
     """Fig. 16."""
     one = walk(BipedParams.from_bars(), SLOW, CHART_FRICTION, samples=samples)
     states = timeline(one)
-    titles = ("state", "start / T [-]", "end / T [-]")
-    columns: Columns = dict(zip(titles, zip(*states, strict=True), strict=True))
-    return Result(columns, lambda: _draw_states(states, one), [flow(states)])
+    shown = one.time <= STEPS
+    time, place = one.time[shown], 1e3 * one.place[shown]
+    named = {name: np.full(len(time), np.nan) for name in (RESTS, FORWARDS, BACKWARDS)}
+    for name, start, end in states:
+        inside = (time >= start - SAME_INSTANT) & (time <= end + SAME_INSTANT)
+        named[name][inside] = place[inside]
+    return Result(TIME, time, [curves("foot position", "mm", named)], [flow(states)])
 
 
 def timeline(one: Walk) -> list[State]:
@@ -86,7 +83,7 @@ def flow(located: list[State]) -> Claim:
         f"{state} to {end:.3f}" for state, start, end in located if start < 1 - SAME_INSTANT
     )
     measured = f"first step at {SLOW:g} rad/s, μ = {CHART_FRICTION:g}, in T: {shown}"
-    every = {state for state, _, _ in located} == set(COLOURS)
+    every = {state for state, _, _ in located} == {RESTS, FORWARDS, BACKWARDS}
     return claim("fig16", "flow", measured, verdict_of(every, word=BY_CONSTRUCTION))
 
 
@@ -102,14 +99,14 @@ def frictions(samples: int) -> Result:
         second(walks),
         repeatedly(walks),
     ]
-    return _result("mu", walks, f"constant crank rate {SLOW:g} rad/s", claims)
+    return _result("μ = {:g}", walks, claims)
 
 
 def speeds(samples: int) -> Result:
     """Fig. 18."""
     params = BipedParams.from_bars()
     walks = {rate: walk(params, rate, RATE_FRICTION, samples=samples) for rate in RATES}
-    return _result("crank rate", walks, f"friction {RATE_FRICTION:g}", [])
+    return _result("{:g} rad/s", walks, [])
 
 
 def kinetic(samples: int) -> Result:
@@ -121,8 +118,7 @@ def kinetic(samples: int) -> Result:
         later_onsets(walks),
         smaller_slide(walks),
     ]
-    note = f"constant crank rate {FAST:g} rad/s, μs = {STATIC:g}"
-    return _result("mu_kinetic", walks, note, claims)
+    return _result("μk = {:g}", walks, claims)
 
 
 def friction_use(params: BipedParams, crank_rate: float, samples: int) -> np.ndarray:
@@ -250,49 +246,8 @@ def _main(walk: Walk) -> Slide | None:
     return min(walk.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
 
 
-def _result(name: str, walks: Walks, note: str, claims: list[Claim]) -> Result:
-    """Places of the foot by the number that varies."""
-    places = {f"place of the foot, {name} = {x:g} [m]": one.place for x, one in walks.items()}
+def _result(name: str, walks: Walks, claims: list[Claim]) -> Result:
+    """Places of the foot by the number that varies; name: of a curve."""
+    named = {name.format(x): 1e3 * one.place for x, one in walks.items()}
     time = next(iter(walks.values())).time
-    named = {SHOWN[name].format(x): one for x, one in walks.items()}
-    return Result({"time / T [-]": time, **places}, lambda: _draw(named, note), claims)
-
-
-def _draw(walks: Mapping[str, Walk], note: str):
-    """Places over time, and when the foot slides in the second step."""
-    ratio = 0.07 * (3 + len(walks))
-    size = (WIDTH, 2 * (1.9 + 0.9 * ratio) + 0.55)
-    figure, (place, bars) = make_sheet(2, 1, size, heights=(1.4, ratio), sharex=False)
-    time = next(iter(walks.values())).time
-    curves = [(name, 1e3 * one.place) for name, one in walks.items()]
-    family(place, time, curves, loc="lower left", ncols=5)
-    low, high = place.get_ylim()
-    place.set_ylim(low - ROOM * (high - low), high)
-    name_panel(place, "foot position [mm]", note, TIME)
-    place.set_xlim(0, PERIODS)
-    rows = zip(walks.values(), shades(len(walks)), strict=True)
-    for row, (one, colour) in enumerate(rows):
-        for part in one.within(SECOND):
-            look = {"height": 0.75, "color": colour, "edgecolor": theme.PANEL}
-            bars.barh(row, part.end - part.start, left=part.start - SECOND, **look)
-    bars.set_yticks(range(len(walks)), list(walks), fontsize=8)
-    bars.set_ylim(len(walks) - 0.5, -0.5)
-    bars.set_xlim(0, 1)
-    name_panel(bars, "while the foot slides", "second step", TIME)
-    return figure
-
-
-def _draw_states(states: list[State], one: Walk):
-    """The foot's place over time, shaded by its state."""
-    figure, (axis,) = make_sheet(1, 1, (WIDTH, 3.2))
-    chosen = one.time <= STEPS
-    axis.plot(one.time[chosen], 1e3 * one.place[chosen], color=theme.INK)
-    spans = {
-        state: axis.axvspan(start, end, color=COLOURS[state], alpha=0.35, lw=0)
-        for state, start, end in states
-    }
-    legend(axis, handles=list(spans.values()), labels=list(spans))
-    note = f"{SLOW:g} rad/s, μ = {CHART_FRICTION:g}"
-    name_panel(axis, "foot position [mm]", note, TIME)
-    axis.set_xlim(0, STEPS)
-    return figure
+    return Result(TIME, time, [curves("foot position", "mm", named)], claims)

@@ -11,14 +11,14 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, BipedState, Trajectory, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, make_sheet, name_panel, shades
 from stickslip.optim.progress import Bar
-from stickslip.paper.figure import (
+from stickslip.paper.result import (
     BY_CALIBRATION,
     BY_CONSTRUCTION,
     Claim,
     Result,
     claim,
+    curves,
     verdict_of,
 )
 from stickslip.paper.steady import peak_of, phases, steady
@@ -129,20 +129,4 @@ def _result(walks: Mapping[str, Trajectory], found: Claim) -> Result:
         angles[name] = np.array(walk.states.crank_angle)
         angles[name][1:][np.asarray(walk.contacts.status) > Status.SLIP_ONSET] = np.nan
     time = DURATION * np.linspace(0, 1, len(next(iter(angles.values()))))
-    columns = {f"crank angle, {name} [rad]": angle for name, angle in angles.items()}
-    return Result({"time [s]": time, **columns}, lambda: _draw(time, angles), [found])
-
-
-def _draw(time: np.ndarray, angles: Mapping[str, np.ndarray]):
-    figure, (axis,) = make_sheet(1, 1, (WIDTH, 3.9))
-    curves = [(name, angle / np.pi) for name, angle in angles.items()]
-    family(axis, time, curves, loc="upper right", ncols=2)
-    for angle, colour in zip(angles.values(), shades(len(angles)), strict=True):
-        if np.isnan(angle[-1]):
-            last = np.nonzero(np.isfinite(angle))[0][-1]
-            axis.plot(time[last], angle[last] / np.pi, "x", color=colour, ms=7)
-    axis.axhline(0.5, **LEVEL)
-    note = "cross: the foot would lift off"
-    name_panel(axis, "crank angle [π rad]", note, "time [s]")
-    axis.set_xlim(0, DURATION)
-    return figure
+    return Result("time [s]", time, [curves("crank angle", "rad", angles, (np.pi / 2,))], [found])

@@ -22,9 +22,15 @@ from stickslip.dynamics.biped import (
     kinematics,
     step_length,
 )
-from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, legend, make_sheet, name_panel
-from stickslip.paper.figure import BY_CONSTRUCTION, Claim, Result, claim, share_of, verdict_of
+from stickslip.paper.result import (
+    BY_CONSTRUCTION,
+    Claim,
+    Result,
+    claim,
+    curves,
+    share_of,
+    verdict_of,
+)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -33,7 +39,8 @@ if TYPE_CHECKING:
 
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)
-TIME = "time / duration of a step [-]"
+TIME = "time / T [-]"
+"""T: duration of a step."""
 RATE = 3.0
 """The chapter does not say at which speed Figs. 12 and 15 are drawn; this is Fig. 17's [rad/s]."""
 HARDLY = 0.1
@@ -86,39 +93,33 @@ def peak_of(values: np.ndarray) -> tuple[float, float]:
 def speeds(samples: int) -> Result:
     """Fig. 11."""
     params, angles = BipedParams.from_bars(), phases(samples)
-    curves = {w: np.asarray(steady(params, angles, w).torque) for w in (0.0, *SPEEDS)}
-    slow = curves[0.0]
-    gap = {w: float(np.max(np.abs(curves[w] - slow)) / np.ptp(slow)) for w in SPEEDS}
-    alike = {w: float(np.corrcoef(curves[w], slow)[0, 1]) for w in SPEEDS}
-    columns = {f"torque at {w:g} rad/s [N m]": curve for w, curve in curves.items()}
-    named = {"quasi-static": slow} | {f"{w:g} rad/s": curves[w] for w in SPEEDS}
-    return Result(
-        {"time / T [-]": _time(samples), **columns},
-        lambda: _draw_torques(samples, named, "constant crank rate"),
-        [hardly(gap), same_shape(alike)],
-    )
+    torques = {w: np.asarray(steady(params, angles, w).torque) for w in (0.0, *SPEEDS)}
+    slow = torques[0.0]
+    gap = {w: float(np.max(np.abs(torques[w] - slow)) / np.ptp(slow)) for w in SPEEDS}
+    alike = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in SPEEDS}
+    named = {f"{w:g} rad/s": curve for w, curve in torques.items()}
+    panel = curves("motor torque", "N m", named, (0.0,))
+    return Result(TIME, _time(samples), [panel], [hardly(gap), same_shape(alike)])
 
 
 def loads(samples: int) -> Result:
     """Fig. 12."""
     params, angles = BipedParams.from_bars(), phases(samples)
     robots = {m: params.replace(payload=jnp.asarray(m, angles.dtype)) for m in LOADS}
-    curves, still = (
+    torques, still = (
         {m: np.asarray(steady(one, angles, rate).torque) for m, one in robots.items()}
         for rate in (RATE, 0.0)
     )
-    rise = {m: peak_of(curves[m])[1] / peak_of(curves[0.0])[1] - 1 for m in LOADS[1:]}
+    rise = {m: peak_of(torques[m])[1] / peak_of(torques[0.0])[1] - 1 for m in LOADS[1:]}
     heights = np.asarray(poses(params, angles).centres)[:, BODIES.index("13"), 1]
-    columns = {f"torque with {m:g} kg [N m]": curve for m, curve in curves.items()}
-    named = {f"{m:g} kg": curve for m, curve in curves.items()}
-    return Result(
-        {"time / T [-]": _time(samples), **columns},
-        lambda: _draw_torques(samples, named, f"at {RATE:g} rad/s"),
-        [
-            slightly(rise, _gaps(curves), float(params.total_mass)),
-            level(float(np.ptp(heights)), float(step_length(params)), _gaps(still)),
-        ],
-    )
+    step, mass = float(step_length(params)), float(params.total_mass)
+    claims = [
+        slightly(rise, _gaps(torques), mass),
+        level(float(np.ptp(heights)), step, _gaps(still)),
+    ]
+    named = {f"{m:g} kg": curve for m, curve in torques.items()}
+    panel = curves("motor torque", "N m", named, (0.0,))
+    return Result(TIME, _time(samples), [panel], claims)
 
 
 def hardly(gap: Mapping[float, float]) -> Claim:
@@ -160,10 +161,10 @@ def level(height: float, step: float, still: Mapping[float, float]) -> Claim:
     return claim("fig12", "level", measured, verdict_of(flat and so, flat or so))
 
 
-def _gaps(curves: Mapping[float, np.ndarray]) -> dict[float, float]:
+def _gaps(torques: Mapping[float, np.ndarray]) -> dict[float, float]:
     """Largest distance to the curve without load over its range, by load [-]."""
-    bare = curves[0.0]
-    return {m: float(np.max(np.abs(c - bare)) / np.ptp(bare)) for m, c in curves.items() if m}
+    bare = torques[0.0]
+    return {m: float(np.max(np.abs(c - bare)) / np.ptp(bare)) for m, c in torques.items() if m}
 
 
 def _percent(shares: Mapping[float, float]) -> str:
@@ -172,15 +173,6 @@ def _percent(shares: Mapping[float, float]) -> str:
 
 def _time(samples: int) -> np.ndarray:
     return np.linspace(0.0, 1.0, samples + 1)
-
-
-def _draw_torques(samples: int, curves: Mapping[str, np.ndarray], note: str):
-    figure, (axis,) = make_sheet(1, 1, (WIDTH, 3.6))
-    family(axis, _time(samples), curves.items())
-    name_panel(axis, "motor torque [N m]", note, TIME)
-    axis.axhline(0.0, **LEVEL)
-    axis.set_xlim(0, 1)
-    return figure
 
 
 class FootForces(NamedTuple):
@@ -206,16 +198,16 @@ def forces(samples: int) -> Result:
     bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
     gravity = float(params.gravity)
     own = gravity * float(params.mass[BODIES.index(FOOT)])
-    columns = {
-        f"{label} {axis} [N]": values[:, i]
-        for label, values in on_foot.by_label.items()
-        for i, axis in enumerate("xy")
-    }
-    columns = {"time / T [-]": _time(samples)} | columns
-    columns["zero-moment point from the ankle [m]"] = on_foot.zmp
+    panels = [
+        curves(
+            f"{name} force on the foot", "N", {k: of[:, i] for k, of in on_foot.by_label.items()}
+        )
+        for i, name in enumerate(("horizontal", "vertical"))
+    ]
+    panels.append(curves("zero-moment point from the ankle", "m", {"point": on_foot.zmp}))
     weight = gravity * float(params.total_mass)
     claims = [*equations(*residuals(on_foot, bar_pin, own), weight, on_foot.zmp), pinned(placed)]
-    return Result(columns, lambda: _draw_forces(on_foot), claims)
+    return Result(TIME, _time(samples), panels, claims)
 
 
 def foot_forces(motion: InverseDynamics) -> FootForces:
@@ -286,18 +278,3 @@ def pinned(placed: Kinematics) -> Claim:
 def _below(residual: float) -> str:
     """A bound in powers of ten: the rounding differs from machine to machine."""
     return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
-
-
-def _draw_forces(on_foot: FootForces):
-    figure, axes = make_sheet(3, 1, (WIDTH, 6.4))
-    time = _time(len(on_foot.zmp) - 1)
-    for axis, i, name in zip(axes[:2], (0, 1), ("horizontal", "vertical"), strict=True):
-        colours = (theme.HOLDS, theme.MOTOR, theme.SLIDES)
-        for (label, values), colour in zip(on_foot.by_label.items(), colours, strict=True):
-            axis.plot(time, values[:, i], color=colour, label=label)
-        name_panel(axis, f"{name} force on the foot [N]", f"constant {RATE:g} rad/s")
-    legend(axes[0])
-    axes[2].plot(time, 1e3 * on_foot.zmp, color=theme.INK)
-    name_panel(axes[2], "zero-moment point from the ankle [mm]", below=TIME)
-    axes[2].set_xlim(0, 1)
-    return figure

@@ -21,7 +21,6 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
-from stickslip.optim.columns import columns_of
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of
 from stickslip.options import WalkOptions
@@ -59,7 +58,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     it went.
     """
     given = options_of(WalkOptions, flags)
-    torque = torque_of(given.torque, columns_of(given.columns))
+    torque = torque_of(given.torque)
     setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
         scene, robot = scene_of(given), robot_of(given)

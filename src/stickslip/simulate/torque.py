@@ -95,15 +95,13 @@ class Recorded:
         return np.interp(times, self.times, self.torques)
 
 
-def torque_of(text: str, columns: Mapping[str, str] | None = None) -> float | Expression | Recorded:
+def torque_of(text: str) -> float | Expression | Recorded:
     """A number [N m], what is in a file, or arithmetic.
 
-    columns: of a .csv, time and torque -> head to take for it. ValueError for what is none of
-    these, or a file that is damaged; OSError for one that cannot be opened.
+    ValueError for what is none of these, or a file that is damaged; OSError for one that cannot be
+    opened.
     """
     path = Path(text)
-    if columns and path.suffix.lower() != ".csv":
-        raise ValueError(f"columns = {shown(columns)} with torque {shown(text)}; accepted: a .csv")
     try:
         number = float(text)
     except ValueError:
@@ -114,7 +112,7 @@ def torque_of(text: str, columns: Mapping[str, str] | None = None) -> float | Ex
     if not text.strip():
         raise ValueError(f"the torque is empty; accepted: a number [N m], a file, or {ACCEPTED}")
     if path.suffix.lower() == ".csv":
-        times, torques = read_columns(path, COLUMNS, columns).T
+        times, torques = read_columns(path, COLUMNS).T
         return Recorded(str(path), times, torques)
     if len(text) < LONGEST_NAME and path.exists():
         raise ValueError(
@@ -172,8 +170,8 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
             return library.asarray(float(number), library.asarray(names["pi"]).dtype)
         case ast.Name(id=name) if name in names:
             return names[name]
-        case ast.BinOp():
-            return _chain(node, values, library)
+        case ast.BinOp(left=a, op=op, right=b) if type(op) in OPERATORS:
+            return getattr(library, OPERATORS[type(op)])(*values(a, b))
         case ast.UnaryOp(op=op, operand=a) if type(op) in OPERATORS:
             return getattr(library, OPERATORS[type(op)])(*values(a))
         case ast.BoolOp(op=op, values=parts):
@@ -187,21 +185,6 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
         ):
             return getattr(library, NUMPY.get(name, name))(*values(*args))
     raise ValueError(_refusal(node))
-
-
-def _chain(node: ast.BinOp, values: Callable[..., list[Any]], library: Any) -> Any:
-    """Value of a + b - c, in a loop: a long sum is no deeper than a short one."""
-    terms: list[ast.BinOp] = []
-    left: ast.expr = node
-    while isinstance(left, ast.BinOp):
-        terms.append(left)
-        left = left.left
-    (found,) = values(left)
-    for term in reversed(terms):
-        if type(term.op) not in OPERATORS:
-            raise ValueError(_refusal(term))
-        found = getattr(library, OPERATORS[type(term.op)])(found, *values(term.right))
-    return found
 
 
 def _refusal(node: ast.AST) -> str:

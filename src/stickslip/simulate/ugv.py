@@ -23,9 +23,8 @@ from stickslip.optimise.drive import (
     criteria_table,
     stations_table,
 )
-from stickslip.optimise.machine import finite, torque_limit_of, vehicle_of
+from stickslip.optimise.machine import finite, torque_limit_of, track_of, vehicle_of
 from stickslip.optimise.picture import draw_drive
-from stickslip.optimise.shared import track_of
 from stickslip.options import DriveOptions
 from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
@@ -85,7 +84,7 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
     """
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    track, vehicle = track_of(given.track, given.track_options, given.columns), vehicle_of(given)
+    track, vehicle = track_of(given.track, given.track_options), vehicle_of(given)
     limits = {
         "leg_rate": finite(given.leg_rate),
         "max_torque": torque_limit_of(given),

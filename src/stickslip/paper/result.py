@@ -1,0 +1,104 @@
+"""A computed figure: curves over one axis, which its CSV file and its picture show, and claims."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stickslip.envs.rendering.page import Line, Panel
+from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, make_sheet, name_panel, styled
+from stickslip.records.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from matplotlib.figure import Figure
+
+AGREES, PARTLY, DIFFERS = "agrees", "partly", "differs"
+BY_CALIBRATION = "by calibration"
+"""The default masses were chosen for this number: no evidence."""
+BY_CONSTRUCTION = "by construction"
+"""True of every robot and parameter: a check of the computation, no evidence."""
+VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION)
+HEIGHT = 2.6
+"""Of a panel [inches]."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """The chapter's statement, our measurement, one of VERDICTS, and the reason or the limit."""
+
+    stated: str
+    measured: str
+    verdict: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Result:
+    """A figure's panels over an axis [n] (name and unit), and its claims."""
+
+    axis: str
+    x: np.ndarray
+    panels: Sequence[Panel]
+    claims: Sequence[Claim] = ()
+
+    def table(self) -> Table:
+        """A column for each curve."""
+        columns = {self.axis: self.x}
+        for panel in self.panels:
+            for line in panel.lines:
+                columns[f"{panel.title}, {line.name} [{panel.unit}]"] = line.values
+        return Table.of_columns(columns)
+
+    @styled
+    def draw(self) -> Figure:
+        """A panel below the other, curves from light to dark."""
+        figure, axes = make_sheet(len(self.panels), 1, (WIDTH, 0.6 + HEIGHT * len(self.panels)))
+        for axis, panel in zip(axes, self.panels, strict=True):
+            family(axis, self.x, [(line.name, line.values) for line in panel.lines], ncols=2)
+            name_panel(axis, f"{panel.title} [{panel.unit}]")
+            for level in panel.limits:
+                axis.axhline(level, **LEVEL)
+        axes[-1].set_xlabel(self.axis)
+        axes[-1].set_xlim(self.x[0], self.x[-1])
+        return figure
+
+
+def curves(
+    title: str, unit: str, values: Mapping[str, np.ndarray], limits: tuple[float, ...] = ()
+) -> Panel:
+    """A panel of curves by name."""
+    return Panel(title, unit, tuple(Line(name, of) for name, of in values.items()), limits)
+
+
+@cache
+def _texts() -> dict[str, dict[str, dict[str, str]]]:
+    """Statements and reasons by figure and claim, of claims.json."""
+    return json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
+
+
+def claim(figure: str, name: str, measured: str, verdict: str) -> Claim:
+    """A claim of claims.json with our measurement and its verdict."""
+    text = _texts()[figure][name]
+    return Claim(text["stated"], measured, verdict, text["why"])
+
+
+def verdict_of(agrees: object, partly: object = False, word: str = AGREES) -> str:
+    """`word` where it agrees, else PARTLY or DIFFERS.
+
+    A claim by construction or by calibration DIFFERS where it does not hold: the computation is
+    then wrong.
+    """
+    return word if agrees else PARTLY if partly else DIFFERS
+
+
+def share_of(holds: Iterable[object]) -> str:
+    """AGREES where every case holds, PARTLY where some do, DIFFERS where none does or none is."""
+    cases = [bool(one) for one in holds]
+    return verdict_of(cases and all(cases), any(cases))
