@@ -1,4 +1,4 @@
-"""Animations of a controller's episode, in files and in a window. Needs the extra `viz`."""
+"""Animations of a controller's episode. Needs the extra `viz`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import jax
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.envs.rendering.animation import save_animation
-from stickslip.envs.rendering.window import Window
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -59,7 +58,16 @@ def write_film(
     if seconds is not None:
         steps = min(int(played.length), max(1, round(seconds / period)))
         played = played._replace(length=steps)
-    return write_pictures(*_frames(env, played, params), period, path, fps, progress)
+    played = played.trimmed()
+
+    def frame(i: int) -> Any:
+        if i == 0:
+            return env.picture(played.start_state, {}, params)
+        state, info = jax.tree.map(lambda leaf: leaf[i - 1], (played.state, played.info))
+        return env.picture(state, info, params)
+
+    last = int(played.length)
+    return write_pictures(env.renderer(params), frame, last, period, path, fps, progress)
 
 
 def write_pictures(
@@ -73,51 +81,16 @@ def write_pictures(
 ) -> Path:
     """Write an animation of the frames 0 to `last`, `period` [s] apart; see `film`."""
     fps = min(fps, 1 / period)
-    return save_animation(_pictures(renderer, frame, last, period, fps, progress), path, fps)
 
+    def pictures() -> Iterator[np.ndarray]:
+        """The first frame, then one every 1 / fps [s], and the last frame."""
+        drawn = 0
+        yield renderer.draw(frame(0))
+        with Bar("drawing", last, "step", progress) as bar:
+            for i in range(1, last + 1):
+                if i * fps * period >= drawn + 1 - 1e-9 or i == last:
+                    drawn += 1
+                    yield renderer.draw(frame(i))
+                bar.advance()
 
-def show_window(env: AnyEnv, played: Rollout[Any], params: Timed, title: str, fps: float) -> None:
-    """Show an episode in real time, until its end or until the window is closed."""
-    period = float(params.control_period)
-    fps = min(fps, 1 / period)
-    window = Window(title, fps=fps)
-    try:
-        for picture in _pictures(*_frames(env, played, params), period, fps):
-            if not window.show(picture):
-                break
-    finally:
-        window.close()
-
-
-def _frames(
-    env: AnyEnv, played: Rollout[Any], params: Timed
-) -> tuple[Renderer[Any], Callable[[int], Any], int]:
-    """Renderer, frame by number and number of the last frame of an episode; 0 is its start."""
-    played = played.trimmed()
-
-    def frame(i: int) -> Any:
-        if i == 0:
-            return env.picture(played.start_state, {}, params)
-        state, info = jax.tree.map(lambda leaf: leaf[i - 1], (played.state, played.info))
-        return env.picture(state, info, params)
-
-    return env.renderer(params), frame, int(played.length)
-
-
-def _pictures(
-    renderer: Renderer[Frame],
-    frame: Callable[[int], Frame],
-    last: int,
-    period: float,
-    fps: float,
-    progress: bool = False,
-) -> Iterator[np.ndarray]:
-    """The pictures: the first frame, then one every 1 / fps [s], and the last frame."""
-    drawn = 0
-    yield renderer.draw(frame(0))
-    with Bar("drawing", last, "step", progress) as bar:
-        for i in range(1, last + 1):
-            if i * fps * period >= drawn + 1 - 1e-9 or i == last:
-                drawn += 1
-                yield renderer.draw(frame(i))
-            bar.advance()
+    return save_animation(pictures(), path, fps)

@@ -58,33 +58,33 @@ def plot_comparison(
 ) -> Path:
     """Plot panels of several episodes over one axis; return the path.
 
-    panels: titles of panels and the scale of each, "linear" or "symlog" (linear up to 1). The
-    second line of a panel is faint, dashed lines and limits are those of the first episode. A cross
-    marks an early end. ValueError without an episode.
+    panels: titles of panels and the scale of each, "linear" or "symlog" (linear up to 1). Of each
+    episode a panel's first line is drawn; dashed lines and limits are those of the first episode. A
+    cross marks an early end. ValueError without an episode.
     """
     if not episodes:
         raise ValueError("episodes is empty; accepted: at least one")
     figure, axes = make_sheet(len(panels), 1, (9, 1.25 * ROW * len(panels) + 0.9), title)
     colours = [*theme.PLAYERS, theme.INK]
     for axis, (wanted, scale) in zip(axes, panels.items(), strict=True):
-        drawn: list[np.ndarray] = []
-        for index, episode in enumerate(episodes):
-            panel = next(one for one in episode.panels if one.title == wanted)
-            look = {"color": colours[index % 7], "ls": STYLES[index // 7 % 4]}
-            x = _axis(episode)[1]
-            for number, line in enumerate(panel.lines):
-                if line.dashed:
-                    _curve(axis, x, panel, line.values, **LEVEL) if index == 0 else None
-                    continue
-                label = episode.name if number == 0 else None
-                alpha = 1.0 if number == 0 else 0.4
-                _curve(axis, x, panel, line.values, label=label, lw=1.3, alpha=alpha, **look)
-                drawn.append(line.values)
-                if episode.ended:
-                    axis.plot(x[-1], line.values[-1], "x", color=look["color"], ms=7)
-            if index == 0:
-                _name(axis, panel)
-        _limit(axis, np.concatenate(drawn), scale)
+        own = [next(one for one in of.panels if one.title == wanted) for of in episodes]
+        _name(axis, own[0])
+        for line in own[0].lines:
+            if line.dashed:
+                _curve(axis, _axis(episodes[0])[1], own[0], line.values, **LEVEL)
+        for index, (episode, panel) in enumerate(zip(episodes, own, strict=True)):
+            look = {"color": colours[index % 7], "ls": STYLES[index // 7 % 4], "lw": 1.3}
+            x, values = _axis(episode)[1], panel.lines[0].values
+            _curve(axis, x, panel, values, label=episode.name, **look)
+            if episode.ended:
+                axis.plot(x[-1], values[-1], "x", color=look["color"], ms=7)
+        if scale == "symlog":
+            axis.set_yscale("symlog", linthresh=1.0, linscale=0.6)
+        else:  # limits that one controller out of hand does not spoil for the others
+            every = np.concatenate([one.lines[0].values for one in own])
+            low, high = np.nanpercentile(every, (2, 98))
+            room = 0.2 * (high - low) or 1.0
+            axis.set_ylim(low - room, high + room)
     names = axes[0].get_legend_handles_labels()
     figure.legend(*names, ncols=6, loc="outside lower center", columnspacing=1.2)
     below, longest = _axis(max(episodes, key=lambda one: one.samples))
@@ -105,16 +105,6 @@ def _name(axis: Axes, panel: Panel) -> None:
     name_panel(axis, f"{panel.title} [{panel.unit}]")
     for level in panel.limits:
         axis.axhline(level, **LEVEL)
-
-
-def _limit(axis: Axes, values: np.ndarray, scale: str) -> None:
-    """Limits that one controller out of hand does not spoil for the others."""
-    if scale == "symlog":
-        axis.set_yscale("symlog", linthresh=1.0, linscale=0.6)
-        return
-    low, high = np.nanpercentile(values, (2, 98))
-    room = 0.2 * (high - low) or 1.0
-    axis.set_ylim(low - room, high + room)
 
 
 def _shade(axis: Axes, x: np.ndarray, slips: np.ndarray) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -80,31 +80,28 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
     axes = axes[: len(panels)]
     unit, scale = ("millions", 1e6) if config.timesteps >= 500_000 else ("thousands", 1e3)
     for axis, panel in zip(axes, panels, strict=True):
-        _draw(axis, panel, metrics, tests, scale)
+        name_panel(axis, panel.title)
+        if panel.training is not None:
+            _draw(axis, panel, metrics, panel.training, scale, color=TRAINING, lw=1.0)
+        if panel.test is not None:
+            _draw(axis, panel, tests, panel.test, scale, color=TEST, lw=1.7)
     for axis in axes[-COLUMNS:]:
         axis.set_xlabel(f"control steps [{unit}]")
     line = require("matplotlib.lines").Line2D
     handles = [line([], [], color=TRAINING), line([], [], color=TEST, lw=1.7)]
-    place = {"loc": "outside lower right", "ncols": 2}
-    figure.legend(handles, EXPLAINED, **place)
+    figure.legend(handles, EXPLAINED, loc="outside lower right", ncols=2)
     return save_sheet(figure, directory / "learning.png")
 
 
-def _draw(axis: Axes, panel: LearningPanel, metrics: Curves, tests: Curves, scale: float) -> None:
-    name_panel(axis, panel.title)
-    for table, column, colour, width in (
-        (metrics, panel.training, TRAINING, 1.0),
-        (tests, panel.test, TEST, 1.7),
-    ):
-        if column is None or not table.get(column):
-            continue
-        steps = np.asarray(table["timesteps"]) / scale
-        values = panel.factor * np.asarray(table[column])
-        marker = "o" if len(steps) < 3 else None
-        axis.plot(steps, values, color=colour, lw=width, marker=marker, ms=4)
-        if table is tests and f"{column}_low" in table:
-            low, high = (panel.factor * np.asarray(table[f"{column}_{e}"]) for e in ("low", "high"))
-            if len(steps) == 1:  # where a band has no width
-                axis.vlines(steps, low, high, color=colour, lw=1.0)
-            else:
-                axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)
+def _draw(
+    axis: Axes, panel: LearningPanel, table: Curves, column: str, scale: float, **look: Any
+) -> None:
+    """A column of a run's table over its steps, with its 95 % band where there is one."""
+    if not table.get(column):
+        return
+    steps = np.asarray(table["timesteps"]) / scale
+    marker = "o" if len(steps) < 3 else None
+    axis.plot(steps, panel.factor * np.asarray(table[column]), marker=marker, ms=4, **look)
+    if f"{column}_low" in table:
+        ends = (panel.factor * np.asarray(table[f"{column}_{end}"]) for end in ("low", "high"))
+        axis.fill_between(steps, *ends, color=look["color"], alpha=0.18, lw=0)

@@ -26,7 +26,7 @@ from stickslip.agents.evaluation.rollout import (
 )
 from stickslip.agents.machine import machine_of_env
 from stickslip.agents.pictures.episodes import scale_of
-from stickslip.agents.pictures.film import show_window, write_film
+from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
@@ -118,7 +118,7 @@ class Played(NamedTuple):
 
 
 def view_command(given: Options) -> None:
-    """`stickslip view`: write a page, or an animation and a plot, or show a window."""
+    """`stickslip view`: write a page, or an animation and a plot."""
     who = list(given["who"])
     _require_flags(given, who)
     machine = machine_of(who)
@@ -132,32 +132,27 @@ def view_command(given: Options) -> None:
     require_new(list(files.values()), given["overwrite"])
     require_writable(list(files.values()))
     lead = [place.line() for place in places] if task is None else [task_by_name(task).headline]
-    if "html" not in files:
-        print(lead[0] if task is None else f"{who[0]}, trained on {lead[0]}")
     played = [one for place in places for one in _play(given, machine, named, place)]
-    if "html" in files:
-        view = View(_page(machine, played, task, lead))
-        print(f"Written: {view.save(files['html'], overwrite=given['overwrite'])}")
-        return
-    one, title = played[0], f"{played[0].name} on {task or places[0].label}"
-    if "plot" in files:
-        (episode,) = _page(machine, played, task, lead).episodes
-        print(f"Written: {plot_episode(episode, files['plot'], title)}")
-    if given["window"]:
-        show_window(one.env, one.rollout, one.params, title, machine.frames)
-        return
-    say_stage(f"drawing {files['out']}")
-    about = (machine.frames, given["seconds"], True)
-    print(f"Written: {write_film(one.env, one.rollout, one.params, files['out'], *about)}")
+    if files.keys() & {"html", "plot"}:
+        page = _page(machine, played, task, lead)
+        if "html" in files:
+            View(page).save(files["html"], overwrite=given["overwrite"])
+        else:
+            plot_episode(page.episodes[0], files["plot"], page.title)
+    if "out" in files:
+        one = played[0]
+        say_stage(f"drawing {files['out']}")
+        about = (machine.frames, given["seconds"], True)
+        write_film(one.env, one.rollout, one.params, files["out"], *about)
+    print("\n".join(lead))
+    print(f"Written: {', '.join(map(str, files.values()))}")
 
 
 def _require_flags(given: Options, who: list[str]) -> None:
     """Raise ValueError for flags that contradict each other or are out of range."""
-    others = [f"--{name}" for name in ("out", "plot", "window") if given[name]]
+    others = [f"--{name}" for name in ("out", "plot") if given[name]]
     if given["html"] is not None and others:
         raise ValueError(f"--html with {', '.join(others)}; accepted: one or the other")
-    if given["window"] and given["out"] is not None:
-        raise ValueError(f"--out {given['out']} with --window; accepted: one of them")
     if given["html"] is None and len(who) > 1:
         raise ValueError(f"view of {', '.join(who)}; accepted: one, or several with --html")
     require_integer("seed", given["seed"], low=0, high=2**32 - 1)
@@ -180,7 +175,7 @@ def _files(given: Options, who: str, place: str, task: str | None) -> dict[str, 
     for name, accepted in (("html", PAGES), ("plot", (".png",))):
         if name in files:
             require_suffix(files[name], accepted)
-    if files.keys() == {"html"} or given["window"]:
+    if files.keys() == {"html"}:
         return files
     out = Path(given["out"] or _film_name(who, place, task))
     if not (given["out"] or files or find_spec("PIL")):
@@ -192,11 +187,12 @@ def _files(given: Options, who: str, place: str, task: str | None) -> dict[str, 
 
 def _film_name(who: str, place: str, task: str | None) -> str:
     """Name of the animation: of a shipped policy on its own task the policy's alone."""
-    if shipped_path(who) is not None and task is not None:
+    shipped = shipped_path(who) is not None
+    if shipped and task is not None:
         return f"{who}.gif"
     path = policy_path(who)
     name = path.parent.name if path.name == "policy.npz" else path.name
-    name = who if shipped_path(who) is not None else name.removesuffix(".npz")
+    name = who if shipped else name.removesuffix(".npz")
     label = Path(place).stem if Path(place).is_file() else place
     return name + "-" + re.sub(r"[^\w.+-]+", "-", label) + ".gif"
 
@@ -218,7 +214,7 @@ def _page(
     machine: AnyMachine, played: Sequence[Played], task: str | None, lead: Sequence[str]
 ) -> Page:
     """The page of episodes with names of their own; of several places, each is a fact."""
-    names, places = [one.name for one in played], {id(one.place): one.place for one in played}
+    names, places = [one.name for one in played], {id(one.place) for one in played}
     episodes = []
     for one in played:
         name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.place.label}"

@@ -113,7 +113,6 @@ def view_flags(parser: Parser, _: object) -> None:
     add("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
     add("--plot", metavar="FILE", help="also a .png of the episode over time")
     add_overwrite(parser)
-    add("--window", action="store_true", help="show it on the screen instead")
     _add_scene(parser, many=False)
 
 

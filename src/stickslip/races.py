@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from stickslip.agents.optimisers.methods import METHODS, methods_table
-from stickslip.parser import Parser, examples_text
+from stickslip.parser import Parser, add_options, examples_text, option, options_of
+from stickslip.records.files import require_folder, write_whole
+from stickslip.records.signals import stoppable
+from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Callable
-
-    from stickslip.records.table import Content
+    from collections.abc import Mapping
+    from typing import Any
 
 PROGRAM = "stickslip bench optimisers"
 EXAMPLES = {
@@ -24,12 +26,32 @@ EXAMPLES = {
     "report": {f"{PROGRAM} report runs/race theirs.csv --out runs/report": "with runs of others"},
     "methods": {f"{PROGRAM} methods": "names for --methods"},
 }
+ABOUT = {
+    "run": "run methods on instances into a directory",
+    "report": "compare runs: tables, ECDF plots",
+    "methods": "list the methods",
+}
+
+
+@dataclass(frozen=True)
+class RaceOptions:
+    """Options of a race, see agents.optimisers.racing.race."""
+
+    out: str = option(about="directory of the race")
+    methods: list[str] | None = option(None, "names (default: all)")
+    instances: list[str] | None = option(None, "ids of the suite (default: all)")
+    budget: int | None = option(None, "values and gradients of a run")
+    seconds: float | None = option(None, "processor time of a run")
+    seeds: int = option(3, "of each method on each instance")
+    limit: float = option(120.0, "time on the clock, after which a run is killed [s]")
+    resume: bool = option(False, "continue the race in --out")
+    workers: int | None = option(None, "processes (default: cores)")
 
 
 def run(arguments: list[str]) -> Content:
     """Run a command. ValueError or OSError for wrong input."""
-    given = make_parser().parse_args(arguments)
-    return given.run(given)
+    given = vars(make_parser().parse_args(arguments))
+    return {"run": _run, "report": _report, "methods": _methods}[given["part"]](given)
 
 
 def make_parser() -> Parser:
@@ -37,81 +59,58 @@ def make_parser() -> Parser:
     every = {line: about for of_part in EXAMPLES.values() for line, about in of_part.items()}
     about = "Optimisers on the suite of instances: run them, compare them."
     parser = Parser(prog=PROGRAM, description=f"{about}\n\n{examples_text(every)}")
-    parts = parser.add_subparsers(required=True, metavar=" | ".join(EXAMPLES))
-
-    def part(name: str, about: str, run: Callable[[argparse.Namespace], Content]) -> Parser:
-        described = f"{about}\n\n{examples_text(EXAMPLES[name])}"
-        made = parts.add_parser(name, prog=f"{PROGRAM} {name}", help=about, description=described)
-        made.set_defaults(run=run)
-        return made
-
-    _add_run(part("run", "run methods on instances into a directory", _run).add_argument)
-    add = part("report", "compare runs: tables, ECDF plots", _report).add_argument
-    add("source", nargs="+", type=Path, help="directories of races, tables of others")
-    add("--out", type=Path, required=True, metavar="DIR", help="a new directory")
-    part("methods", "list the methods", _methods)
+    parts = parser.add_subparsers(required=True, metavar=" | ".join(EXAMPLES), dest="part")
+    for name, examples in EXAMPLES.items():
+        part = parts.add_parser(name, prog=f"{PROGRAM} {name}", help=ABOUT[name])
+        part.description = f"{ABOUT[name]}\n\n{examples_text(examples)}"
+        if name == "run":
+            add_options(part, RaceOptions)
+        elif name == "report":
+            part.add_argument("source", nargs="+", help="directories of races, tables of others")
+            part.add_argument("--out", required=True, metavar="DIR", help="a new directory")
     return parser
 
 
-def _add_run(add: Callable[..., object]) -> None:
-    add("--out", type=Path, required=True, metavar="DIR", help="directory of the race")
-    add("--methods", nargs="+", metavar="NAME", default=list(METHODS), help="(default: all)")
-    add("--instances", nargs="+", metavar="ID", help="ids of the suite (default: all)")
-    add("--budget", type=int, metavar="N", help="values and gradients of a run")
-    add("--seconds", type=float, metavar="S", help="processor time of a run")
-    add("--seeds", type=int, default=3, metavar="N", help="(default: %(default)s)")
-    add("--limit", type=float, default=120.0, metavar="S",
-        help="time on the clock, after which a run is killed (default: %(default)g)")  # fmt: skip
-    add("--resume", action="store_true", help="continue the race in --out")
-    add("--workers", type=int, metavar="N", help="processes (default: cores)")
-
-
-def _run(given: argparse.Namespace) -> Content:
+def _run(flags: Mapping[str, Any]) -> Content:
     from stickslip.agents.optimisers.racing import race
     from stickslip.agents.optimisers.report import counted_text, runs_table
     from stickslip.agents.sweeps.cells import StoppedError
     from stickslip.optim import suite
-    from stickslip.records.files import require_folder
-    from stickslip.records.signals import stoppable
-    from stickslip.records.table import Content
 
-    require_folder(given.out)
-    names = list(suite()) if given.instances is None else given.instances
-    options = ("budget", "seconds", "seeds", "limit", "out", "resume", "workers")
-    flags = {one: getattr(given, one) for one in options}
+    given = asdict(options_of(RaceOptions, flags))
+    require_folder(given["out"])
+    methods, names = given.pop("methods") or list(METHODS), given.pop("instances") or list(suite())
+    given["out"] = Path(given["out"])
     with stoppable() as stop:
         try:
-            runs = race(given.methods, names, **flags, progress=True, stop=stop)
+            runs = race(methods, names, **given, progress=True, stop=stop)
         except StoppedError:
-            message = f"Stopped; go on with the same command and --resume ({given.out})"
+            message = f"Stopped; go on with the same command and --resume ({given['out']})"
             raise stop.interrupted(message) from None
     print(counted_text(runs), end="")
-    print(f"Compare them: {PROGRAM} report {given.out} --out DIR")
-    return Content({"runs": runs_table(runs)}, {"directory": str(given.out)})
+    print(f"Compare them: {PROGRAM} report {given['out']} --out DIR")
+    return Content({"runs": runs_table(runs)}, {"directory": str(given["out"])})
 
 
-def _report(given: argparse.Namespace) -> Content:
+def _report(flags: Mapping[str, Any]) -> Content:
     from stickslip.agents.optimisers.report import draw_ecdfs, report_text, runs_table
     from stickslip.agents.optimisers.runs import read_results, write_results
-    from stickslip.records.files import require_folder, write_whole
-    from stickslip.records.table import Content
 
-    require_folder(given.out)
-    if given.out.exists():
-        raise ValueError(f"{given.out} exists; accepted: a new directory")
-    runs = read_results(*given.source)
+    out = Path(flags["out"])
+    require_folder(out)
+    if out.exists():
+        raise ValueError(f"{out} exists; accepted: a new directory")
+    runs = read_results(*map(Path, flags["source"]))
     text = report_text(runs)
     print(text)
-    written = [write_whole(given.out / "report.md", text, overwrite=False)]
-    written += [write_results(runs, given.out / f"results.{kind}") for kind in ("parquet", "csv")]
-    written += draw_ecdfs(runs, given.out)
+    written = [write_whole(out / "report.md", text, overwrite=False)]
+    written += [write_results(runs, out / f"results.{kind}") for kind in ("parquet", "csv")]
+    written += draw_ecdfs(runs, out)
     print("Written: " + ", ".join(map(str, written)))
     return Content({"runs": runs_table(runs)}, {"written": [str(one) for one in written]})
 
 
-def _methods(given: argparse.Namespace) -> Content:
-    from stickslip.records.table import Content
-
+def _methods(_: Mapping[str, Any]) -> Content:
     table = methods_table()
     print(table.terminal())
     return Content({"methods": table})

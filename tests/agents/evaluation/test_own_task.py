@@ -189,7 +189,6 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
     ("arguments", "said"),
     [
         ("evaluate computed-torque --scene ice-patch --mu-static 0.05", "both say which floor"),
-        ("view computed-torque --window --out a.gif", "--out a.gif with --window"),
         ("train biped --payload 1 --set random_payload=0,2", "payload with random_payload"),
         (
             "train biped --set random_mean_rate=4,5",

@@ -33,7 +33,7 @@ def test_every_part_shows_examples_that_it_takes(part, capsys):
         assert f"{about}:\n    {line}\n" in shown
         words = line.split()
         assert words[:3] == PROGRAM.split()
-        assert make_parser().parse_args(words[3:]).run is not None
+        assert make_parser().parse_args(words[3:]).part == part
 
 
 def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):

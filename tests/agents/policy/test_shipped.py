@@ -147,7 +147,7 @@ def test_list_words_and_json_tell_of_every_policy(capsys):
         assert one.score.shown(2) in line
     assert main(["policies", "biped-ice"]) == OK
     said = capsys.readouterr().out
-    for part in (record_of("biped-ice").command, "definition", "jaxlib", "kept after"):
+    for part in (record_of("biped-ice").command, "digest", "jaxlib", "best_after"):
         assert part in said
     assert main(["policies", "--json", "ugv-bump"]) == OK
     (one,) = json.loads(capsys.readouterr().out)["policies"]
