@@ -115,7 +115,7 @@ def test_fig15_a_force_left_out_leaves_a_residual_and_residuals_differ():
 
 
 def test_fig24_a_posture_without_torque_or_one_that_lifts_is_seen():
-    every = Held(((70, 70), (30, 100), (90, 90)), np.array([0.6, 0.7, 0.8]), some_stations(3))
+    every = Held(((70, 70), (30, 100), (90, 90)), some_stations(3))
     stations = every.stations
     assert bump.exists(every).verdict == CONSTRUCTED
     assert bump.passes(every).verdict == AGREES

@@ -51,10 +51,9 @@ Pair = tuple[float, float]
 
 
 class Held(NamedTuple):
-    """Pairs of leg angles held over the bump. wheelbase [pairs, m]; stations [pairs, K]."""
+    """Pairs of leg angles held over the bump; stations [pairs, K]."""
 
     pairs: Sequence[Pair]
-    wheelbase: np.ndarray
     stations: Station
 
     @property
@@ -101,7 +100,6 @@ def all_pairs(problem: PostureProblem) -> Held:
     fits = clearance >= 0
     return Held(
         [pair for pair, clear in zip(pairs, fits, strict=True) if clear],
-        clearance[fits] + 2 * float(VEHICLE.wheel_radius),
         found.map(lambda of: of[fits]),
     )
 

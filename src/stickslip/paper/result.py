@@ -89,6 +89,11 @@ def claim(figure: str, name: str, measured: str, verdict: str) -> Claim:
     return Claim(text["stated"], measured, verdict, text["why"])
 
 
+def each(form: str, values: Mapping[float, float]) -> str:
+    """A list of values by the number that varies: form takes the value and the number."""
+    return ", ".join(form.format(value, x) for x, value in values.items())
+
+
 def verdict_of(agrees: object, partly: object = False, word: str = AGREES) -> str:
     """`word` where it agrees, else PARTLY or DIFFERS.
 

@@ -130,33 +130,17 @@ def slides_of(trajectory: Trajectory, period: float) -> tuple[Slide, ...]:
     Between two slides the foot rests, so each starts where the one before it ended.
     """
     events = trajectory.events()
-    slips, stops = ([time for time, of, _ in events if of == kind] for kind in ("slip", "stick"))
-    slides, place = [], float(trajectory.states.foot_position[0])
-    for start, stop, following in zip(slips, stops, [*slips[1:], np.inf], strict=False):
-        reached = _resting_place(trajectory, stop, following)
-        slides.append(Slide(start / period, stop / period, reached - place))
-        place = reached
-    last = float(trajectory.final.time)
-    if len(slips) > len(stops) and last - slips[-1] > SAME_INSTANT * period:
-        displacement = float(trajectory.final.foot_position) - place
-        slides.append(Slide(slips[-1] / period, last / period, displacement))
-    return tuple(slides)
-
-
-def _resting_place(trajectory: Trajectory, stop: float, slip: float) -> float:
-    """Position at which the foot rests from `stop` until `slip` [m].
-
-    A sample in between has the place. Else half the speed of a sample is the mean speed between it
-    and the rest, to third order in the distance: the nearer sample counts more.
-    """
-    times = np.asarray(trajectory.states.time)
-    after = int(np.clip(np.searchsorted(times, stop), 1, len(times) - 1))
-    place, speed = (
-        np.asarray(column)[[after - 1, after]]
-        for column in (trajectory.states.foot_position, trajectory.states.foot_velocity)
+    times, places = (
+        np.asarray(of) for of in (trajectory.states.time, trajectory.states.foot_position)
     )
-    if slip >= times[after]:
-        return float(place[1])
-    early, late = stop - times[after - 1], times[after] - slip
-    by_before, by_after = place[0] + speed[0] * early / 2, place[1] - speed[1] * late / 2
-    return float((late**3 * by_before + early**3 * by_after) / (late**3 + early**3))
+    slips, stops = ([time for time, of, _ in events if of == kind] for kind in ("slip", "stick"))
+    slides, place = [], float(places[0])
+    following = [*slips[1:], np.inf]
+    for start, stop, later in zip(slips, [*stops, times[-1]], following, strict=False):
+        after = min(int(np.searchsorted(times, stop)), len(times) - 1)
+        rests = times[after] <= later  # else no sample is at rest
+        reached = float(places[after] if rests else np.interp(stop, times, places))
+        if stop - start > SAME_INSTANT * period:
+            slides.append(Slide(start / period, stop / period, reached - place))
+        place = reached
+    return tuple(slides)

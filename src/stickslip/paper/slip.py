@@ -17,6 +17,7 @@ from stickslip.paper.result import (
     Result,
     claim,
     curves,
+    each,
     share_of,
     verdict_of,
 )
@@ -156,9 +157,9 @@ def onset(walks: Walks) -> Claim:
     """Fig. 17: onset of the slide nearest to mid-step."""
     found = {mu: _main(one) for mu, one in walks.items() if one.slides}
     low, high = MID_STEP
-    each = (f"{s.onset:.3f} ({mu:g})" if s else f"none ({mu:g})" for mu, s in found.items())
+    shown = (f"{s.onset:.3f} ({mu:g})" if s else f"none ({mu:g})" for mu, s in found.items())
     verdict = share_of(s is not None and low < s.onset < high for s in found.values())
-    return claim("fig17", "onset", f"onset, in T: {', '.join(each)}", verdict)
+    return claim("fig17", "onset", f"onset, in T: {', '.join(shown)}", verdict)
 
 
 def end(walks: Walks, high: Mapping[str, float]) -> Claim:
@@ -169,19 +170,15 @@ def end(walks: Walks, high: Mapping[str, float]) -> Claim:
         f"{name} at {when:.3f} T ({sum(near[name])} of {len(ends)} slides end near)"
         for name, when in high.items()
     )
-    each = ", ".join(f"{at:.3f} ({mu:g})" for mu, at in ends.items())
-    measured = f"ends at {each} T; highest are the swinging leg's {heights}"
+    ended = each("{:.3f} ({:g})", ends)
+    measured = f"ends at {ended} T; highest are the swinging leg's {heights}"
     return claim("fig17", "end", measured, share_of(max(near.values(), key=sum)))
 
 
 def second(walks: Walks) -> Claim:
     """Fig. 17: the slides that are not nearest to mid-step."""
-    others = [
-        (mu, slide)
-        for mu, one in walks.items()
-        for slide in one.starting_in(SECOND)
-        if slide is not _main(one)
-    ]
+    starts = [(mu, s, _main(one)) for mu, one in walks.items() for s in one.starting_in(SECOND)]
+    others = [(mu, slide) for mu, slide, main in starts if slide is not main]
     shown = ", ".join(f"{s.onset:.3f} to {s.stop:.3f} ({mu:g})" for mu, s in others)
     verdict = share_of(s.stop <= QUARTER for mu, s in others if mu > min(walks))
     return claim("fig17", "second", f"the other slides, in T: {shown or 'none'}", verdict)
@@ -209,16 +206,14 @@ def first_onset(walks: Walks) -> Claim:
 
 
 def later_onsets(walks: Walks) -> Claim:
-    """Fig. 19: where slides start once the foot has slid before."""
+    """Fig. 19: where slides start when the foot has slid before."""
     onsets = {mu: [s.onset for s in one.starting_in(SECOND)] for mu, one in walks.items()}
     shown = "; ".join(
         f"{', '.join(f'{at:.3f}' for at in found) or 'none'} for {mu:g}"
         for mu, found in onsets.items()
     )
     first, *others = onsets.values()
-    common = [
-        at for at in first if all(any(abs(one - at) < SAME for one in found) for found in others)
-    ]
+    common = [at for at in first if all(any(abs(one - at) < SAME for one in of) for of in others)]
     same = common and all(len(found) == len(common) for found in onsets.values())
     measured = f"onsets in the second step, in T: {shown}"
     return claim("fig19", "later_onsets", measured, verdict_of(same, common))
@@ -230,8 +225,8 @@ def smaller_slide(walks: Walks) -> Claim:
     net = [one.displacement for one in walks.values()]
     farther = np.all(np.diff(distances, axis=1) > 0)
     more_net = np.all(np.diff(np.abs(net)) > 0)
-    shown = ", ".join(
-        f"{1e3 * far:.2f} mm for {mu:g}" for mu, far in zip(walks, distances[SECOND], strict=True)
+    shown = each(
+        "{:.2f} mm for {:g}", {mu: 1e3 * one.distance(SECOND) for mu, one in walks.items()}
     )
     measured = (
         f"distance slid in the second step {shown}; displacement after {PERIODS} steps "

@@ -28,6 +28,7 @@ from stickslip.paper.result import (
     Result,
     claim,
     curves,
+    each,
     share_of,
     verdict_of,
 )
@@ -134,17 +135,17 @@ def same_shape(alike: Mapping[float, float]) -> Claim:
     *slower, fastest = alike.values()
     kept = [share > ALIKE for share in slower]
     breaks = fastest <= ALIKE
-    each = ", ".join(f"{share:.3f} at {w:g}" for w, share in alike.items())
-    measured = f"correlation with the quasi-static curve: {each} rad/s"
+    shown = each("{:.3f} at {:g}", alike)
+    measured = f"correlation with the quasi-static curve: {shown} rad/s"
     verdict = verdict_of(all(kept) and breaks, all(kept) or (any(kept) and breaks))
     return claim("fig11", "same_shape", measured, verdict)
 
 
 def slightly(rise: Mapping[float, float], gap: Mapping[float, float], mass: float) -> Claim:
     """rise, gap: of the peak torque and of the curve, by load [-]; mass: of the robot [kg]."""
-    each = ", ".join(f"{100 * share:+.1f} % with {m:g} kg" for m, share in rise.items())
+    shown = each("{:+.1f} % with {:g} kg", {m: 100 * share for m, share in rise.items()})
     measured = (
-        f"at {RATE:g} rad/s peak torque {each} (robot: {mass:.2f} kg); largest gap of the range: "
+        f"at {RATE:g} rad/s peak torque {shown} (robot: {mass:.2f} kg); largest gap of the range: "
         f"{_percent(gap)} kg"
     )
     return claim("fig12", "slightly", measured, share_of(share < HARDLY for share in gap.values()))
@@ -168,7 +169,7 @@ def _gaps(torques: Mapping[float, np.ndarray]) -> dict[float, float]:
 
 
 def _percent(shares: Mapping[float, float]) -> str:
-    return ", ".join(f"{100 * share:.0f} % at {x:g}" for x, share in shares.items())
+    return each("{:.0f} % at {:g}", {x: 100 * share for x, share in shares.items()})
 
 
 def _time(samples: int) -> np.ndarray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -61,7 +60,6 @@ BYTES = 3000
 """Memory of a row of a table."""
 SHORTEST, LONGEST = 1e-6, 1e7
 """Seconds of a walk."""
-FALLS = ("TOPPLE", "LIFT_OFF")
 WHOLE = ("OK", "SLIP_ONSET")
 """Statuses of a walk that came to the end of what was asked."""
 SHORT = 0.1
@@ -69,14 +67,13 @@ SHORT = 0.1
 
 
 class Along(NamedTuple):
-    """Numbers at every state of a walk, each [n + 1]; NaN where there is no friction."""
+    """Numbers at every state of a walk, each [n + 1]; NaN where there is no friction. ankle, mass:
+    places of the supporting ankle and of the centre of mass along the floor [m]. momentum:
+    P(theta) x crank rate [kg m/s]."""
 
     ankle: np.ndarray
-    """Place of the supporting ankle along the floor [m]."""
     mass: np.ndarray
-    """Place of the centre of mass along the floor [m]."""
     momentum: np.ndarray
-    """P(theta) x crank rate [kg m/s]."""
     mu_static: np.ndarray
     mu_kinetic: np.ndarray
 
@@ -85,18 +82,17 @@ class Along(NamedTuple):
 class Walk:
     """Simulated walk as NumPy arrays: states [n + 1], torques and contacts [n].
 
-    status: the gravest one of the walk. A period that ends NON_FINITE is left out: its numbers are
-    none.
+    scene: without the payload, which is the robot's. period: between two states [s]; where the walk
+    ends early, the last one is nearer. status: the gravest one of the walk. A period that ends
+    NON_FINITE is left out: its numbers are none.
     """
 
     robot: BipedModel
     scene: Scene
-    """Without the payload, which is the robot's."""
     trajectory: Trajectory
     period: float
-    """Between two states [s]; where the walk ends early, the last one is nearer."""
     status: Status
-    dtype: str
+    along: Along
 
     @property
     def count(self) -> int:
@@ -107,15 +103,6 @@ class Walk:
     def events(self) -> list[tuple[float, str, float]]:
         """Time [s], kind and crank angle [rad] of each switching instant, in their order."""
         return self.trajectory.events()
-
-    @cached_property
-    def along(self) -> Along:
-        """Places, momentum and friction under the foot."""
-        states = jax.tree.map(jnp.asarray, self.trajectory.states)
-        with precision(self.dtype):
-            found = _along(self.robot, self.scene.floor, states)
-        unknown = np.full(self.count + 1, np.nan)
-        return Along(*(unknown if one is None else np.asarray(one) for one in found))
 
 
 def periods(seconds: float, period: float) -> tuple[int, float]:
@@ -145,17 +132,16 @@ def walked(
     law = torque.at(starts) if isinstance(torque, Recorded) else torque
     integrator = replace(setting.integrator_over(size), record_events=True)
     with precision(setting.dtype):
-        params, scene = _cast((params, scene), setting.dtype)
+        params, scene = jax.tree.map(lambda of: jnp.asarray(of, setting.dtype), (params, scene))
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, state = replace(scene, payload=None), state.astype(setting.dtype)
         held = jnp.asarray(law, setting.dtype) if isinstance(law, np.ndarray) else law
         path = simulate(robot, scene, state, held, count * size, size, integrator=integrator)
         whole, status = _trimmed(path)
-    return Walk(robot, scene, whole, size, status, setting.dtype)
-
-
-def _cast(parts: tuple[BipedParams, Scene], dtype: str) -> tuple[BipedParams, Scene]:
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), parts)
+        found = _along(robot, scene.floor, jax.tree.map(jnp.asarray, whole.states))
+    unknown = np.full(len(whole.torques) + 1, np.nan)
+    along = Along(*(unknown if one is None else np.asarray(one) for one in found))
+    return Walk(robot, scene, whole, size, status, along)
 
 
 def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
@@ -251,7 +237,6 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         Column("work", "J"): work,
         Column("positive_work", "J"): positive,
         Column("energy_per_metre", "J/m"): positive / distance if went else None,
-        Column("falls"): int(walk.status.name in FALLS),
     }
     return one_row(row)
 
