@@ -43,11 +43,17 @@ NEEDED = (
 
 def bench_command(flags: Mapping[str, Any]) -> Content:
     """List the benchmarks, or run one. --json may stand behind its name, too."""
-    if flags["name"] is None:
+    name, rest = flags["name"], [one for one in flags["rest"] if one != "--json"]
+    if name is None:
         return list_benchmarks()
-    arguments = [one for one in flags["rest"] if one != "--json"]
-    as_json = flags["json"] or len(arguments) < len(flags["rest"])
-    return run_benchmark(flags["name"], arguments, as_json=as_json)
+    require_choice("benchmark", name, BENCHMARKS)
+    if name == PACKAGED:
+        from stickslip.races import run
+
+        return run(rest)
+    if flags["json"] or len(rest) < len(flags["rest"]):
+        raise ValueError(f"benchmark {name!r} writes its own JSON; accepted: --out FILE")
+    return run_benchmark(name, rest)
 
 
 def list_benchmarks() -> Content:
@@ -58,30 +64,18 @@ def list_benchmarks() -> Content:
     rows = [
         [name, name == PACKAGED or root is not None, about] for name, about in BENCHMARKS.items()
     ]
-    shown = [[name, "yes" if here else "no", about] for name, here, about in rows]
-    heads = [Column(name, words=True) for name in ("benchmark", "runs here", "about")]
-    print(Table(heads, shown).terminal())
+    heads = [Column(name, words=True) for name in ("benchmark", "runs_here", "about")]
+    table = Table(heads, rows)
+    print(table.terminal())
     if root is None:
         print(f"The others need {NEEDED}")
-    table = Table([Column("benchmark"), Column("runs_here"), Column("about")], rows)
     return Content({"benchmarks": table}, {"checkout": None if root is None else str(root)})
 
 
-def run_benchmark(name: str, arguments: Sequence[str], *, as_json: bool = False) -> Content:
-    """Run a benchmark with its own arguments; return its content, exit status included.
-
-    ValueError for an unknown name, for one that cannot run here and, with as_json, for one that
-    writes its own JSON.
-    """
+def run_benchmark(name: str, arguments: Sequence[str]) -> Content:
+    """Run a benchmark of the checkout with its own arguments; return its exit status."""
     from stickslip.records.table import Content
 
-    require_choice("benchmark", name, BENCHMARKS)
-    if name == PACKAGED:
-        from stickslip.races import run
-
-        return run(list(arguments))
-    if as_json:
-        raise ValueError(f"benchmark {name!r} writes its own JSON; accepted: --out FILE")
     root = checkout()
     if root is None:
         raise ValueError(f"benchmark {name!r} needs {NEEDED}; accepted here: {PACKAGED}")

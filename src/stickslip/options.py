@@ -35,21 +35,9 @@ SETTINGS = {
     "exact": "every switch located by an adaptive method in double precision",
 }
 """The presets of stickslip.dynamics.PRESETS."""
-FIDELITIES = {
-    "joint": "the 72 equations of all bodies, solved at every call",
-    "reduced": "exact inertia functions, by differentiating the closed linkage",
-    "table": "polynomials fitted to the exact ones, piece by piece",
-    "chebyshev": "one series over the support phase",
-    "paper": "the chapter's: forward differences in the crank angle",
-}
-INTEGRATORS = {
-    "euler": "the chapter's: accelerations constant during a step",
-    "semi_implicit": "velocities first, positions with the new ones",
-    "rk4": "Runge-Kutta in one mode a step",
-    "rk4_split": "the same, split at every switching instant",
-    "event_exact": "adaptive, every switching instant located to the tolerance",
-}
-"""The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS."""
+FIDELITIES = ("joint", "reduced", "table", "chebyshev", "paper")
+INTEGRATORS = ("euler", "semi_implicit", "rk4", "rk4_split", "event_exact")
+"""The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS; docs/design.md."""
 NAMES = {
     "t": "time [s]",
     "phase": "crank angle of the supporting leg, pi/2 to 3 pi/2 [rad]",
@@ -65,7 +53,6 @@ def simulate_flags(parser: Parser, machine: str) -> None:
     if machine == "biped":
         add_options(parser, WalkOptions)
         parser.tables = {"names in a torque": NAMES, "settings": SETTINGS}
-        parser.tables |= {"fidelities": FIDELITIES, "integrators": INTEGRATORS}
     else:
         add_options(parser, DriveOptions)
         parser.tables = TRACK_TABLE | {"criteria": CRITERIA_IN_WORDS}
@@ -164,10 +151,8 @@ class WalkOptions(RobotOptions, SimulationFiles):
     )
     phase: float | None = set_option(None, "crank angle at the start [rad] (default: pi/2)")
     foot_velocity: float = set_option(0.0, "at the start [m/s]")
-    fidelity: str | None = set_option(None, "see below", choices=tuple(FIDELITIES), metavar="NAME")
-    integrator: str | None = set_option(
-        None, "see below", choices=tuple(INTEGRATORS), metavar="NAME"
-    )
+    fidelity: str | None = set_option(None, ", ".join(FIDELITIES), choices=FIDELITIES)
+    integrator: str | None = set_option(None, ", ".join(INTEGRATORS), choices=INTEGRATORS)
     step: float | None = set_option(
         None, "longest step [s] (default: the setting's; with integrator= 0.005)"
     )

@@ -44,7 +44,7 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
     asked = [*SMALL, "--objective=energy", "--mean-rate=30", "--no-pictures"]
     assert main([*asked, "--json"]) == NOTHING_FOUND
     told = json.loads(capsys.readouterr().out)
-    assert (told["result"]["value"], told["units"]["result"]["value"]) == (None, "J")
+    assert (told["result"]["value"], told["result"]["unit"]) == (None, "J")
     assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
     assert main([*asked[:-1], "--overwrite"]) == NOTHING_FOUND
     printed = capsys.readouterr().out

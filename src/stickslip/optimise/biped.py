@@ -69,9 +69,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
     files = {RESULT: lambda: json_text(facts), **files}
     written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)
-    units = {"result": GAIT_UNITS | dict.fromkeys(VALUES, problem.goal.unit)}
     status = OK if found else NOTHING_FOUND
-    return Content(tables, facts | {"files": written}, units, status)
+    return Content(tables, facts | {"files": written}, status=status)
 
 
 def gait_problem_of(given: GaitOptions) -> GaitProblem:
@@ -199,10 +198,6 @@ def gait_table(gait: Gait) -> Table:
 STATED = ("status", "message", *VALUES, "feasible", "residuals", "seconds", "evaluations")
 OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque")
 """Entries of a result and of its gait in result.json."""
-GAIT_UNITS: dict[str, Any] = {"residuals": RESIDUAL_UNITS, "seconds": "s", "theta": "rad"}
-GAIT_UNITS |= {"mean_rate": "rad/s", "crank_rate": "rad/s", "torque": "N m", "friction_use": "-"}
-GAIT_UNITS |= {"cost_of_transport": "-", "replays": {"slid": "m", "duration": "s", "work": "J"}}
-"""Units of the numbers in `gait_content`; its value and bounds have a unit beside them."""
 
 
 def gait_content(

@@ -76,9 +76,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     rows = {name: one.records() for name, one in tables.items()}
     files = {RESULT: lambda: json_text(facts | rows), **files}
     written = write_result(out, files, (STATIONS, PICTURE, VEHICLE), given.overwrite)
-    status, units = OK if x is not None else NOTHING_FOUND, result_units(problem)
-    tables = {"summary": summary, **tables}
-    return Content(tables, facts | {"files": written}, units, status)
+    status = OK if x is not None else NOTHING_FOUND
+    return Content({"summary": summary, **tables}, facts | {"files": written}, status=status)
 
 
 def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
@@ -169,12 +168,3 @@ def result_content(problem: PostureProblem, result: PostureResult) -> dict[str, 
     stated |= {"overlap": problem.solver.overlap, "vehicle": problem.params}
     found = {one.name: getattr(result, one.name) for one in fields(result) if one.name != "x"}
     return {"problem": stated, "result": found | {"leg_angles": result.leg_angles}}
-
-
-def result_units(problem: PostureProblem) -> dict[str, object]:
-    """Units of the numbers in `result_content`, by their names."""
-    values = dict.fromkeys(("value", "lower_bound", "fine_value"), problem.criterion.unit)
-    lengths = dict.fromkeys(("x", "fine_spacing", "min_clearance"), "m")
-    rest = {"max_torque": "N m", "leg_rate": "rad/m", "leg_angles": "rad", "friction": "-"}
-    rest |= {"min_normal": "N", "min_grip": "N", "seconds": "s"}
-    return {"problem": lengths | rest, "result": values | lengths | rest | {"residuals": UNITS}}
