@@ -243,18 +243,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """
         return import_module(self.measured).MEASURES
 
-    def amplifications(
-        self, env: Env, player: AnyPlayer, params: Params, seeds: Sequence[int]
-    ) -> np.ndarray:
-        """Growth of a small difference of the start in each seed's episode [-].
-
-        ValueError for a machine without dynamics.
-        """
-        raise ValueError(
-            f"the {self.title} is in equilibrium everywhere: nothing grows along its episodes; "
-            "accepted: without --amplification"
-        )
-
     def swept(self) -> Swept:
         """Numbers of its tasks that a sweep may vary, and columns of an episode."""
         from stickslip.agents.sweeps.swept import Swept

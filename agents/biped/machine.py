@@ -108,7 +108,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     state_map = defined_in("stickslip.agents.biped.state_map")
     baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
-    amplifications = defined_in("stickslip.agents.biped.amplification")
     as_episode = defined_in(PICTURES)
     demonstration = defined_in(PICTURES)
 

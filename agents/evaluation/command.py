@@ -6,8 +6,6 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
-
 from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
 from stickslip.agents.evaluation.players import (
     common_task,
@@ -18,26 +16,23 @@ from stickslip.agents.evaluation.players import (
     read_named,
     require_one_table,
 )
-from stickslip.agents.evaluation.rollout import MOST_EPISODES, is_random
+from stickslip.agents.evaluation.rollout import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
-from stickslip.agents.machine import machine_of_env
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_folder, require_new, require_writable
-from stickslip.records.table import Column, Content, Table
+from stickslip.records.table import Content
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
+    from stickslip.agents.protocol import Options
     from stickslip.envs.tasks.definition import TaskDefinition
 
-    Playing: TypeAlias = tuple[str, str, AnyEnv, AnyPlayer, Timed]
-    """Scene, name, environment, player and parameters."""
-    Played: TypeAlias = tuple[Evaluation, dict[str, str], list[Playing]]
+    Played: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 EPISODES = 32
 """Default number of episodes of `stickslip evaluate`."""
@@ -55,34 +50,14 @@ def evaluate_command(given: Options) -> Content:
 
     task = common_task(given)
     play = _on_places if task is None else partial(_on_task, task)
-    table, tasks, players = play(given, targets)
-    tables = {"evaluation": table.as_table()}
+    table, tasks = play(given, targets)
     print("\n" + table.to_text())
-    if given["amplification"]:
-        tables["amplification"] = _amplification(players, table.seeds)
-        print("\n" + tables["amplification"].terminal())
-    if task is not None and given["episodes"] is None:
-        print("\n" + measured_before(task))
     if targets:
         table.write_csv(targets[0])
         table.write_json(targets[1], {"tasks": tasks})
         print("Written: " + ", ".join(map(str, targets)))
     about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, targets))}
-    return Content(tables, about)
-
-
-def _amplification(players: Sequence[Playing], seeds: Sequence[int]) -> Table:
-    """Amplification of a small difference of the start in the episodes of each player."""
-    rows: list[list[object]] = []
-    for place, name, env, player, params in players:
-        _running(f"{name} on {place}, twice")
-        used = seeds if is_random(params) else seeds[:1]
-        found = machine_of_env(env).amplifications(env, player, params, used)
-        median, most = (float(value) for value in np.quantile(found, [0.5, 1.0]))
-        rows.append([place, name, len(found), median, most, int(np.sum(found > 1e3))])
-    words = [Column(head, words=True) for head in ("scene", "controller")]
-    numbers = [Column(f"{head}amplification") for head in ("median ", "largest ")]
-    return Table([*words, Column("episodes"), *numbers, Column("above 1000")], rows)
+    return Content({"evaluation": table.as_table()}, about)
 
 
 def _running(line: str) -> None:
@@ -96,9 +71,7 @@ def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
     about = task_in_words(task)
     print(about)
     table = evaluate_task(task, named, episodes=given["episodes"], progress=_running)
-    env, params = task_by_name(task).make()
-    players = [(task, name, env, player, params) for name, player in named.items()]
-    return table, {table.rows[0].scene: about}, players
+    return table, {table.rows[0].scene: about}
 
 
 def _on_places(given: Options, written: Sequence[Path]) -> Played:
@@ -108,7 +81,6 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
     places = places_of(policies, given, machine)
     require_writable(written)
     require_one_table(places, machine)
-    players: list[Playing] = []
     parts = []
     for place in places:
         print(place.line())
@@ -118,13 +90,10 @@ def _on_places(given: Options, written: Sequence[Path]) -> Played:
                 for name, own in place.who.items()
                 if own == env
             }
-            players += [
-                (place.label, name, env, one, place.params) for name, one in controllers.items()
-            ]
             parts.append((env, controllers, {place.label: place.params}))
     how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
     table = joined([evaluate(*part, **how) for part in parts], order=list(policies))
-    return table, {place.label: place.line() for place in places}, players
+    return table, {place.label: place.line() for place in places}
 
 
 def task_in_words(name: str) -> str:
@@ -138,20 +107,6 @@ def task_in_words(name: str) -> str:
         f"1: the best known, {known.best.value:.4g}{unit}; how, and what is proved: "
         f"stickslip tasks {task.name}"
     )
-
-
-def measured_before(name: str) -> str:
-    """Known scores of the task's own episodes, as a table."""
-    task = task_by_name(name)
-    known = known_of(task)
-    if known is None:
-        return "Nothing was measured on it before."
-    words = [Column("controller", words=True), Column("score"), Column("return", task.unit)]
-    everybody = (known.trivial, *known.baselines, *known.planners, known.best)
-    rows = [
-        [one.policy, known.score_of(one).shown(3), one.shown] for one in dict.fromkeys(everybody)
-    ]
-    return "Measured before on the same episodes:\n\n" + Table(words, rows).terminal()
 
 
 def unit_of(task: TaskDefinition) -> str:

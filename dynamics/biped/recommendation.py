@@ -173,7 +173,7 @@ class Recommendation:
         """True if the promise is about a walk that amplifies what it starts with by so much in so
         many seconds: no more and no longer than the measured ones.
 
-        The amplification is `WalkCheck.sensitivity`, or what `stickslip simulate` tells.
+        The amplification is `WalkCheck.sensitivity`.
         """
         return amplification <= self.amplification and duration <= self.duration * (1 + 1e-9)
 

@@ -15,7 +15,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import prepare
 from stickslip.dynamics.biped.params import BipedParams, own_time
 from stickslip.dynamics.biped.recommendation import setting_of
@@ -232,10 +231,6 @@ def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
     return largest(own.angle, truth.angle), largest(own.slide, truth.slide)
 
 
-NUDGE = 1e-4
-"""Distance between the starts of two compared walks [-], in own units."""
-
-
 def amplification(
     walk: Callable[[BipedState], Any],
     state: BipedState,
@@ -280,27 +275,3 @@ def amplification(
     )
     largest = (one + other) / 2 + jnp.hypot((one - other) / 2, both)  # of J J', two by two
     return path, jnp.sqrt(largest)
-
-
-def nudged(state: BipedState, length: Numeric, time: Numeric) -> BipedState:
-    """The state with phase, crank rate and the speed of a sliding foot changed by NUDGE each, in
-    the robot's own units: length [m], time [s]."""
-    velocity = jnp.asarray(state.foot_velocity)
-    inwards = jnp.where(jnp.asarray(state.phase) > (SUPPORT_START + SUPPORT_END) / 2, -1, 1)
-    return replace(
-        state,
-        phase=state.phase + NUDGE * inwards,
-        crank_rate=state.crank_rate + NUDGE / time,
-        foot_velocity=jnp.where(velocity != 0, velocity + NUDGE * length / time, velocity),
-    )
-
-
-def separation(one: BipedState, other: BipedState, length: Numeric) -> Float[Array, "..."]:
-    """Distance of two states in crank angle and slide / length, as a multiple of NUDGE [-].
-
-    The largest along two walks, one of which begins `nudged`, is about their amplification: a
-    finite difference of one direction, where `amplification` takes derivatives in all of them.
-    """
-    turned = jnp.asarray(one.phase) - other.phase
-    turned += np.pi * (jnp.asarray(one.steps) - other.steps).astype(turned.dtype)
-    return jnp.hypot(turned, (one.foot_position - other.foot_position) / length) / NUDGE

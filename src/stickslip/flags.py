@@ -95,8 +95,6 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     add("--episodes", type=int, help=about)
     about = "a task of `stickslip tasks`, in place of the policies' own: with scores and the gap"
     completes(add("--task", metavar="TASK", help=about), TASKS)
-    about = "biped: also how many times a small difference of the start grows in an episode"
-    add("--amplification", action="store_true", help=about)
     add("--out", metavar="DIR", help="write evaluation.csv and .json there")
     add_overwrite(parser, "what is in --out")
     _add_scene(parser, many=True)

@@ -1,6 +1,5 @@
 """The command line: what it prints, what it writes, how it refuses."""
 
-import json
 import os
 import re
 import shutil
@@ -16,9 +15,8 @@ import pytest
 
 from stickslip.agents import MLPPolicy, describe_environment, save_policy
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.run import trainer_of
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 
 
@@ -195,14 +193,3 @@ def test_the_program_runs_as_a_module():
     )
     assert re.fullmatch(r"stickslip \d+\.\d+\S*\n", ran.stdout)
     assert shutil.which(sys.executable)
-
-
-@pytest.mark.long
-def test_an_evaluation_tells_the_amplification_of_its_episodes(still, capsys):
-    asked = ["evaluate", still, "--scene=wet", "--episodes=2", "--amplification", "--json"]
-    assert main(asked) == OK
-    (row,) = json.loads(capsys.readouterr().out)["amplification"]
-    assert 0 < row["median amplification"] <= row["largest amplification"]
-    assert row["episodes"] >= 1
-    with pytest.raises(ValueError, match="in equilibrium everywhere"):
-        machine_by_name("ugv").amplifications(None, None, None, [0])

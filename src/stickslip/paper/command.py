@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +13,11 @@ from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
 from stickslip.paper.figure import figures_of
-from stickslip.paper.result import Claim
 from stickslip.records.files import require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
 TABLE = "table.md"
 HEAD = ("figure", "the chapter states", "measured here", "verdict", "why")
-
-Claims = Mapping[str, Sequence[Claim]]
-"""Claims by figure."""
 
 
 def reproduce_command(given: Mapping[str, Any]) -> Content:
@@ -37,7 +32,7 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
     require_new(files(out, figures), overwrite)
     require("matplotlib.figure")
     require_makeable(out)
-    claims: dict[str, Sequence[Claim]] = {}
+    rows: list[list[str]] = []
     with jax.enable_x64(True):
         for number, (name, figure) in enumerate(figures.items(), 1):
             say_stage(f"[{number}/{len(figures)}] {name}: {figure.title}")
@@ -45,10 +40,11 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             picture, text = png(result.draw(), figure.title), result.table().csv(digits=10)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
             write_whole(out / f"{name}.csv", text, overwrite=overwrite)
-            claims[name] = result.claims
-    table = claims_table(claims)
+            rows += [[name, *claim] for claim in result.claims]
+    table = Table([Column(title, words=True) for title in HEAD], rows)
     write_whole(out / TABLE, table.markdown(), overwrite=overwrite)
-    print(claims_in_words(claims), end="")
+    for name, stated, measured, verdict, _ in rows:
+        print(f"{name}: {verdict}: {stated}: {measured}")
     return Content({"claims": table}, {"files": list(map(str, files(out, figures)))})
 
 
@@ -56,26 +52,3 @@ def files(out: Path, names: Iterable[str]) -> list[Path]:
     """Existing files of these figures, and the table of claims."""
     found = [out / f"{name}{ending}" for name in names for ending in (".png", ".csv")]
     return [path for path in [*found, out / TABLE] if path.exists()]
-
-
-def claims_table(claims: Claims) -> Table:
-    """A row for each claim."""
-    rows = [
-        [name, claim.stated, claim.measured, claim.verdict, claim.why]
-        for name, of_figure in claims.items()
-        for claim in of_figure
-    ]
-    return Table([Column(title, words=True) for title in HEAD], rows)
-
-
-def claims_in_words(claims: Claims) -> str:
-    """A paragraph for each claim."""
-    lines = []
-    for name, of_figure in claims.items():
-        for claim in of_figure:
-            lines.append(f"{name}: {claim.verdict}")
-            texts = (claim.stated, claim.measured, claim.why)
-            for title, text in zip((HEAD[1], HEAD[2], HEAD[4]), texts, strict=True):
-                lines += textwrap.wrap(f"  {title}: {text}", 100, subsequent_indent="    ")
-            lines.append("")
-    return "\n".join(lines)
