@@ -23,8 +23,6 @@ from stickslip.envs.rendering.biped import biped_drawing
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jaxtyping import Array
 
     from stickslip.agents.demo import Demonstration
@@ -41,8 +39,6 @@ LEAST_SLID = 1e-7
 """A foot that moved less in a control step stuck all the while [m]."""
 TERMS = ("tracking", "slip", "energy", "fall")
 RATE, MOMENTUM, SLIDING = "crank rate", "horizontal momentum P(θ) · crank rate", "sliding"
-COMPARED = {RATE: "linear", MOMENTUM: "linear", "friction used": "linear", SLIDING: "symlog"}
-"""Panels of a comparison, and their scales."""
 CEILING = 1.6
 """Friction use beyond this is cut off: nearly nothing presses the foot down."""
 
@@ -212,42 +208,14 @@ def _events(frames: BipedFrame, slips: np.ndarray, ended: str) -> tuple[Event, .
     return tuple(events)
 
 
-def demonstration() -> Demonstration[TrainConfig]:
-    """See Machine: mu_s = 0.06, mu_k = 0.05 and 3 rad/s, the defaults, from rest."""
+def demonstration() -> Demonstration:
+    """See Machine: mu_s = 0.06, mu_k = 0.05 and 3 rad/s, the defaults."""
     from stickslip.agents.demo import Demonstration
 
-    config = TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, mean_rate=3.0)
-    baselines = tuple(name for name in BIPED_BASELINES if name != STOPPING)
     return Demonstration(
-        config,
+        TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, mean_rate=3.0),
         "static friction 0.06, kinetic 0.05, commanded 3.0 rad/s on average\n"
         "(at a constant 3 rad/s the foot holds from a friction of 0.08 up).",
-        baselines,
-        baselines,
-        lambda task: task.described,
-        lambda config: (
-            f"{config.evaluation_episodes} episodes of 10 s from any phase and crank rate up to "
-            "the commanded one. The baselines\nread the true state and masses, the policy its "
-            "observation. From rest:"
-        ),
-        _lines,
-        lambda env: COMPARED,
-        "From rest on a slippery floor",
+        tuple(name for name in BIPED_BASELINES if name != STOPPING),
         "moving start",
     )
-
-
-def _lines(
-    played: Mapping[str, Rollout[BipedEnvState]], env: BipedEnv, params: BipedEnvParams
-) -> list[str]:
-    """An episode of each player in a line."""
-    width, lines = max(map(len, played)), []
-    for name, one in played.items():
-        last = jax.tree.map(lambda leaf: float(leaf[-1]), one.state.totals)
-        seconds = int(one.length) * float(params.control_period)
-        lines.append(
-            f"  {name:<{width}} return {last.reward:6.2f}  {last.walked / seconds:6.3f} m/s  "
-            f"walked {last.walked:6.3f} m, distance slid {last.slid:6.4f} m, took "
-            f"{last.energy:5.1f} J in {seconds:.1f} s"
-        )
-    return lines

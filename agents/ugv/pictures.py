@@ -14,18 +14,13 @@ from stickslip.agents.pictures.episodes import (
     reward_panels,
     samples,
 )
-from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.agents.ugv.evaluate import keep_of
-from stickslip.agents.ugv.machine import UGV_BASELINES, VIEWED
-from stickslip.agents.ugv.task import with_options
-from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.rendering.ugv import ugv_drawing
 from stickslip.envs.ugv.picture import ugv_frames
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable
 
     from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
@@ -37,10 +32,6 @@ if TYPE_CHECKING:
 
 GROUND, LEGS = "ground under the wheels", "leg angles, 90 straight down"
 TORQUE = "torque on each wheel, negative drives forwards"
-NOTE = """\
-Drives that training does not see. The policy sees {ahead:g} m ahead; the fixed posture is the best
-on each ground; the optimum knows all of it and is the least over a grid of angles. "with legs"
-counts the legs' work, too. Over the paper's bump of 10 cm:"""
 
 
 def as_episode(
@@ -143,7 +134,7 @@ def _events(slips: np.ndarray, ended: str) -> tuple[Event, ...]:
     return tuple(found)
 
 
-def demonstration() -> Demonstration[UGVTrainConfig]:
+def demonstration() -> Demonstration:
     """See Machine: bumps of 2 to 20 cm drawn at random, least work of the wheels' motors.
 
     About half of the default's steps, with which a smaller discount does better. Baselines that
@@ -152,39 +143,11 @@ def demonstration() -> Demonstration[UGVTrainConfig]:
     from stickslip.agents.demo import Demonstration
 
     config = UGVTrainConfig.of(timesteps=327_680, discount=0.95)
-    unchanged = {"friction": None, "criterion": None}
-    compared = GROUND, LEGS, TORQUE, config.criterion.replace("_", " ")
     return Demonstration(
         config,
         f"leg angles for the least {config.criterion.replace('_', ' ')} on {config.tracks},\n"
         f"seen at {config.preview} points of the {config.preview_length:g} m ahead.",
         ("fixed-posture", "level-body"),
-        UGV_BASELINES,
-        lambda task: with_options(Task(task.env, task.tested), unchanged, VIEWED, False).params,
-        lambda config: NOTE.format(ahead=config.preview_length),
-        _lines,
-        lambda env: dict.fromkeys(compared, "linear"),
-        "Over the paper's bump of 10 cm",
         config.tracks,
         "demo-ugv",
     )
-
-
-def _lines(
-    played: Mapping[str, Rollout[UGVEnvState]], env: UGVEnv, params: UGVEnvParams
-) -> list[str]:
-    """A drive of each player in a line."""
-    width, unit = max(map(len, played)), env.measure.unit
-    kept = {name: keep_of(one, params) for name, one in played.items()}
-    best = kept["optimum"]
-    least = float(best.cost) if int(best.status) == Status.OK else float("nan")
-    lines = []
-    for name, one in kept.items():
-        status = Status(int(one.status))
-        end = "" if status == Status.OK else f", failed after {one.distance:.1f} m: {status.name}"
-        lines.append(
-            f"  {name:<{width}} {one.cost:7.1f} {unit}  "
-            f"{one.cost / least:5.3f} of the optimum  "
-            f"with legs {one.total_energy:6.1f} J  friction {one.demand:5.3f}{end}"
-        )
-    return lines

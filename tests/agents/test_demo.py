@@ -1,7 +1,6 @@
 """The demo: where it runs, and that its policies are good."""
 
 import json
-import re
 from pathlib import Path
 
 import pytest
@@ -34,10 +33,6 @@ def test_the_demos_policy_comes_near_the_optimum_on_bumps_that_it_has_not_seen(t
     assert policy["failures"] == 0
     assert 0.99 < policy["score"] < 1.12
     assert policy["score"] - 1 < 0.4 * (posture["score"] - 1)
-    shown = (path / "table.txt").read_text()
-    costs = dict(re.findall(r"^  ([a-z -]+?) +(\d+\.\d) J", shown, re.MULTILINE))
-    assert float(costs["optimum"]) < 1.01 * float(costs["trained policy"])
-    assert float(costs["trained policy"]) < 0.9 * float(costs["fixed-posture"])
     machine = machine_by_name("ugv")
     for name in machine.demonstration().files(machine):
         assert (path / name).stat().st_size > 500

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from stickslip.agents.biped.controllers import ConstantTorque
-from stickslip.agents.biped.pictures import COMPARED, as_episode
+from stickslip.agents.biped.pictures import as_episode
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.pictures import plots
 from stickslip.agents.pictures.film import film
 from stickslip.envs import BipedEnv
-from stickslip.envs.rendering.page import Episode, Line, Panel
 
 pytest.importorskip("matplotlib")
 Image = pytest.importorskip("PIL.Image")
@@ -45,29 +43,8 @@ def test_an_episode_says_what_happened_and_is_plotted_without_pyplot(tmp_path):
     use, mu = (one.values for one in lines["friction used"])
     np.testing.assert_allclose((use[1], mu[1]), (0.05, 0.06), rtol=1e-3)
     pyplot = "matplotlib.pyplot" in sys.modules
-    for path in (
-        plots.plot_episode(episode, tmp_path / "one.png", "One"),
-        plots.plot_comparison([episode, episode], COMPARED, tmp_path / "two.png", "Two"),
-    ):
-        with Image.open(path) as picture:
-            assert picture.width > 1000
-            assert len(picture.convert("RGB").getcolors(2**24)) > 50
+    path = plots.plot_episode(episode, tmp_path / "one.png", "One")
+    with Image.open(path) as picture:
+        assert picture.width > 1000
+        assert len(picture.convert("RGB").getcolors(2**24)) > 50
     assert ("matplotlib.pyplot" in sys.modules) == pyplot
-
-
-def test_a_comparison_names_everybody_and_crosses_out_an_early_end(tmp_path, monkeypatch):
-    sheets, make = [], plots.make_sheet
-    monkeypatch.setattr(plots, "make_sheet", lambda *how: sheets.append(make(*how)) or sheets[-1])
-    panels = Panel("rate", "rad/s", (Line("a", np.arange(9.0)), Line("b", np.ones(9), True)))
-    one = Episode("computed torque", 0.1, (panels,))
-    other = replace(one, name="falls", ended="topple")
-    path = tmp_path / "both.png"
-    assert plots.plot_comparison([one, other], {"rate": "linear"}, path, "Both") == path
-    ((figure, (axis,)),) = sheets
-    crosses = [line for line in axis.lines if line.get_marker() == "x"]
-    assert [one.get_xydata().tolist() for one in crosses] == [[[0.8, 8.0]]]
-    assert axis.get_title("left") == "rate [rad/s]"
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["computed torque", "falls"]
-    with pytest.raises(ValueError, match="episodes is empty"):
-        plots.plot_comparison([], {"rate": "linear"}, path, "None")
