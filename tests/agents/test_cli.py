@@ -46,32 +46,6 @@ def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     return line
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("", "COMMAND"),
-        ("dance", "invalid choice: 'dance'"),
-        ("train biped --set epochs", "--set: 'epochs'; accepted: NAME=VALUE"),
-        ("train biped --config nowhere.toml", "nowhere.toml: no such file"),
-        ("train biped --scene moon", "scene = 'moon' is unknown; accepted: 'sl"),
-        ("train biped --resume --out nowhere", "nowhere holds no training run"),
-        ("evaluate nobody", "'nobody' is neither a baseline nor a file; accepted: constant-torque"),
-        ("evaluate computed-torque --mu-static 0.1 --mu-kinetic 0.2", "mu_kinetic = 0.2 exceeds"),
-        ("view computed-torque --seconds nan", "seconds = nan"),
-        ("view computed-torque --out walk.avi", "'.avi'; accepted: .gif, .png, .webp, .mp4"),
-        ("evaluate computed-torque --scene icepatch", "did you mean ice-patch?"),
-        ("evaluate computed-torque --episodes 99999999", "episodes = 99999999"),
-        ("train biped --num-envs 60000 --set rollout_steps=100000000", "STICKSLIP_MEMORY_LIMIT"),
-        ("train biped --set hidden=4096 layers=8", "what fits a policy file"),
-        ("train biped --out /dev/null", "/dev/null is a file"),
-        ("evaluate /dev/zero", "not a plain file"),
-    ],
-)
-def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):
-    assert said in refusal(capsys, *arguments.split())
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_what_is_no_policy_is_refused_by_name(capsys, tmp_path: Path, still: str):
     whole = Path(still).read_bytes()
     Path("cut.npz").write_bytes(whole[: len(whole) // 2])

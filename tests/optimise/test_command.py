@@ -109,30 +109,6 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
     assert (found["value"], found["leg_angles"], found["status"]) == (None, None, "FAILED")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("ugv --track moon", "track 'moon' is neither a name nor a file; accepted: flat, incline"),
-        (
-            "ugv --track-option hight=1",
-            "'hight' is no argument of 'bump'; accepted: height, centre",
-        ),
-        ("ugv --track-option height=1,2", "height = '1,2' is not a number"),
-        ("ugv --criterion speed", "criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
-        ("ugv --set leg_rate=fast", "leg_rate: 'fast'; accepted: a number > 0, or none"),
-        ("ugv --set start_angles=1,9", "start_angles = [1.0, 9.0] is not accepted; accepted: 2"),
-        (
-            "ugv --set spacing=1e-9",
-            "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
-        ),
-        ("ugv --seed 3", "--seed with --method dp; accepted: without it"),
-    ],
-)
-def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, arguments: str, said: str):
-    assert said in refusal(capsys, *arguments.split())
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_spacing_goes_by_the_length_of_the_way():
     asked = PostureOptions()
     assert spacing_of(Track.flat(end=100.0), asked) == 0.1

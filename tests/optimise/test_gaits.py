@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.cli import NOTHING_FOUND, OK, main
 
 SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
 
@@ -51,24 +51,3 @@ def test_where_there_is_no_gait_it_says_why_and_ends_with_its_own_status(capsys)
     assert "INFEASIBLE" in printed
     assert "mean_rate = 30 rad/s cannot be met" in printed
     assert [one.name for one in Path("runs/biped-energy").iterdir()] == ["result.json"]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("--objective speed", "objective = 'speed' is unknown; accepted: 'time'"),
-        ("--objective time=", "accepted: a name, or name=weight"),
-        ("--objective time=1,friction=1", "mu as a limit"),
-        ("--mu 0.1 0.2", r"mu has shape \(2,\); accepted: one number"),
-        ("--set end=0", "end without --steps"),
-        ("--set cells=999999999", "nodes, about"),
-        ("--set reserve=1", "reserve = 1.0"),
-        ("--payload nan", "payload = nan"),
-    ],
-)
-def test_wrong_input_is_refused_in_a_line(arguments: str, said: str, capsys):
-    assert main(["optimise", "biped", *arguments.split()]) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
-    assert re.search(said, line), line
-    assert not Path("runs").exists()

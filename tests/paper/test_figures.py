@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import OK, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.paper import bump
 from stickslip.paper.figure import FIGURES
@@ -197,23 +197,3 @@ def test_overwrite_replaces_and_other_figures_stay(
     claims = json.loads(capsys.readouterr().out)["claims"]
     assert {row["figure"] for row in claims} == {"fig11"}
     assert shown.out.count("fig11: ") == len(claims)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("fig10", "'fig10' is no figure here; accepted: fig11, fig12"),
-        ("fig11 --samples 3", "samples = 3; accepted: 24 to 2400"),
-    ],
-)
-def test_wrong_input_is_refused_before_anything_is_written(
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    arguments: str,
-    said: str,
-):
-    monkeypatch.chdir(tmp_path)
-    assert main(["reproduce", *arguments.split()]) == WRONG_INPUT
-    assert said in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.cli import NOTHING_FOUND, OK, main
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.simulate.ugv import read_posture
 
@@ -53,21 +53,3 @@ def test_a_drive_from_a_file_is_the_same_drive_and_a_slip_is_said(capsys):
     assert told["summary"][0]["slips"] == Path("c.csv").read_text().count("WHEEL_SLIP")
     assert told["missed"]["grip"] > 0
     assert (told["feasible"], told["exit_status"]) == (False, NOTHING_FOUND)
-
-
-@pytest.mark.parametrize(
-    ("flags", "said"),
-    [
-        ("--angles 60 90 --posture a.csv", "one of --posture FILE and --angles"),
-        ("--angles 60 200", "each from 30 to 150 degrees"),
-        ("--angles 60 90 --set spacing=1e-12", "waypoints"),
-        ("--posture nowhere.csv", "nowhere.csv"),
-        ("--posture a.csv --set start=1", "start with --posture"),
-    ],
-)
-def test_wrong_input_is_refused_in_one_line(capsys, flags: str, said: str):
-    assert main(["simulate", "ugv", *flags.split()]) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert said in line
-    assert line.count("\n") == 1
-    assert list(Path().iterdir()) == []

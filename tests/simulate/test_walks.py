@@ -153,31 +153,6 @@ def test_no_file_is_replaced_unasked(capsys):
     assert not Path("w.csv").exists()
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        ("--torque x", "'x' is unknown; accepted: arithmetic"),
-        ("--torque 1 --seconds 1e6 --period 1e-6", "makes 1e+12 rows"),
-        ("--torque 1 --out walk.txt", "accepted: .csv"),
-        ("--torque 1 --film walk.avi", "accepted: .gif, .png, .webp, .mp4"),
-        ("--torque 1 --film walk.gif --seconds 700", "--film of 700 s; accepted: up to 600 s"),
-        ("--torque 1 --plot a.png --film a.png", "accepted: two files"),
-        ("--torque 1 --set phase=0", "pi/2 to 3 pi/2"),
-        ("--torque 1 --scene wet --mu-static 1", "both say which floor"),
-        ("--torque 1 --mu-static 1 2", "or --edges too"),
-        ("--torque 1 --edges 1", "--edges without --mu-static"),
-        ("--torque 1 --set step=0.1", "which chooses its own steps"),
-        ("--seconds 1", "required: --torque"),
-    ],
-)
-def test_wrong_input_is_refused_in_one_line_and_nothing_is_written(capsys, words: str, said: str):
-    assert main(["simulate", "biped", *words.split()]) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
-    assert said in line
-    assert list(Path().iterdir()) == []
-
-
 def test_names_in_the_help_are_those_of_the_library():
     assert tuple(options.SETTINGS) == tuple(PRESETS)
     assert tuple(options.FIDELITIES) == tuple(FIDELITIES)

@@ -69,21 +69,6 @@ def test_without_pillow_a_page_is_written(monkeypatch: pytest.MonkeyPatch, capsy
     assert len(read_episodes("constant-torque-slippery.html")) == 1
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("view computed-torque --html a.gif", "ends in '.gif'; accepted: .html"),
-        ("view computed-torque --html a.html --out b.gif", "--html with --out"),
-        (f"view {'computed-torque ' * 9}--html a.html", "9 to show"),
-    ],
-)
-def test_wrong_input_is_a_line(arguments: str, said: str, capsys: pytest.CaptureFixture[str]):
-    assert main(arguments.split()) == WRONG_INPUT
-    message = capsys.readouterr().err
-    assert said in message
-    assert re.fullmatch(r"stickslip: error: [^\n]+\n", message)
-
-
 @pytest.mark.long
 def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):
     env = BipedEnv()

@@ -1,0 +1,75 @@
+"""Wrong input to any command is refused in one line before anything is computed or written."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from stickslip.cli import WRONG_INPUT, main
+
+REFUSED = {
+    "": "COMMAND",
+    "dance": "invalid choice: 'dance'",
+    "train biped --set epochs": "--set: 'epochs'; accepted: NAME=VALUE",
+    "train biped --config nowhere.toml": "nowhere.toml: no such file",
+    "train biped --scene moon": "scene = 'moon' is unknown; accepted: 'sl",
+    "train biped --resume --out nowhere": "nowhere holds no training run",
+    "evaluate nobody": "'nobody' is neither a baseline nor a file; accepted: constant-torque",
+    "evaluate computed-torque --mu-static 0.1 --mu-kinetic 0.2": "mu_kinetic = 0.2 exceeds",
+    "view computed-torque --seconds nan": "seconds = nan",
+    "view computed-torque --out walk.avi": "'.avi'; accepted: .gif, .png, .webp, .mp4",
+    "evaluate computed-torque --scene icepatch": "did you mean ice-patch?",
+    "evaluate computed-torque --episodes 99999999": "episodes = 99999999",
+    "train biped --num-envs 60000 --set rollout_steps=100000000": "STICKSLIP_MEMORY_LIMIT",
+    "train biped --set hidden=4096 layers=8": "what fits a policy file",
+    "train biped --out /dev/null": "/dev/null is a file",
+    "evaluate /dev/zero": "not a plain file",
+    "optimise ugv --track moon": "track 'moon' is neither a name nor a file; accepted: flat",
+    "optimise ugv --track-option hight=1": "'hight' is no argument of 'bump'; accepted: height",
+    "optimise ugv --track-option height=1,2": "height = '1,2' is not a number",
+    "optimise ugv --criterion speed": "criterion = 'speed' is unknown; accepted: 'wheel_energy'",
+    "optimise ugv --set leg_rate=fast": "leg_rate: 'fast'; accepted: a number > 0, or none",
+    "optimise ugv --set start_angles=1,9": "start_angles = [1.0, 9.0] is not accepted; accepted: 2",
+    "optimise ugv --set spacing=1e-9": "makes 6.56e+09 waypoints, about 6.6e+12 bytes; accepted:",
+    "optimise ugv --seed 3": "--seed with --method dp; accepted: without it",
+    "optimise biped --objective speed": "objective = 'speed' is unknown; accepted: 'time'",
+    "optimise biped --objective time=": "accepted: a name, or name=weight",
+    "optimise biped --objective time=1,friction=1": "mu as a limit",
+    "optimise biped --mu 0.1 0.2": "mu has shape (2,); accepted: one number",
+    "optimise biped --set end=0": "end without --steps",
+    "optimise biped --set cells=999999999": "nodes, about",
+    "optimise biped --set reserve=1": "reserve = 1.0",
+    "optimise biped --payload nan": "payload = nan",
+    "simulate biped --torque x": "'x' is unknown; accepted: arithmetic",
+    "simulate biped --torque 1 --seconds 1e6 --period 1e-6": "makes 1e+12 rows",
+    "simulate biped --torque 1 --out walk.txt": "accepted: .csv",
+    "simulate biped --torque 1 --film walk.avi": "accepted: .gif, .png, .webp, .mp4",
+    "simulate biped --torque 1 --film walk.gif --seconds 700": "--film of 700 s; accepted: up to",
+    "simulate biped --torque 1 --plot a.png --film a.png": "accepted: two files",
+    "simulate biped --torque 1 --set phase=0": "pi/2 to 3 pi/2",
+    "simulate biped --torque 1 --scene wet --mu-static 1": "both say which floor",
+    "simulate biped --torque 1 --mu-static 1 2": "or --edges too",
+    "simulate biped --torque 1 --edges 1": "--edges without --mu-static",
+    "simulate biped --torque 1 --set step=0.1": "which chooses its own steps",
+    "simulate biped --seconds 1": "required: --torque",
+    "simulate ugv --angles 60 90 --posture a.csv": "one of --posture FILE and --angles",
+    "simulate ugv --angles 60 200": "each from 30 to 150 degrees",
+    "simulate ugv --angles 60 90 --set spacing=1e-12": "waypoints",
+    "simulate ugv --posture nowhere.csv": "nowhere.csv",
+    "simulate ugv --posture a.csv --set start=1": "start with --posture",
+    "view computed-torque --html a.gif": "ends in '.gif'; accepted: .html",
+    "view computed-torque --html a.html --out b.gif": "--html with --out",
+    f"view {'computed-torque ' * 9}--html a.html": "9 to show",
+    "reproduce fig10": "'fig10' is no figure here; accepted: fig11, fig12",
+    "reproduce fig11 --samples 3": "samples = 3; accepted: 24 to 2400",
+}
+
+
+@pytest.mark.parametrize("line", REFUSED)
+def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, monkeypatch, line: str):
+    monkeypatch.chdir(tmp_path)
+    assert main(line.split()) == WRONG_INPUT
+    said = capsys.readouterr().err
+    assert re.fullmatch(r"stickslip: error: [^\n]+\n", said)
+    assert REFUSED[line] in said
+    assert list(tmp_path.iterdir()) == []
