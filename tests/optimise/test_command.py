@@ -46,7 +46,7 @@ def stations(path: Path) -> dict[str, np.ndarray]:
 def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
     assert main([*SMALL, "--out", "run"]) == OK
-    printed, warned = capsys.readouterr()
+    printed = capsys.readouterr().out
     told = json.loads(Path("run/result.json").read_text(encoding="utf-8"))
     found, criteria = told["result"], {one["criterion"]: one["value"] for one in told["criteria"]}
     at = stations(Path("run/stations.csv"))
@@ -71,7 +71,6 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     assert abs(off) > 0.05
     assert found["fine_spacing"] == pytest.approx(np.diff(at["front wheel"])[0] / 10, rel=1e-6)
     assert re.search(rf"value between waypoints +{found['fine_value']:.8g} J", printed)
-    assert f"warning: between the waypoints the value is {off:+.1%} off" in warned
     assert "4 x 4 leg angles" in printed
     angles = np.array(found["leg_angles"])
     np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)

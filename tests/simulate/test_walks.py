@@ -85,14 +85,6 @@ def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
     assert second[0]["status"] == ""
 
 
-def test_a_walk_that_took_no_step_says_so_and_nothing_per_metre(capsys):
-    arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
-    assert main([*arguments, *HOW, "--seconds=0.3", "--torque=-0.3"]) == OK
-    said = capsys.readouterr().out
-    assert re.search(r"meaning +took no step, ended 0\.0023\d* m ahead\n", said)
-    assert "per metre" not in said
-
-
 @pytest.mark.long
 def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkeypatch):
     image = pytest.importorskip("PIL.Image")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,6 @@ import numpy as np
 
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import shown
-from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
@@ -32,10 +30,6 @@ TORQUE_LIMIT = 4.0
 """Of the motor, unless something else is said [N m]."""
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
-NOT_WALKED = (
-    "no replay walks this gait, on the edge of what the model covers; the settings min_normal, "
-    "zmp and reserve keep away from it"
-)
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
@@ -63,8 +57,6 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
             title = f"least {problem.goal.words}: {result.value:.5g}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
-    if replays and all(one.status > Status.SLIP_ONSET for one in replays.values()):
-        print(f"warning: {NOT_WALKED}", file=sys.stderr)
     limits = {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}
     facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
     files = {RESULT: lambda: json_text(facts), **files}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 PICTURE, VEHICLE = "drive.png", "vehicle.toml"
-NOTABLE = 0.05
-"""Relative difference of the value between waypoints above which there is a warning."""
 STATED = ("friction", "leg_rate", "min_normal", "min_grip", "min_clearance", "max_torque")
 STATED += ("start_angles", "end_angles", "x")
 """Numbers of a problem that result.json holds."""
@@ -69,8 +66,6 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
             title = f"{given.criterion} {result.value:.5g} over {given.track}, by {result.method}"
             files[PICTURE] = picture(lambda: draw_drive(problem, x), title)
     show(summary, *tables.values())
-    for one in [] if x is None else warnings(problem, result):
-        print(f"warning: {one}", file=sys.stderr)
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
     facts: dict[str, object] = {"asked": asked, **result_content(problem, result)}
     rows = {name: one.records() for name, one in tables.items()}
@@ -142,17 +137,6 @@ def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
             Column("time", "s"): float(result.seconds),
         }
     )
-
-
-def warnings(problem: PostureProblem, result: PostureResult) -> list[str]:
-    """Sentences on a drive that is not what its value says between its waypoints."""
-    said = []
-    if abs(result.discretisation) > NOTABLE:
-        said.append(f"between the waypoints the value is {result.discretisation:+.1%} off")
-    if result.feasible and not result.fine_feasible:
-        violated = _violated(problem, result.fine_residuals)
-        said.append(f"between the waypoints the drive breaks a constraint: {violated}")
-    return [f"{one}; take a smaller spacing" for one in said]
 
 
 def _violated(problem: PostureProblem, residuals: Mapping[str, float]) -> str:

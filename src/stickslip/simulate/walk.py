@@ -224,7 +224,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     went = distance >= SHORT * float(walk.robot.step_length)
     row: dict[Column, object] = {
         Column("status", words=True): walk.status.name,
-        Column("meaning", words=True): _meaning(walk.status, steps, distance),
+        Column("meaning", words=True): STATUS[walk.status.name],
         Column("asked", "s"): float(seconds),
         Column("time", "s"): time,
         Column("distance", "m"): distance,
@@ -239,16 +239,6 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         Column("energy_per_metre", "J/m"): positive / distance if went else None,
     }
     return one_row(row)
-
-
-def _meaning(status: Status, steps: int, distance: float) -> str:
-    """Text of an end; of a walk that took no step or went backwards also where it ended."""
-    meaning = STATUS[status.name]
-    if status > Status.SLIP_ONSET or (steps and distance >= 0):
-        return meaning
-    took = STATUS["OK"] if steps else "took no step"
-    place = f"ended {abs(distance):.3g} m {'behind' if distance < 0 else 'ahead'}"
-    return f"{took}, {place}{meaning.removeprefix(STATUS['OK'])}"
 
 
 @run_once
