@@ -103,5 +103,5 @@ def _draw(
     marker = "o" if len(steps) < 3 else None
     axis.plot(steps, panel.factor * np.asarray(table[column]), marker=marker, ms=4, **look)
     if f"{column}_low" in table:
-        ends = (panel.factor * np.asarray(table[f"{column}_{end}"]) for end in ("low", "high"))
-        axis.fill_between(steps, *ends, color=look["color"], alpha=0.18, lw=0)
+        low, high = (panel.factor * np.asarray(table[f"{column}_{end}"]) for end in ("low", "high"))
+        axis.fill_between(steps, low, high, color=look["color"], alpha=0.18, lw=0)

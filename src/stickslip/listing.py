@@ -101,7 +101,7 @@ def _task_row(task: TaskDefinition) -> list[str]:
     return [task.name, task.title, *cells]
 
 
-def _task_facts(task: TaskDefinition) -> dict[str, object]:
+def _task_facts(task: TaskDefinition) -> Mapping[str, object]:
     """Everything, with scores beside the returns."""
     known = known_of(task)
     about = {"name": task.name, "id": task.id, "digest": task.digest, "machine": task.machine}

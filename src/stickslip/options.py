@@ -12,6 +12,8 @@ from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS
 from stickslip.parser import add_options, changes_option, limit, option, set_option
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stickslip.parser import Parser
 
 TRACK_OPTIONS = {
@@ -25,7 +27,7 @@ TRACK_OPTIONS = {
     "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0"),
 }
 """Arguments of each named track's constructor, with their defaults."""
-TRACK_TABLE = {
+TRACK_TABLE: dict[str, Mapping[str, str]] = {
     "track options": {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
     | {"a file": "interpolation"}
 }

@@ -176,7 +176,7 @@ class Parser(argparse.ArgumentParser):
             accepted = f"{action.nargs} values with a comma between them"
             self.error(f"argument {action.dest}: {shown(text)}; accepted: {accepted}")
         try:
-            return self._get_values(action, words)  # type: ignore[attr-defined]
+            return self._get_values(action, words)
         except argparse.ArgumentError as error:
             self.error(str(error))
 

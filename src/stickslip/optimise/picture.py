@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
 VEHICLES = 6
 """Drawn at most; fewer where they would cover each other."""
-SIDES = {"rear": {"color": theme.MOTOR}, "front": {"color": theme.SLIDES, "ls": "--"}}
+SIDES: dict[str, dict[str, Any]] = {
+    "rear": {"color": theme.MOTOR},
+    "front": {"color": theme.SLIDES, "ls": "--"},
+}
 """Rear wheel or leg, front wheel or leg."""
 LOWEST, HIGHEST, ACROSS = 0.9, 3.5, 7.0
 """Heights of the scene's panel at least and at most, and its width [inches]."""

@@ -56,11 +56,6 @@ class Held(NamedTuple):
     pairs: Sequence[Pair]
     stations: Station
 
-    @property
-    def largest(self) -> np.ndarray:
-        """Largest torque of each pair, in either direction [pairs, N m]."""
-        return np.max(np.abs(self.stations.torque), axis=1)
-
 
 class Drive(NamedTuple):
     """A trajectory of the legs, which turn evenly between its points: stations at BETWEEN times as
@@ -115,15 +110,12 @@ def name_of(pair: Pair) -> str:
     return f"{pair[0]:g}/{pair[1]:g}°"
 
 
-def friction_needed(at: Station) -> np.ndarray:
-    """Largest |F| / N of both wheels [pairs]."""
-    wheels = ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
-    return np.max([np.max(np.abs(F) / N, axis=-1) for F, N in wheels], axis=0)
-
-
-def least_load(at: Station) -> np.ndarray:
-    """Least normal force of both wheels [pairs, N]."""
-    return np.min(np.minimum(np.asarray(at.N_rear), np.asarray(at.N_front)), axis=-1)
+def _needs(at: Station) -> str:
+    """Largest |F| / N, least normal force and least clearance of all stations."""
+    use = max(float(np.max(np.abs(F) / N)) for F, N, _ in at.wheels)
+    load = min(float(np.min(N)) for _, N, _ in at.wheels)
+    clearance = 1e3 * float(np.min(at.clearance))
+    return f"|F| / N up to {use:.3f}, normal forces {load:.0f} N or more, {clearance:.0f} mm"
 
 
 def exists(held: Held) -> Claim:
@@ -137,11 +129,8 @@ def passes(held: Held) -> Claim:
     """The ground can give what these torques need."""
     at = held.stations
     fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
-    measured = (
-        f"{int(np.sum(fine))} of {len(held.pairs)} pairs pass: |F| / N up to "
-        f"{np.max(friction_needed(at)):.3f}, normal forces {np.min(least_load(at)):.0f} N or more, "
-        f"{1e3 * np.min(at.clearance):.0f} mm above the ground or more"
-    )
+    count = f"{int(np.sum(fine))} of {len(held.pairs)} pairs pass"
+    measured = f"{count}: {_needs(at)} above the ground or more"
     return claim("fig24", "passes", measured, share_of(fine))
 
 
@@ -157,7 +146,7 @@ def least_variation(samples: int) -> Result:
         curves(f"{leg} leg", "rad", {name: of.leg_angles[:, i] for name, of in at.items()})
         for i, leg in enumerate(("rear", "front"))
     ]
-    torques = {name: np.asarray(of.torque) for name, of in at.items()}
+    torques = {name: of.torque for name, of in at.items()}
     panels.append(curves("torque on each wheel", "N m", torques, (0.0,)))
     panels.append(curves("least grip margin", "N", {name: of.grip for name, of in at.items()}))
     claims = [varies_less(drives, degrees), between(drives), passes_turning(drives[LIMITED])]
@@ -218,10 +207,6 @@ def between(drives: Mapping[str, Drive]) -> Claim:
 def passes_turning(drive: Drive) -> Claim:
     """The trajectory holds between its points."""
     at = drive.stations
-    measured = (
-        f"{LIMITED}, between the points, too: |F| / N up to {friction_needed(at):.3f}, normal "
-        f"forces {least_load(at):.0f} N or more, {1e3 * np.min(at.clearance):.0f} mm of clearance "
-        "or more"
-    )
+    measured = f"{LIMITED}, between the points, too: {_needs(at)} of clearance or more"
     holds = np.all(np.asarray(at.status) == Status.OK)
     return claim("fig25", "passes", measured, verdict_of(holds))

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
 
 AGREES, PARTLY, DIFFERS = "agrees", "partly", "differs"
 BY_CALIBRATION = "by calibration"
@@ -70,10 +71,11 @@ class Result:
 
 
 def curves(
-    title: str, unit: str, values: Mapping[str, np.ndarray], limits: tuple[float, ...] = ()
+    title: str, unit: str, values: Mapping[str, ArrayLike], limits: tuple[float, ...] = ()
 ) -> Panel:
     """A panel of curves by name."""
-    return Panel(title, unit, tuple(Line(name, of) for name, of in values.items()), limits)
+    lines = tuple(Line(name, np.asarray(of)) for name, of in values.items())
+    return Panel(title, unit, lines, limits)
 
 
 @cache
