@@ -86,12 +86,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _complain(f"{error.strerror}: {error.filename!r}" if error.filename else str(error))
     except ValueError as error:
         _complain(str(error))
-    except MemoryError as error:
-        _complain(f"not enough memory ({error or 'for what was asked'}); accepted: less at once")
-    except RuntimeError as error:
-        if EXHAUSTED not in str(error):
+    except (MemoryError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and EXHAUSTED not in str(error):
             raise
-        _complain(f"not enough memory ({error}); accepted: less at once")
+        _complain(f"not enough memory ({error or 'for what was asked'}); accepted: less at once")
     except Interrupted as error:
         complain(str(error))
         return error.status

@@ -62,7 +62,6 @@ COMMANDS = {
         "agents.evaluation.command:evaluate_command",
         {
             "stickslip evaluate biped-ice crank-speed-pi": "a trained policy beside a baseline",
-            "stickslip evaluate crank-speed-pi --scene wet,firm --payload 2": "on two floors",
             "stickslip evaluate --task UGVBump-v1 level-body --json": "scores on a task, as JSON",
         },
     ),
@@ -73,8 +72,6 @@ COMMANDS = {
         {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
             "--period 0.005 --seconds 3 --plot walk.png": "a control law: rows and a picture",
-            "stickslip simulate biped --torque 0.9 --mu-static 0.5 0.05 0.5 --edges 0.1 0.3 "
-            "--seconds 0.9": "a patch of ice",
             "stickslip simulate ugv --angles 60 90 --track bump --plot drive.png": "fixed legs",
             "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump "
             "--friction 0.5 --out slippery.csv": "an optimised drive on worse ground",
@@ -99,7 +96,6 @@ COMMANDS = {
         "agents.pictures.view:view_command",
         {
             "stickslip view biped-ice": "a policy of the package, as biped-ice.gif",
-            "stickslip view optimal-gait --scene wet --plot gait.png": "a baseline, with curves",
             "stickslip view biped-ice crank-speed-pi --html ice.html": "two, in a browser",
         },
         json=False,
@@ -152,8 +148,6 @@ COMMANDS = {
             "stickslip optimise biped --objective friction --mean-rate 3": (
                 "the steady gait at 3 rad/s with the least friction"
             ),
-            "stickslip optimise biped --steps 4 --objective time --torque-limit 3 --mu 0.1 "
-            "--set reserve=0.02 zmp=true --out runs/start": "four steps from rest in least time",
         },
         machines=lambda: {"ugv": "leg angles along a track", "biped": "the best gait"},
     ),

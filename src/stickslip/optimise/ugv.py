@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
-from stickslip.optimise.drive import STATIONS, UNITS, criteria_table, stations_table
 from stickslip.optimise.machine import (
     finite,
     own_files,
@@ -31,7 +33,15 @@ from stickslip.report import RESULT, one_row, picture, result_folder, show, writ
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-PICTURE, VEHICLE = "drive.png", "vehicle.toml"
+    from stickslip.optim import Station
+
+STATIONS, PICTURE, VEHICLE = "stations.csv", "drive.png", "vehicle.toml"
+FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg angle"
+"""Columns that define a drive; all others follow from them."""
+UNITS: dict[str, str] = {"leg_range": "rad", "start_angles": "rad", "end_angles": "rad"}
+UNITS |= {"leg_rate": "rad/m", "grip": "N", "normal": "N", "clearance": "m", "wheels": "m"}
+UNITS |= {"torque": "N m", "pose": "waypoints"}
+"""Units of PostureProblem.residuals."""
 STATED = ("friction", "leg_rate", "min_normal", "min_grip", "min_clearance", "max_torque")
 STATED += ("start_angles", "end_angles", "x")
 """Numbers of a problem that result.json holds."""
@@ -152,3 +162,37 @@ def result_content(problem: PostureProblem, result: PostureResult) -> dict[str, 
     stated |= {"overlap": problem.solver.overlap, "vehicle": problem.params}
     found = {one.name: getattr(result, one.name) for one in fields(result) if one.name != "x"}
     return {"problem": stated, "result": found | {"leg_angles": result.leg_angles}}
+
+
+def stations_table(found: Station) -> Table:
+    """A row a waypoint, numbers in SI units and radians, every digit."""
+    columns: dict[Column, object] = {
+        Column(FRONT_WHEEL, "m"): found.x,
+        Column(REAR_LEG, "rad"): found.leg_angles[:, 0],
+        Column(FRONT_LEG, "rad"): found.leg_angles[:, 1],
+        Column("torque on each wheel", "N m"): found.torque,
+        Column("turn of both wheels", "rad"): found.turn,
+        Column("rear leg torque", "N m"): found.leg_torques[:, 0],
+        Column("front leg torque", "N m"): found.leg_torques[:, 1],
+        Column("F_rear", "N"): found.F_rear,
+        Column("N_rear", "N"): found.N_rear,
+        Column("F_front", "N"): found.F_front,
+        Column("N_front", "N"): found.N_front,
+        Column("least grip margin", "N"): found.grip,
+        Column("clearance", "m"): found.clearance,
+        Column("between the wheels", "m"): found.wheel_clearance,
+    }
+    numbers = [np.asarray(values, float).tolist() for values in columns.values()]
+    status = [Status(int(code)).name for code in np.asarray(found.status)]
+    head = [*columns, Column("status", words=True)]
+    return Table(head, list(zip(*numbers, status, strict=True)))
+
+
+def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
+    """Value of the drive by every criterion: the lower the better."""
+    heads = [Column("criterion", words=True), Column("value"), Column("unit", words=True)]
+    rows = []
+    for name in CRITERIA:
+        own = replace(problem, criterion=name)
+        rows.append([name, own.objective(x), own.criterion.unit])
+    return Table(heads, rows)

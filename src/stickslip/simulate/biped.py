@@ -7,9 +7,13 @@ from functools import partial
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
+import jax
 import numpy as np
 
+from stickslip.agents.biped.pictures import LEAST_SLID, Course
 from stickslip.agents.biped.task import floor_words
+from stickslip.agents.pictures.film import write_pictures
+from stickslip.agents.pictures.plots import plot_panels
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene
 from stickslip.dynamics.biped import (
@@ -21,17 +25,19 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
+from stickslip.dynamics.status import Status
+from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of
 from stickslip.options import WalkOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.report import require_files, show, write_simulation
-from stickslip.simulate.pictures import film_walk, plot_walk
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import (
     STATUS,
     WHOLE,
+    Walk,
     event_table,
     periods,
     walk_summary,
@@ -47,6 +53,8 @@ if TYPE_CHECKING:
 
 SECONDS = 6.0
 """Walked unless something else is said."""
+FPS = 25.0
+"""Pictures a second of a film."""
 MANY = 20_000
 """Periods of a walk that takes seconds to compute."""
 
@@ -144,3 +152,55 @@ def _content(setting: Setting) -> dict[str, str | float | None]:
     exact = isinstance(setting.integrator, EventExact)
     found = {name: repr(getattr(setting, name)) for name in ("fidelity", "integrator")}
     return {**found, "step": None if exact else setting.dt, "dtype": setting.dtype}
+
+
+def plot_walk(walk: Walk, path: Path, title: str) -> Path:
+    """Plot torque, crank rate, P w, friction used and distance slid; return the path."""
+    states = jax.tree.map(lambda leaf: leaf[1:], walk.trajectory.states)
+    contacts, time = walk.trajectory.contacts, np.asarray(states.time)
+    course = Course(
+        torque=np.asarray(walk.trajectory.torques),
+        rate=np.asarray(states.crank_rate),
+        momentum=walk.along.momentum[1:],
+        friction=np.asarray(contacts.friction_force),
+        normal=np.asarray(contacts.normal_force),
+        mu_static=walk.along.mu_static[1:],
+        slide=np.asarray(states.foot_position),
+        slid=np.cumsum(contacts.slide_distance, dtype=np.float64),
+    )
+    slips = np.asarray(contacts.slide_distance) > LEAST_SLID
+    return plot_panels(course.panels(), time, "time [s]", path, title, slips)
+
+
+def film_walk(walk: Walk, path: Path) -> Path:
+    """Write a film of the walk in real time; return the path."""
+    states, contacts = walk.trajectory.states, walk.trajectory.contacts
+    time = np.asarray(states.time - states.time[0])
+    turned = np.asarray(states.crank_angle) - np.asarray(states.crank_angle)[0]
+
+    def frame(i: int) -> BipedFrame:
+        ended = i == walk.count and walk.status.terminal
+        row = max(i - 1, 0)  # at the start there are no forces yet
+        names = ("friction_force", "normal_force", "zmp")
+        forces: dict[str, Any] = {
+            one: float(getattr(contacts, one)[row]) * (i > 0) for one in names
+        }
+        return BipedFrame(
+            phase=states.phase[i],
+            steps=states.steps[i],
+            floor_position=walk.along.ankle[i],
+            slide=states.foot_position[i],
+            crank_rate=states.crank_rate[i],
+            time=time[i],
+            torque=walk.trajectory.torques[row],
+            **forces,
+            mu_static=walk.along.mu_static[i],
+            mu_kinetic=walk.along.mu_kinetic[i],
+            sticking=i == 0 or contacts.mode[row] == 0,
+            mean_crank_rate=turned[i] / time[i] if time[i] > 0 else states.crank_rate[0],
+            status=walk.status.name if ended else Status.OK.name,
+            walked=walk.along.mass[i] - walk.along.mass[0],
+        )
+
+    renderer = BipedRenderer(walk.robot.params, walk.scene)
+    return write_pictures(renderer, frame, walk.count, walk.period, path, FPS, progress=True)

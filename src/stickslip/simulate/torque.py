@@ -17,12 +17,11 @@ from stickslip.dynamics.checks import nearest, require_number, shown
 from stickslip.optim.columns import ColumnSpec, read_columns
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped import BipedState
-    from stickslip.dynamics.numeric import Number
 
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""
@@ -30,16 +29,11 @@ COLUMNS = (ColumnSpec("time", "s", ("t",)), ColumnSpec("torque", "N m", ("T", "t
 LONGEST, DEEPEST = 1000, 40
 """Characters of arithmetic, and levels of it."""
 LARGEST = sys.float_info.max
-STATE: dict[str, Callable[[BipedState], Number]] = {
-    "t": lambda state: state.time,
-    "phase": lambda state: state.phase,
-    "crank_angle": lambda state: state.crank_angle,
-    "crank_rate": lambda state: state.crank_rate,
-    "foot_position": lambda state: state.foot_position,
-    "foot_velocity": lambda state: state.foot_velocity,
-    "steps": lambda state: state.steps,
+STATE = {"t": "time"} | {
+    name: name
+    for name in ("phase", "crank_angle", "crank_rate", "foot_position", "foot_velocity", "steps")
 }
-"""Variables along a walk."""
+"""Variables along a walk, and the fields of BipedState that they are."""
 CONSTANTS = {"pi": math.pi}
 ONE = ("sin", "cos", "tan", "tanh", "exp", "log", "sqrt", "abs", "sign", "floor")
 FUNCTIONS = dict.fromkeys(ONE, 1) | {"min": 2, "max": 2, "clip": 3}
@@ -147,7 +141,7 @@ class Expression:
     def __call__(self, state: BipedState) -> Float[Array, ""]:
         """The torque in a state."""
         dtype = jnp.asarray(state.phase).dtype
-        names = {name: jnp.asarray(of(state), dtype) for name, of in STATE.items()}
+        names = {name: jnp.asarray(getattr(state, of), dtype) for name, of in STATE.items()}
         names |= {name: jnp.asarray(value, dtype) for name, value in CONSTANTS.items()}
         return jnp.asarray(_value(self._parsed(), names, jnp), dtype)
 

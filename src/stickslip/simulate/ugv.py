@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import jax
 import numpy as np
 
+from stickslip.agents.pictures.film import write_pictures
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.sheet import png
+from stickslip.envs.rendering.ugv import UGVRenderer
+from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
-from stickslip.optimise.drive import (
+from stickslip.optim.posture.problem import refined
+from stickslip.optimise.machine import finite, torque_limit_of, track_of, vehicle_of
+from stickslip.optimise.picture import draw_drive
+from stickslip.optimise.ugv import (
     FRONT_LEG,
     FRONT_WHEEL,
     REAR_LEG,
@@ -23,14 +31,11 @@ from stickslip.optimise.drive import (
     criteria_table,
     stations_table,
 )
-from stickslip.optimise.machine import finite, torque_limit_of, track_of, vehicle_of
-from stickslip.optimise.picture import draw_drive
 from stickslip.options import DriveOptions
 from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
 from stickslip.report import one_row, require_files, show, write_simulation
-from stickslip.simulate.pictures import SPEED, film_drive
 from stickslip.simulate.walk import STATUS
 
 if TYPE_CHECKING:
@@ -38,6 +43,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
+    from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.optim import Station
 
 COLUMNS = (
@@ -48,6 +54,8 @@ COLUMNS = (
 OF_OPTIMISE = f"{STATIONS} of `stickslip optimise ugv`, its directory, or "
 SPACING = 0.1
 """Default spacing of waypoints [m]."""
+FPS, SPEED = 25.0, 1.0
+"""Pictures a second of a film, and the speed of a drive in it [m/s]; its statics know no time."""
 
 
 def simulate_command(flags: Mapping[str, Any]) -> Content:
@@ -152,3 +160,26 @@ def read_posture(text: str) -> tuple[Float[np.ndarray, "K"], Float[np.ndarray, "
     if len(found) < 2:
         raise ValueError(f"{path}: one row; accepted: 2 or more")
     return found[:, 0], found[:, 1:]
+
+
+def film_drive(problem: PostureProblem, x: np.ndarray, path: Path) -> Path:
+    """Write a film of the drive at SPEED, legs turning evenly between waypoints; return the path.
+
+    The header has the largest torque so far.
+    """
+    length, last = float(problem.x[-1] - problem.x[0]), len(problem.x) - 1
+    fine, angles = refined(problem, x, max(1, round(FPS * length / SPEED / last)))
+    stations, last = fine.stations(angles), len(fine.x) - 1
+    largest = np.maximum.accumulate(np.abs(stations.torque))
+    friction = np.broadcast_to(fine.posture.friction, len(fine.x))
+
+    def frame(i: int) -> UGVFrame:
+        at = stations.map(lambda of: np.asarray(of)[i : i + 1])
+        about = fine.posture.odometer, friction[i : i + 1], fine.posture.params, fine.solver
+        with jax.enable_x64(True):
+            found = station_frames(at, largest[i : i + 1], *about)
+        return replace(found, start=float(fine.x[0]))
+
+    renderer = UGVRenderer(problem.params, "largest torque", "N m")
+    period = length / SPEED / last
+    return write_pictures(renderer, frame, last, period, path, FPS, progress=True)
