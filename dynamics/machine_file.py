@@ -1,4 +1,8 @@
-"""Files of a machine in TOML: numbers in SI units, or texts with their units, as "40 mm"."""
+"""Files of a machine in TOML: numbers in SI units, or texts with their units, as "40 mm".
+
+A number has a dotted name, tables first: `bars.femur`, `links.tibia.mass`; the parts of a pair are
+`links.tibia.centre.0` and `.1`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,7 @@ from contextlib import contextmanager
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,29 +26,83 @@ QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)\s*([^
 UNIT = re.compile(r"(?:[A-Za-zµΩ°%·*/^() ]|(?<=[\^*])-?\d){1,60}")
 """Characters of a unit: no arithmetic but of powers."""
 
-Table = Mapping[str, Any]
-"""A table of TOML."""
 
+class MachineFile(NamedTuple):
+    """Numbers that the file of a machine may have.
 
-def read_machine(path: str | Path, machine: str, tables: tuple[str, ...]) -> dict[str, Any]:
-    """The tables of a machine's file. ValueError for a file that is none, or another machine's.
-
-    machine: what the file's `machine` must say where it says something. tables: the accepted names
-    beside it.
+    machine: "biped" or "ugv"; called: its name in messages. units: SI unit by dotted name; the name
+    of another number where a plain number is a multiple of that one. names: dotted name of the file
+    by the name that changes give (`--set`). usual: numbers that others are multiples of.
     """
-    place = Path(path)
-    if not place.is_file():
-        raise ValueError(f"{place}: no such file; accepted: a machine's file in TOML")
-    if place.stat().st_size > MOST_BYTES:
-        raise ValueError(f"{place} is larger than {MOST_BYTES} bytes; accepted: a machine's file")
+
+    machine: str
+    called: str
+    units: Mapping[str, str]
+    names: Mapping[str, str]
+    usual: Mapping[str, float]
+
+    def read(self, path: str | Path | None, changes: Mapping[str, Any]) -> dict[str, float]:
+        """The numbers of a file by dotted name, some of them changed; None: only the changes.
+
+        ValueError naming the file, the entry, the value and what is accepted.
+        """
+        require_known(changes, self.names, f"number of a {self.called}")
+        given = dict(self.usual)
+        with in_file(path):
+            given |= {} if path is None else _flat(_tables(Path(path), self.machine))
+            found = self._numbers(given)
+        changed = {self.names[name]: _number_or_text(value) for name, value in changes.items()}
+        return self._numbers(given | changed) if changed else found
+
+    def _numbers(self, given: Mapping[str, Any]) -> dict[str, float]:
+        return {name: self._number(name, given) for name in given}
+
+    def _number(self, name: str, given: Mapping[str, Any]) -> float:
+        if name not in self.units:
+            heads = f"{name}.", name.rpartition(".")[0] + "."
+            near = [[one for one in self.units if one.startswith(head)] for head in heads]
+            tables = {one.partition(".")[0] for one in self.units}
+            require_known([name], near[0] or near[1] or sorted(tables), "number of the file")
+        value, unit = given[name], self.units[name]
+        if unit not in self.units:
+            return quantity(name, value, unit)
+        if not isinstance(value, str):
+            return quantity(name, value, "")
+        return quantity(name, value, self.units[unit]) / (self._number(unit, given) or np.nan)
+
+
+def table_of(numbers: Mapping[str, float], name: str) -> dict[str, float]:
+    """The numbers of one table, by the rest of their names."""
+    head = f"{name}."
+    return {key[len(head) :]: one for key, one in numbers.items() if key.startswith(head)}
+
+
+def _tables(path: Path, machine: str) -> dict[str, Any]:
+    """The tables of a machine's file. ValueError for a file that is none, or another machine's."""
+    if not path.is_file():
+        raise ValueError("no such file; accepted: a machine's file in TOML")
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError(f"larger than {MOST_BYTES} bytes; accepted: a machine's file")
     try:
-        found = tomllib.loads(place.read_text(encoding="utf-8"))
+        found = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"{place} is not TOML: {error}") from None
+        raise ValueError(f"the file is not TOML: {error}") from None
     named = found.pop("machine", machine)
     if named != machine:
-        raise ValueError(f"{place}: machine = {shown(named)}; accepted: {machine!r}")
-    require_known(found, tables, f"entry of {place}")
+        raise ValueError(f"machine = {shown(named)}; accepted: {machine!r}")
+    return found
+
+
+def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Values by dotted name; the two values of a pair apart."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, list) and len(value) == 2:
+            value = dict(zip("01", value, strict=True))
+        if isinstance(value, Mapping):
+            found |= _flat(value, f"{before}{key}.")
+        else:
+            found[f"{before}{key}"] = value
     return found
 
 
@@ -55,20 +113,6 @@ def in_file(path: str | Path | None) -> Iterator[None]:
         yield
     except ValueError as error:
         raise ValueError(str(error) if path is None else f"{path}: {error}") from None
-
-
-def table_of(tables: Table, name: str) -> dict[str, Any]:
-    """A table by name, empty where there is none. ValueError for anything else under the name."""
-    found = tables.get(name, {})
-    if not isinstance(found, dict):
-        raise ValueError(f"{name} = {shown(found)}; accepted: a table, [{name}]")
-    return found
-
-
-def numbers_of(table: Table, units: Mapping[str, str], name: str) -> dict[str, float]:
-    """The numbers of a table in SI units, by their units' table. ValueError naming the entry."""
-    require_known(table, units, f"entry of [{name}]")
-    return {key: quantity(f"{name}.{key}", value, units[key]) for key, value in table.items()}
 
 
 def quantity(name: str, value: Any, unit: str) -> float:
@@ -91,7 +135,7 @@ def quantity(name: str, value: Any, unit: str) -> float:
         ) from None
 
 
-def number_or_text(value: Any) -> Any:
+def _number_or_text(value: Any) -> Any:
     """The number of a text that is one, anything else as it is."""
     try:
         return float(value)
@@ -107,26 +151,15 @@ def _registry() -> Any:
     return pint.UnitRegistry(non_int_type=Decimal)
 
 
-def toml_text(tables: Mapping[str, Any], about: str = "") -> str:
-    """Tables of numbers, texts and lists of numbers as TOML; `about` as comments above."""
-    lines = [f"# {line}".rstrip() for line in about.splitlines()]
-    nested = {name: one for name, one in tables.items() if isinstance(one, Mapping)}
-    lines += [f"{name} = {_literal(one)}" for name, one in tables.items() if name not in nested]
-    for name, table in nested.items():
-        inner = {key: one for key, one in table.items() if isinstance(one, Mapping)}
-        blocks = {f"{name}.{key}": one for key, one in inner.items()} or {name: table}
-        for head, entries in blocks.items():
-            lines += [
-                "",
-                f"[{head}]",
-                *(f"{key} = {_literal(one)}" for key, one in entries.items()),
-            ]
+def toml_text(machine: str, numbers: Mapping[str, Any], about: str) -> str:
+    """Numbers and arrays of them by dotted name as TOML, `about` as comments above.
+
+    Each number in the shortest digits of its own precision.
+    """
+    lines = [f"# {line}" for line in about.splitlines()]
+    lines += [f'machine = "{machine}"']
+    for name, value in numbers.items():
+        array = np.asarray(value)
+        digits = map(str, array.ravel())
+        lines.append(f"{name} = [{', '.join(digits)}]" if array.ndim else f"{name} = {array[()]}")
     return "\n".join(lines) + "\n"
-
-
-def _literal(value: Any) -> str:
-    if isinstance(value, str):
-        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(_literal, value))}]"
-    return str(np.asarray(value)[()])  # the shortest digits in the value's own precision

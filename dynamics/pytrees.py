@@ -1,4 +1,4 @@
-"""Frozen dataclasses as pytrees: registration, derived fields, a short repr; sums of trees.
+"""Numbers and trees of numbers: types, frozen dataclasses as pytrees, sums, programs that run once.
 
 JAX has `jax.tree_util.register_dataclass`. Its structures compare equal (JAX 0.10) where two
 classes have as many fields and the same static ones: those of a bump and a step, say. A compiled
@@ -11,25 +11,40 @@ A derived part is a field with init=False, which the constructor does not take: 
 computes it, so that `dataclasses.replace` computes it anew from whatever was replaced, and refuses
 a derived part by name. JAX rebuilds trees without the constructor: what it puts together was
 together before.
+
+What prepares a robot or a track is computed when the user makes one and never again (`run_once`).
+With XLA's costly passes such a program takes seconds to compile and runs for a millisecond; without
+them it compiles in a quarter of the time and runs for two. Its numbers then differ from what the
+same function gives inside the user's own jit by roundings, as those of any two programs do.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import MISSING, fields, is_dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import is_concrete, require_number, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from jaxtyping import Array, Float
+
+Result = TypeVar("Result")
+Number = jax.Array | np.ndarray | np.number[Any] | int | float
+"""Accepted types of a number or an array of numbers."""
+Lists = Sequence[Number] | Sequence[Sequence[Number]]
+"""Lists that functions make into arrays."""
+Numbers = Number | Lists
+Numeric = Any
+"""The type of a numeric field: given as a Number and read as an array, which no narrower type says.
+"""
 
 Tree = TypeVar("Tree")
 
@@ -63,6 +78,33 @@ def holds_numbers(*trees: Any) -> bool:
     )
 
 
+MOST = 8
+"""Most numbers of a sequence that are shown one by one."""
+
+
+def _short_repr(self: Any) -> str:
+    """`__repr__` of a dataclass in a line: its fields, arrays by their type and shape.
+
+    Never raises: for batches, traced and deleted numbers and axes to map over, too.
+    """
+    shown_fields = (one.name for one in fields(self) if one.repr and hasattr(self, one.name))
+    entries = ((name, getattr(self, name)) for name in shown_fields)
+    words = [f"{name}={_brief(value)}" for name, value in entries if value is not None]
+    return f"{type(self).__name__}({', '.join(words)})"
+
+
+def _brief(value: Any) -> str:
+    """A number to four digits, the type and shape of an array, anything else by its repr."""
+    if isinstance(value, jax.Array | np.ndarray) and (value.ndim or isinstance(value, Tracer)):
+        return f"{value.dtype}{list(value.shape)}"
+    if isinstance(value, tuple | list) and len(value) <= MOST:
+        return f"({', '.join(map(_brief, value))})"
+    number = isinstance(value, float | np.number | np.ndarray | jax.Array)
+    if number and not getattr(value, "is_deleted", bool)():
+        return f"{float(value):.4g}"
+    return repr(value) if is_dataclass(value) else shown(value)
+
+
 Class = TypeVar("Class", bound=type)
 
 
@@ -70,7 +112,7 @@ def register_pytree(cls: Class) -> Class:
     """Register a dataclass as a pytree, in place of `jax.tree_util.register_dataclass`.
 
     Fields with metadata {"static": True} are part of the structure and hashable, all others are
-    children. TypeError for what is no dataclass.
+    children. The class gets a short repr. TypeError for what is no dataclass.
     """
     given: object = cls
     if not (isinstance(given, type) and is_dataclass(given)):
@@ -95,80 +137,8 @@ def register_pytree(cls: Class) -> Class:
         return tree
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
+    given.__repr__ = _short_repr
     return cls
-
-
-FEW = 6
-"""Most numbers, or entries, that are shown one by one."""
-LONGEST = 24
-"""Characters of what is no number."""
-
-
-def short_repr(self: Any) -> str:
-    """`__repr__` of a dataclass: its `in_short()`, or the entries that differ from their defaults.
-
-    Never raises: for batches, traced and deleted numbers and axes to map over, too.
-    """
-    name = type(self).__name__
-    try:
-        return self.in_short() if hasattr(self, "in_short") else f"{name}({joined(self)})"
-    except Exception:  # noqa: BLE001, a repr is read in a debugger, of whatever is half made
-        return f"{name}(...)"
-
-
-def joined(tree: Any, *first: str, usual: Mapping[str, Any] | None = None) -> str:
-    """The text `first` with the entries that differ from the defaults, or a few of them."""
-    words = list(differing(tree, usual))
-    if len(words) > FEW:
-        words = [*words[: FEW // 2], f"{len(words) - FEW // 2} more"]
-    return ", ".join([*first, *words])
-
-
-def differing(tree: Any, usual: Mapping[str, Any] | None = None) -> Iterator[str]:
-    """ "name=value" of the entries that differ from `usual`, or from the fields' defaults."""
-    if usual is None:
-        usual = {one.name: one.default for one in fields(tree) if one.repr}
-    for name, default in usual.items():
-        value = getattr(tree, name)
-        if default is MISSING or not _same(value, default):
-            yield f"{name}={brief(value)}"
-
-
-def brief(value: Any) -> str:
-    """A number to four digits, a few of them in brackets, of many their type, shape and range."""
-    if isinstance(value, Tracer):
-        return f"traced{list(value.shape) or ''}"
-    if isinstance(value, tuple | list) and len(value) <= FEW:
-        return f"({', '.join(map(brief, value))})"
-    if isinstance(value, bool | str | None) or not _is_number(value):
-        own = is_dataclass(value) and type(value).__repr__ is short_repr
-        text = repr(value) if own else shown(value)
-        return text if own or len(text) <= LONGEST else f"{text[:LONGEST]}..."
-    array = np.asarray(value)
-    if array.ndim == 0:
-        return f"{array.item():.4g}"
-    if array.ndim == 1 and array.size <= FEW:
-        return f"[{', '.join(f'{one:.4g}' for one in array.tolist())}]"
-    ends = f" from {array.min():.4g} to {array.max():.4g}" if array.size else ""
-    return f"{array.dtype}{list(array.shape)}{ends}"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float | np.number | np.ndarray | jax.Array) and not (
-        isinstance(value, np.ndarray) and value.dtype.kind not in "fiu"
-    )
-
-
-def _same(value: Any, default: Any) -> bool:
-    """True if a value is known to be the default, or a batch of it, to single precision."""
-    if not (_is_number(value) or isinstance(value, tuple)) or default is None:
-        return value is default or (isinstance(value, str) and value == default)
-    leaves = jax.tree.leaves(value)
-    if any(isinstance(leaf, Tracer) for leaf in leaves):
-        return False
-    value, default = np.asarray(value), np.asarray(default)
-    alike = value.shape[value.ndim - default.ndim :] == default.shape
-    return alike and np.allclose(value, default, rtol=1e-6, atol=0)
 
 
 def float_type(*trees: Any):
@@ -218,3 +188,125 @@ def _added(total: Array, rest: Array, term: Array) -> tuple[Array, Array]:
     added = after - total
     rest = (total - (after - added)) + (term - added)
     return after, jnp.where(jnp.isfinite(after), rest, 0.0)
+
+
+NO_PLAIN_EMITTER = (0, 11)
+"""First version of JAX whose XLA has one emitter: preparing a robot then takes 2.5 s, not 1 s."""
+IN_A_HURRY: dict[str, bool | int] = {"xla_backend_optimization_level": 0}
+"""Options of XLA's CPU compiler: LLVM as it comes, and each kernel by the plain emitter."""
+if jax.__version_info__[:2] < NO_PLAIN_EMITTER:
+    IN_A_HURRY["xla_cpu_use_fusion_emitters"] = False
+
+
+def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
+    """`function` of pytrees of arrays, compiled in a hurry where nothing is traced.
+
+    fixed: so many arguments come first that are hashable and no arrays. Positional arguments only.
+    Inside jit, vmap and grad, and on other platforms, it is `jax.jit(function)`.
+    """
+    static = tuple(range(fixed))
+    usual = jax.jit(function, static_argnums=static, inline=True)
+    hurried = jax.jit(function, static_argnums=static, compiler_options=IN_A_HURRY)
+
+    @wraps(function)
+    def call(*arguments: object) -> Result:
+        if jax.default_backend() != "cpu" or _in_a_trace(arguments):
+            return usual(*arguments)
+        return hurried(*arguments)
+
+    return call
+
+
+def _in_a_trace(arguments: object) -> bool:
+    """True if an argument is traced, or all that is computed here is."""
+    return not is_concrete(arguments, jnp.asarray(np.float32(0)))
+
+
+def float_kind(dtype: Any, otherwise: Any):
+    """The floating type of a name or a type, `otherwise` for None; ValueError for any other, and
+    for float64 where JAX has it switched off and would compute in float32."""
+    if dtype is None:
+        return jnp.dtype(otherwise)
+    try:
+        kind = jnp.dtype(dtype)
+    except Exception:  # noqa: BLE001, whatever a name or an object raises
+        kind = None
+    if kind is None or kind not in (jnp.float32, jnp.float64):
+        raise ValueError(f"dtype = {shown(dtype)}; accepted: None, float32 or float64")
+    if kind != jax.dtypes.canonicalize_dtype(kind):
+        raise ValueError(
+            f"dtype = {shown(dtype)}, which JAX has switched off; accepted: float32, or first "
+            'jax.config.update("jax_enable_x64", True) at the start of the program'
+        )
+    return kind
+
+
+def require_numeric(**values: Any) -> None:
+    """Raise ValueError for what is neither a number nor an array of real numbers, whatever its
+    value: text, bytes, booleans, None, lists. Cheap, for calls that are made often."""
+    for name, value in values.items():
+        if isinstance(value, float | int) and not isinstance(value, bool):
+            if isinstance(value, int) and abs(value) > sys.float_info.max:
+                raise ValueError(
+                    f"{name} = {shown(value)} is too large; accepted: a real number or an array"
+                )
+            continue
+        kind = getattr(getattr(value, "dtype", None), "kind", None)
+        if kind not in ("f", "i", "u") and getattr(value, "dtype", None) != jnp.bfloat16:
+            raise ValueError(
+                f"{name} = {shown(value)} is not a number; accepted: a real number or an array"
+            )
+
+
+def same_rank(*values: Number) -> tuple[jax.Array, ...]:
+    """The arrays with axes of length 1 in front, so that all have as many; numbers as they are.
+
+    Shapes are broadcast explicitly, so that code runs with jax_numpy_rank_promotion "raise".
+    """
+    rank = max(map(jnp.ndim, values))
+    found = tuple(
+        value
+        if jnp.ndim(value) in (0, rank)
+        else jnp.expand_dims(value, tuple(range(rank - jnp.ndim(value))))
+        for value in values
+    )
+    return cast("tuple[jax.Array, ...]", found)
+
+
+def as_float(value: Any) -> Any:
+    """An integer of Python's as a float: traced, one above 2^31 has no type; others as they are."""
+    return float(value) if isinstance(value, int) else value
+
+
+def with_all_digits(values: np.ndarray) -> jax.Array:
+    """The numbers as an array of JAX's, or as they are where JAX would round them now: its switch
+    may be turned before they are used."""
+    array = jnp.asarray(values)
+    return array if array.dtype == values.dtype else cast("jax.Array", values)
+
+
+def require_one(name: str, value: Any, *, accepted: str, **rule: Any) -> float:
+    """One number as a Python float, or ValueError; `rule` as in `require_number`."""
+    if not is_concrete(value):
+        raise ValueError(f"{name} is traced; accepted: {accepted}, known before tracing")
+    require_number(name, value, accepted=accepted, **rule)
+    if np.ndim(value):
+        raise ValueError(f"{name} has shape {np.shape(value)}; accepted: {accepted}, one number")
+    return float(value)
+
+
+def require_broadcast(**values: Any) -> tuple[int, ...]:
+    """The shape that the values broadcast to, or ValueError naming them."""
+    shapes = {name: np.shape(value) for name, value in values.items()}
+    try:
+        return np.broadcast_shapes(*shapes.values())
+    except ValueError:
+        given = ", ".join(f"{name} {shape}" for name, shape in shapes.items() if shape)
+        raise ValueError(f"shapes do not broadcast: {given}; accepted: the same, or ()") from None
+
+
+def read_only(array: np.ndarray) -> np.ndarray:
+    """A read-only copy."""
+    kept = np.array(array)
+    kept.setflags(write=False)
+    return kept

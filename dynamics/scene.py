@@ -22,8 +22,13 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.names import SCENES
-from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast, require_numeric
-from stickslip.dynamics.pytrees import differing, joined, register_pytree, short_repr
+from stickslip.dynamics.pytrees import (
+    Numbers,
+    Numeric,
+    register_pytree,
+    require_broadcast,
+    require_numeric,
+)
 
 STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state", "joints")
@@ -43,8 +48,6 @@ class Uniform:
     mu_static: Numeric
     mu_kinetic: Numeric
 
-    __repr__ = short_repr
-
 
 @register_pytree
 @dataclass(frozen=True)
@@ -58,8 +61,6 @@ class Patches:
     edges: Numeric
     mu_static: Numeric
     mu_kinetic: Numeric
-
-    __repr__ = short_repr
 
 
 @register_pytree
@@ -77,8 +78,6 @@ class Smoothed:
 
     mu_kinetic: Numeric
     slip_speed: Numeric
-
-    __repr__ = short_repr
 
 
 Floor = Grip | Uniform | Patches | Smoothed
@@ -108,14 +107,6 @@ class Scene:
     payload: Numeric | None = None
     steps: str = field(default="continuous", metadata={"static": True})
     outputs: str = field(default="forces", metadata={"static": True})
-
-    __repr__ = short_repr
-
-    def in_short(self) -> str:
-        """The call that makes the scene, with its options where they are not the usual ones."""
-        numbers = differing(self.floor)
-        usual = {"payload": None, "steps": "continuous", "outputs": "forces"}
-        return f"Scene.{type(self.floor).__name__.lower()}({joined(self, *numbers, usual=usual)})"
 
     @classmethod
     def grip(cls, **options: Unpack[SceneOptions]) -> Scene:

@@ -19,7 +19,6 @@ from stickslip.dynamics.checks import (
     require_known,
     require_memory,
 )
-from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.scan import fused_scan
 from stickslip.envs.functional import FunctionalEnv, Params, State, abstract_step, pure_step
 
@@ -59,7 +58,6 @@ class Collected(NamedTuple, Generic[State]):
     progress: Progress[State]
 
 
-@moves_numbers
 def collect(
     env: FunctionalEnv[State, Params],
     params: Params,

@@ -28,11 +28,11 @@ from stickslip.dynamics.kernels.fused import fused, where_needed
 from stickslip.dynamics.pytrees import rebuilt
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
     from jaxtyping import Array, Bool, Float, Real
 
-    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.pytrees import Lists, Number
 
 AUTORESET = ("same_step", "next_step", "disabled")
 SATURATES = "finite numbers, which saturate beyond [-1, 1]"
@@ -226,12 +226,6 @@ def with_keywords_of(
         return method
 
     return decorate
-
-
-def defaults_of(make_params: Any, names: Iterable[str]) -> dict[str, Any]:
-    """Default arguments of a machine's `make_params`, for some of its names."""
-    known = inspect.signature(make_params).parameters
-    return {name: known[name].default for name in names if name in known}
 
 
 @partial(jax.jit, static_argnums=0)

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 import numpy as np
 
 from stickslip.dynamics.checks import as_number, is_concrete, require_number, shown
-from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
+from stickslip.dynamics.pytrees import Numeric, require_broadcast, require_numeric
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
 
 MOST_STEPS = 10**7
 """Greatest number of steps of an episode."""

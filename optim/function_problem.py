@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.pytrees import read_only
 from stickslip.optim.problem import Problem, Structure, as_floats, refuse_after_fork
 from stickslip.optim.result import Evaluation, Result
 

@@ -22,7 +22,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
-from stickslip.dynamics.numeric import read_only, require_one
+from stickslip.dynamics.pytrees import read_only, require_one
 from stickslip.optim import GENERAL_METHODS
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Bool, Float, Real
 
-    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.pytrees import Lists, Number
 
     Vector = Real[Number, "n"] | Lists
     Batch = Real[Number, "B n"] | Lists

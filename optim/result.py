@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.pytrees import read_only
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

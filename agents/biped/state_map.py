@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.agents.optimum.grid import Axis, Grid, Place, Sheet
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
 from stickslip.dynamics.checks import require_kind, require_number
-from stickslip.dynamics.numeric import require_one
+from stickslip.dynamics.pytrees import require_one
 from stickslip.dynamics.scene import Grip, Uniform
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import NUMBERS

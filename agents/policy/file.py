@@ -24,7 +24,7 @@ from stickslip.agents.untrusted import (
     require_format,
 )
 from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
-from stickslip.dynamics.numeric import with_all_digits
+from stickslip.dynamics.pytrees import with_all_digits
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
 from stickslip.records.files import write_whole
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import PyTree
 
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
 
 MOST_ENTRIES = 64
 """Larger arrays are not set number by number."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks.points import rank
 from benchmarks.report import code_of
+from benchmarks.tradeoff.amplification import amplification
 from benchmarks.tradeoff.population import (
     DEFAULT_LENGTH,
     DEFAULT_TIME,
@@ -25,7 +26,7 @@ from stickslip.dynamics.biped import EventExact, RK4Split, Table, prepare, step
 from stickslip.dynamics.biped.params import own_time
 from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES, WALK_PER_RADIAN
 from stickslip.dynamics.biped.settings import Setting
-from stickslip.dynamics.biped.walk_check import SENSITIVE, Path, amplification, walk_errors
+from stickslip.dynamics.biped.walk_check import SENSITIVE, Path, walk_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable

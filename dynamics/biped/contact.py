@@ -15,8 +15,7 @@ from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, loaded_params, prepare
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.numeric import Number
-from stickslip.dynamics.pytrees import all_finite, float_type, rebuilt
+from stickslip.dynamics.pytrees import Number, all_finite, float_type, rebuilt
 from stickslip.dynamics.scene import OUTPUTS, Floor, Grip, Patches, Scene, Smoothed, Uniform
 from stickslip.dynamics.status import Status
 

@@ -25,8 +25,7 @@ from stickslip.dynamics.biped.links import (
     SUPPORT_START,
     centres_and_angles,
 )
-from stickslip.dynamics.numeric import Number
-from stickslip.dynamics.pytrees import float_type, register_pytree
+from stickslip.dynamics.pytrees import Number, float_type, register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real

@@ -24,8 +24,7 @@ from stickslip.dynamics.biped.links import (
     centres_and_angles,
     kinematics,
 )
-from stickslip.dynamics.numeric import same_rank
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import register_pytree, same_rank
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

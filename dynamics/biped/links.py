@@ -15,14 +15,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
-from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.numeric import same_rank
-from stickslip.dynamics.pytrees import float_type
+from stickslip.dynamics.pytrees import float_type, run_once, same_rank
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.numeric import Number, Numeric
+    from stickslip.dynamics.pytrees import Number, Numeric
 
 Linkage = Any
 """A BipedParams: its module imports this one."""

@@ -34,16 +34,15 @@ from stickslip.dynamics.biped.settings import (
     require_fidelity,
 )
 from stickslip.dynamics.checks import as_number, require_kind
-from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.numeric import Numeric, require_numeric
 from stickslip.dynamics.pytrees import (
-    brief,
+    Numeric,
     float_type,
     holds_numbers,
     rebuilt,
     register_pytree,
+    require_numeric,
+    run_once,
     settle,
-    short_repr,
 )
 from stickslip.dynamics.scene import PAYLOAD
 
@@ -79,8 +78,6 @@ class Load:
     mass_factor: Numeric
     payload: Numeric | None
 
-    __repr__ = short_repr
-
 
 @register_pytree
 @dataclass(frozen=True)
@@ -108,15 +105,6 @@ class BipedModel:
     """The linkage closes at every crank angle."""
     symmetric: Bool[Array, ""] = field(init=False, repr=False)
     """Support can be exchanged without an impact."""
-
-    __repr__ = short_repr
-
-    def in_short(self) -> str:
-        """The whole mass [kg], the fidelity, and what the robot is that was made ready."""
-        words = [self.bare.numbers_in_short(brief(self.total_mass))]
-        carried = {"payload": self.payload, "load": self.load}
-        words += [f"{name}={brief(one)}" for name, one in carried.items() if one is not None]
-        return f"BipedModel({', '.join(words)}, fidelity={self.fidelity!r})"
 
     def __post_init__(self):
         require_kind("bare", self.bare, BipedParams, "a BipedParams")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,15 +18,15 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.names import ABOVE_ZERO, LENGTHS
-from stickslip.dynamics.numeric import (
+from stickslip.dynamics.pytrees import (
     Number,
     Numbers,
     Numeric,
     float_kind,
+    register_pytree,
     require_broadcast,
     require_numeric,
 )
-from stickslip.dynamics.pytrees import brief, joined, register_pytree, short_repr
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -96,19 +95,9 @@ class BipedParams:
     payload: Numeric
     gravity: Numeric
 
-    __repr__ = short_repr
-
     def __post_init__(self):
         if not all(isinstance(leaf, int) for leaf in jax.tree.leaves(self)):  # axes to map over
             self._check_numbers()
-
-    def in_short(self) -> str:
-        """The whole mass [kg], and the entries that are not the reference robot's."""
-        return f"BipedParams({self.numbers_in_short(brief(self.total_mass))})"
-
-    def numbers_in_short(self, total_mass: str) -> str:
-        """A whole mass, and the entries that are not the reference robot's."""
-        return joined(self, f"total_mass={total_mass}", usual=_usual())
 
     @classmethod
     def from_bars(
@@ -183,18 +172,21 @@ class BipedParams:
         centre [x, y] and inertia, in place of the bar's, NAME as in LINKS with underscores;
         `payload` and `gravity` outside of tables; `motor`, which the commands read.
         path: None for the reference robot. changes: single numbers by dotted names, as
-        {"robot.hip_mass": 1.2}, see `stickslip.dynamics.biped.robot_file.PLACES`. ValueError
+        {"robot.hip_mass": 1.2}, see `stickslip.dynamics.biped.robot_file.ROBOT`. ValueError
         naming the file, the entry, the value and what is accepted.
         """
-        from stickslip.dynamics.biped.robot_file import read_robot
-        from stickslip.dynamics.machine_file import in_file
+        from stickslip.dynamics.biped.robot_file import ROBOT, bars_of, with_own_links
+        from stickslip.dynamics.machine_file import in_file, table_of
 
-        given = read_robot(path, changes)
+        numbers = ROBOT.read(path, changes or {})
         with in_file(path):
-            robot = cls.from_bars(**given.bars)
-            if given.lengths or given.links:
-                links = given.own_links(mass=robot.mass, centre=robot.centre, inertia=robot.inertia)
-                robot = robot.replace(**given.lengths, **links).astype(jnp.result_type(robot.mass))
+            robot = cls.from_bars(**bars_of(numbers))
+            own: dict[str, Any] = table_of(numbers, "lengths")
+            if table_of(numbers, "links"):
+                links = {name: getattr(robot, name) for name in ("mass", "centre", "inertia")}
+                own |= with_own_links(numbers, **links)
+            if own:
+                robot = robot.replace(**own).astype(jnp.result_type(robot.mass))
         return robot
 
     def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:
@@ -273,13 +265,6 @@ def own_time(params: BipedParams) -> Float[Array, ""]:
     in proportion to weight times crank.
     """
     return jnp.sqrt(jnp.asarray(params.crank) / jnp.asarray(params.gravity))
-
-
-@cache
-def _usual() -> dict[str, np.ndarray]:
-    """Every number of the reference robot."""
-    with jax.ensure_compile_time_eval():
-        return {name: np.asarray(value) for name, value in vars(BipedParams.from_bars()).items()}
 
 
 def _checked(numbers: dict[str, Numeric], dtype: Any):

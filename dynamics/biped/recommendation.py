@@ -7,24 +7,29 @@ simulated second of each environment on the machine named in `Recommendation.mea
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.dynamics import names
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.settings import EventExact, RK4Split, Setting, Table
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_number,
+    shown,
+)
+from stickslip.dynamics.measured import cheapest, in_nearest_batch, measured_beside
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
+MEASURED = measured_beside(__file__)
 """Measurements that `python -m benchmarks.tradeoff --update` wrote.
 
 settings: fidelity, integrator, dt of the default robot [s], dtype. costs: scene, index of the
@@ -67,107 +72,33 @@ NOT_COVERED = (
 )
 
 
-@dataclass(frozen=True)
-class Measurement:
-    """One setting on one kind of floor, for one kind of robot and batch.
-
-    robots: "default", or "any" for the worse of that and of random ones. bounds: upper bounds of
-    each of QUANTILES of three errors for each simulated second: of the crank angle [rad/s] and the
-    slide [m/s], after the worse of both [rad/s], the slide as the turn that walks as far. Lengths
-    and seconds are those of the default robot; so is the setting's dt. otherwise: share of walks
-    that end otherwise than their reference. cost: seconds for each simulated second and
-    environment.
-    """
-
-    scene: str
-    robots: str
-    setting: Setting
-    batch: int
-    bounds: np.ndarray
-    otherwise: float
-    cost: float
-
-    @property
-    def error(self) -> float:
-        """The worse error that 95 % of the walks keep [rad/s]."""
-        return float(self.bounds[QUANTILES.index(0.95), 0])
-
-
-@dataclass(frozen=True)
-class Sample:
-    """Measured walks: how many, the share of those that amplify what they start with more than a
-    thousandfold, and what 95 % of them amplify it by at most."""
-
-    count: int
-    sensitive: float
-    amplification: float
-
-
-_CLASSES = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
-_SETTINGS = [
-    Setting(_CLASSES[table](**its), _CLASSES[rule](**options), dt, dtype)
-    for (table, its), (rule, options), dt, dtype in MEASURED["settings"]
-]
-
-
-def _measurements() -> Iterator[Measurement]:
-    """Every measured point, for the default robot and for any."""
-    errors = {
-        key: (np.nan_to_num(np.array(bounds, float), nan=np.inf, posinf=np.inf), otherwise)
-        for *key, bounds, otherwise in MEASURED["errors"]
-        for key in [tuple(key)]
-    }
-    for scene, index, batch, cost in MEASURED["costs"]:
-        own, others = (errors[scene, index, robots] for robots in ("default", "others"))
-        for robots, found in (("default", own), ("any", map(np.maximum, own, others))):
-            bounds, share = found
-            yield Measurement(scene, robots, _SETTINGS[index], batch, bounds, float(share), cost)
-
-
-MEASUREMENTS = tuple(_measurements())
-SAMPLES = {(scene, robots): Sample(*rest) for scene, robots, *rest in MEASURED["samples"]}
-"""Samples by scene and robots, "default" or "others"."""
-
-CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
-"""The measured kind of floor that stands for one."""
-
-PRESET_SCENE, PRESET_BATCH = "stick-slip", 4096
-"""The front of the presets, for a training's usual batch."""
-
-
-@dataclass(frozen=True)
-class Recommendation:
+class Recommendation(NamedTuple):
     """The cheapest measured setting that meets a tolerance, and its promise.
 
     setting: its dt is for the robot asked for. promised_error [rad/s]: the worse of the crank
     angle's and the slide's error for each simulated second (a slide counting as the turn that walks
     as far) that a share `quantile` of all walks of the population keeps; an upper bound with
-    `confidence`, out of `count` walks. angle_error [rad/s], slide_error [m/s]: the same for each
-    alone. typical_error: the bound for half of the walks. otherwise: share of the walks that left
-    the model where their reference did not, or the other way round. sensitive, amplification,
-    duration: as in Sample, and the walks' length [s]; see `covers`. population, not_covered: what
-    the promise is about, in words. cost: seconds for each simulated second and environment, at
-    `batch` environments. scene: the measured kind. measured_on: where costs come from.
+    CONFIDENCE, out of `count` walks. typical_error: the bound for half of the walks. otherwise:
+    share of the walks that left the model where their reference did not, or the other way round.
+    amplification, duration: what 95 % of the walks amplify a difference of their start by at most,
+    and their length [s]; see `covers`. population: what the promise is about, in words. cost:
+    seconds for each simulated second and environment, at `batch` environments. scene: the measured
+    kind of floor. robots: "default", or "any" for the worse of that and of random ones.
     """
 
     setting: Setting
     typical_error: float
     promised_error: float
-    angle_error: float
-    slide_error: float
     quantile: float
-    confidence: float
     count: int
     otherwise: float
-    sensitive: float
     amplification: float
     duration: float
     population: str
-    not_covered: str
     cost: float
     scene: str
+    robots: str
     batch: int
-    measured_on: str
 
     def covers(self, amplification: float, duration: float) -> bool:
         """True if the promise is about a walk that amplifies what it starts with by so much in so
@@ -178,7 +109,49 @@ class Recommendation:
         return amplification <= self.amplification and duration <= self.duration * (1 + 1e-9)
 
 
+_CLASSES = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
+_SETTINGS = [
+    Setting(_CLASSES[table](**its), _CLASSES[rule](**options), dt, dtype)
+    for (table, its), (rule, options), dt, dtype in MEASURED["settings"]
+]
+
+
+def promises(robots: str, quantile: float = 0.95, time: float = 1.0) -> Iterator[Recommendation]:
+    """Every measured point for "default" or "any" robot, as a recommendation.
+
+    time: the robot's own time in that of the default one, with which steps, errors and costs scale.
+    """
+    kinds = ("default",) if robots == "default" else ("default", "others")
+    place = QUANTILES.index(quantile)
+    errors = {(scene, index, of): rest for scene, index, of, *rest in MEASURED["errors"]}
+    samples = {(scene, of): rest for scene, of, *rest in MEASURED["samples"]}
+    for scene, index, batch, cost in MEASURED["costs"]:
+        bounds, shares = zip(*(errors[scene, index, kind] for kind in kinds), strict=True)
+        worst = np.max(np.nan_to_num(np.array(bounds, float), nan=np.inf, posinf=np.inf), axis=0)
+        counts, _, grown = zip(*(samples[scene, kind] for kind in kinds), strict=True)
+        setting = _SETTINGS[index]
+        yield Recommendation(
+            setting=replace(setting, dt=setting.dt * time),
+            typical_error=float(worst[0, 0]) / time,
+            promised_error=float(worst[place, 0]) / time,
+            quantile=quantile,
+            count=min(counts),
+            otherwise=max(shares),
+            amplification=max(grown),
+            duration=SECONDS * time,
+            population=f"{POPULATION[robots]}; {KINDS[scene]}; {DRAWN}; not {NOT_COVERED}",
+            cost=cost / time,
+            scene=scene,
+            robots=robots,
+            batch=batch,
+        )
+
+
+CLASSES = {Grip: "smooth", Uniform: "stick-slip", Patches: "ice"}
+"""The measured kind of floor that stands for one."""
 SCENES = tuple(CLASSES.values())
+PRESET_SCENE, PRESET_BATCH = "stick-slip", 4096
+"""The front of the presets, for a training's usual batch."""
 
 
 def recommend(
@@ -206,22 +179,17 @@ def recommend(
     accepted = "a finite error > 0 for each simulated second"
     require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
     require_integer("batch", batch)
-    name, own = scene_class(scene), _units(params)
+    name, time = scene_class(scene), _own_time(params)
+    if quantile not in QUANTILES:
+        accepted = ", ".join(map(str, QUANTILES))
+        raise ValueError(f"quantile = {shown(quantile)} is not measured; accepted: {accepted}")
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
-    points = [p for p in MEASUREMENTS if (p.scene, p.robots) == (name, robots)]
-    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)))
-    place = _place(quantile)
-    answers = [_recommendation(p, place, own) for p in points if p.batch == nearest]
-    good = [answer for answer in answers if answer.promised_error <= tolerance]
-    if good:
-        return min(good, key=lambda answer: (answer.cost, answer.promised_error))
-    best = min(answers, key=lambda answer: answer.promised_error)
-    raise ValueError(
-        f"tolerance = {tolerance:g} rad/s: no measured setting keeps it on "
-        f"{100 * quantile:g} % of the walks in the scene {name!r} with {best.batch} environments; "
-        f"accepted: from {best.promised_error:.2g} rad/s ({best.setting})"
-    )
+    points = (point for point in promises(robots, quantile, time) if point.scene == name)
+    points = in_nearest_batch(points, batch)
+    walks = f"{100 * quantile:g} % of the walks in the scene {name!r} with {points[0].batch}"
+    refusal = f"no measured setting keeps so many rad/s on {walks} environments"
+    return cheapest(points, tolerance, refusal)
 
 
 def setting_of(setting: str | Setting) -> Setting:
@@ -248,51 +216,14 @@ def scene_class(scene: Scene | str) -> str:
     return CLASSES[type(floor)]
 
 
-def _place(quantile: float) -> int:
-    accepted = ", ".join(map(str, QUANTILES))
-    require_number("quantile", quantile, accepted=accepted)
-    if quantile not in QUANTILES:
-        raise ValueError(f"quantile = {quantile:g} is not measured; accepted: {accepted}")
-    return QUANTILES.index(quantile)
-
-
-def _units(params: BipedParams | None) -> tuple[float, float]:
-    """The robot's own time and length in those of the default one; the shortest of a batch."""
+def _own_time(params: BipedParams | None) -> float:
+    """The robot's own time in that of the default one; the shortest of a batch."""
     if params is None:
-        return 1.0, 1.0
+        return 1.0
     require_kind("params", params, BipedParams, "BipedParams, or None for the default robot")
     params.validate()
     time = np.sqrt(np.asarray(params.crank, float) / np.asarray(params.gravity, float))
-    length = float(np.max(params.crank)) / DEFAULT_CRANK
-    return float(np.min(time)) / math.sqrt(DEFAULT_CRANK / DEFAULT_GRAVITY), length
-
-
-def _recommendation(point: Measurement, place: int, own: tuple[float, float]) -> Recommendation:
-    """The point in the seconds of a robot with such an own time and length."""
-    time, length = own
-    joint, angle, slide = point.bounds[place].tolist()
-    kinds = ("default",) if point.robots == "default" else ("default", "others")
-    samples = [SAMPLES[point.scene, kind] for kind in kinds]
-    return Recommendation(
-        setting=replace(point.setting, dt=point.setting.dt * time),
-        typical_error=float(point.bounds[0, 0]) / time,
-        promised_error=joint / time,
-        angle_error=angle / time,
-        slide_error=slide * length / time,
-        quantile=QUANTILES[place],
-        confidence=CONFIDENCE,
-        count=min(sample.count for sample in samples),
-        otherwise=point.otherwise,
-        sensitive=max(sample.sensitive for sample in samples),
-        amplification=max(sample.amplification for sample in samples),
-        duration=SECONDS * time,
-        population=f"{POPULATION[point.robots]}; {KINDS[point.scene]}; {DRAWN}",
-        not_covered=NOT_COVERED,
-        cost=point.cost / time,
-        scene=point.scene,
-        batch=point.batch,
-        measured_on=MEASURED["costs_measured_on"],
-    )
+    return float(np.min(time)) / math.sqrt(DEFAULT_CRANK / DEFAULT_GRAVITY)
 
 
 PRESETS: dict[str, Setting] = {name: _SETTINGS[index] for name, index in MEASURED["presets"]}

@@ -24,8 +24,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     shown,
 )
-from stickslip.dynamics.numeric import require_one
-from stickslip.dynamics.pytrees import settle
+from stickslip.dynamics.pytrees import require_one, settle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

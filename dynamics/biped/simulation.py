@@ -38,10 +38,18 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.compilation import moves_numbers, run_once
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.numeric import Number, Numbers, as_float, require_numeric, require_one
-from stickslip.dynamics.pytrees import all_finite, clock, float_type
+from stickslip.dynamics.pytrees import (
+    Number,
+    Numbers,
+    all_finite,
+    as_float,
+    clock,
+    float_type,
+    require_numeric,
+    require_one,
+    run_once,
+)
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
@@ -131,7 +139,6 @@ def simulate_inverse(
     return _walk(CrankMotion, values, params, scene, state, duration, dt, fidelity, integrator)
 
 
-@moves_numbers
 def _walk(
     kind: type[Drive], values, params, scene, state, duration, dt, fidelity, integrator
 ) -> Trajectory:

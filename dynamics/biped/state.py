@@ -15,8 +15,13 @@ from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, step_leng
 from stickslip.dynamics.biped.model import BipedModel
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.numeric import Numeric, require_broadcast, require_numeric
-from stickslip.dynamics.pytrees import all_finite, register_pytree
+from stickslip.dynamics.pytrees import (
+    Numeric,
+    all_finite,
+    register_pytree,
+    require_broadcast,
+    require_numeric,
+)
 from stickslip.dynamics.scene import Grip, Patches, Smoothed
 from stickslip.dynamics.status import EventKind, Status
 

@@ -15,14 +15,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_integer, require_memory, shown
-from stickslip.dynamics.compilation import moves_numbers, run_once
-from stickslip.dynamics.numeric import Numeric, same_rank
 from stickslip.dynamics.pytrees import (
+    Numeric,
     float_type,
     holds_numbers,
     register_pytree,
+    run_once,
+    same_rank,
     settle,
-    short_repr,
 )
 from stickslip.dynamics.ugv.ground.shapes import as_floats, in_two, locate, parts_of, require_ends
 from stickslip.dynamics.ugv.ground.spline import Spline
@@ -64,8 +64,6 @@ class Odometer:
     rests: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     excess: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     even: bool = field(init=False, repr=False, metadata={"static": True})
-
-    __repr__ = short_repr
 
     def __post_init__(self):
         if holds_numbers(self.track, self.start, self.end):
@@ -215,7 +213,6 @@ def _pieces(track: Track, edges: jax.Array) -> jax.Array:
     return _excess_over(track, left, jnp.zeros_like(left), length)
 
 
-@moves_numbers
 @partial(jax.jit, inline=True)
 def _distance(odometer: Odometer, x: jax.Array) -> jax.Array:
     x, start = as_floats(x, odometer.start)

@@ -16,8 +16,7 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.numeric import Numbers, Numeric, require_broadcast
-from stickslip.dynamics.pytrees import brief, joined, register_pytree, settle, short_repr
+from stickslip.dynamics.pytrees import Numbers, Numeric, register_pytree, require_broadcast, settle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,12 +57,6 @@ class UGVParams:
     leg_angle_max: Numeric = 5 * np.pi / 6
     wheel_gap: Numeric = 0.0
 
-    __repr__ = short_repr
-
-    def in_short(self) -> str:
-        """The whole mass [kg], and the entries that are not the default vehicle's."""
-        return f"UGVParams({joined(self, f'total_mass={brief(self.weight / self.gravity)}')})"
-
     def __post_init__(self):
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         if any(value is not None for value in values.values()):  # else: axes to map over
@@ -88,12 +81,12 @@ class UGVParams:
         dotted names, as {"vehicle.leg_mass": 25}. ValueError naming the file, the entry and what is
         accepted.
         """
-        from stickslip.dynamics.machine_file import in_file
-        from stickslip.dynamics.ugv.vehicle_file import read_vehicle
+        from stickslip.dynamics.machine_file import in_file, table_of
+        from stickslip.dynamics.ugv.vehicle_file import VEHICLE
 
-        given = read_vehicle(path, changes)[0]
+        numbers = VEHICLE.read(path, changes or {})
         with in_file(path):
-            return cls(**given)
+            return cls(**table_of(numbers, "vehicle"))
 
     def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the vehicle as TOML, whole or not at all; return the path.

@@ -7,11 +7,9 @@ how. Costs are seconds for each pose and its equilibrium on the machine named in
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import numpy as np
@@ -23,6 +21,7 @@ from stickslip.dynamics.checks import (
     require_memory,
     require_number,
 )
+from stickslip.dynamics.measured import cheapest, in_nearest_batch, measured_beside
 from stickslip.dynamics.pytrees import settle
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
@@ -31,7 +30,10 @@ from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.dynamics.ugv.wheel import PoseSolver
 
-MEASURED = json.loads(Path(__file__).with_name("measured.json").read_text(encoding="utf-8"))
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MEASURED = measured_beside(__file__)
 """Measurements that `python -m benchmarks.ugv --update` wrote: settings without a wrong
 status in their sample, not beaten by one of the same precision and checks in cost and in both
 promised errors.
@@ -103,70 +105,50 @@ def reach(params: UGVParams) -> float:
     return body + 2 * (leg + radius)
 
 
-class Measurement(NamedTuple):
-    """One setting on one kind of ground, place and batch.
-
-    pieces_per_wave: of a table, for the ground's shortest wave; None: no table. errors: typical,
-    promised and worst, as in Recommendation. poses: in the sample; none had a wrong status. cost:
-    processor seconds for each pose.
-    """
-
-    ground: str
-    place: str
-    solver: PoseSolver
-    dtype: str
-    pieces_per_wave: int | None
-    poses: int
-    errors: tuple[float, ...]
-    batch: int
-    cost: float
-
-
-@dataclass(frozen=True)
-class Recommendation:
+class Recommendation(NamedTuple):
     """The cheapest measured setting whose promise meets a tolerance.
 
-    error [-]: promised, the worse of the torque's (over weight times wheel radius) and the rear
+    promised_error [-]: the worse of the torque's (over weight times wheel radius) and the rear
     contact's (in wheel radii): with `confidence`, at most a part 1 - `quantile` of the poses of
     the population has a larger one. typical_error: the median; worst_error: the largest that was
     seen. poses: in the sample, each with a vehicle and ground of its own; none had a wrong status,
-    so that with 95 % confidence a part of at most `wrong_rate` has. population: where the poses
+    so that with 95 % confidence a part of at most 3 / poses has. population: where the poses
     were drawn from: for others nothing is promised. cost: processor seconds for each pose and its
-    equilibrium, `batch` of them at once.
+    equilibrium, `batch` of them at once. ground, place: of the sample.
     """
 
     setting: Setting
-    error: float
     typical_error: float
+    promised_error: float
     worst_error: float
-    quantile: float
-    confidence: float
     poses: int
-    wrong_rate: float
     population: str
     cost: float
-    ground: str
     batch: int
-    measured_on: str
+    ground: str
+    place: str
+    quantile: float = MEASURED["quantile"]
+    confidence: float = MEASURED["confidence"]
 
 
-def _measurements() -> tuple[Measurement, ...]:
-    settings = [(PoseSolver(**options), *rest) for options, *rest in MEASURED["settings"]]
-    return tuple(
-        Measurement._make(
-            (
-                *(ground, place, *settings[index], poses),
-                *(tuple(map(max, torque, contact)), batch, cost),
-            )
-        )
-        for ground, place, index, poses, torque, contact in MEASURED["promises"]
-        for priced, of, batch, cost in MEASURED["costs"]
-        if (priced, of) == (ground, index)
-    )
+def promises(shortest: float = 1.0) -> Iterator[Recommendation]:
+    """Every measured setting, all without a wrong status in their sample.
 
-
-MEASUREMENTS = _measurements()
-"""Every setting without a wrong status in its sample."""
+    shortest: frequency of the ground's shortest wave [cycles/m], by which tables have their pieces.
+    """
+    settings = [
+        Setting(PoseSolver(**of), dtype, n and max(1, math.ceil(n * shortest)))
+        for of, dtype, n in MEASURED["settings"]
+    ]
+    drawn = MEASURED["population"]
+    for ground, place, index, poses, torque, contact in MEASURED["promises"]:
+        words = drawn["grounds"][ground], drawn["everywhere"], drawn["places"][place]
+        population = "; ".join([*words, drawn["vehicles"]])
+        errors = tuple(map(max, torque, contact))
+        for priced, of, batch, cost in MEASURED["costs"]:
+            if (priced, of) == (ground, index):
+                rest = *errors, poses, population, cost, batch, ground, place
+                yield Recommendation(settings[index], *rest)
 
 
 def recommend(
@@ -202,34 +184,25 @@ def recommend(
         require_choice("dtype", dtype, DTYPES)
     ground = ground_of(track)
     place = place_of(track, float(np.min(np.asarray(params.wheel_radius))))
-    points = _measured_near(batch, ground, place, dtype, checks, isinstance(track, Track))
-    good = [point for point in points if point.errors[1] <= tolerance]
-    if good:
-        return _recommendation(min(good, key=lambda point: (point.cost, point.errors[1])), track)
-    accepted = "other ground, precision or checks: no setting was free of wrong statuses here"
-    if points:
-        best = min(points, key=lambda point: point.errors[1])
-        accepted = f"from {best.errors[1]:.2g} ({Setting(best.solver, best.dtype)})"
-    raise ValueError(
-        f"tolerance = {tolerance:g}: no measured setting promises it on ground {ground!r}, "
-        f"{place} the origin; accepted: {accepted}"
-    )
-
-
-def _measured_near(
-    batch: int, ground: str, place: str, dtype: str | None, checks: bool, tables: bool
-) -> list[Measurement]:
-    """Measurements in the nearest batch, by these settings; tables: with tables, too."""
-    points = [
+    waves = ground == "waves" and isinstance(track, Track)
+    points = (
         point
-        for point in MEASUREMENTS
+        for point in promises(_shortest_wave(track) if waves else 1.0)
         if (point.ground, point.place) == (ground, place)
-        and dtype in (None, point.dtype)
-        and (point.solver.samples > 0 or not checks)
-        and (point.pieces_per_wave is None or tables)
-    ]
-    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)), default=0)
-    return [p for p in points if p.batch == nearest]
+        and dtype in (None, point.setting.dtype)
+        and (point.setting.solver.samples > 0 or not checks)
+        and (point.setting.pieces is None or waves)
+    )
+    refusal = f"no measured setting promises it on ground {ground!r}, {place} the origin"
+    none = "other ground, precision or checks: no setting was free of wrong statuses here"
+    return cheapest(in_nearest_batch(points, batch), tolerance, refusal, none)
+
+
+def _shortest_wave(track: Any) -> float:
+    """Frequency of the shortest wave that a ground has [cycles/m]."""
+    waves = track.shape
+    heard = np.asarray(waves.amplitudes) != 0
+    return float(np.max(np.where(heard, np.abs(np.asarray(waves.frequencies, float)), 0.0)))
 
 
 def ground_of(track: Track | str) -> str:
@@ -266,24 +239,3 @@ def place_of(track: Track | str, radius: float) -> str:
             f"accepted: up to {FAR:g}"
         )
     return "near" if size <= NEAR else "far"
-
-
-def _recommendation(point: Measurement, track: Track | str) -> Recommendation:
-    pieces, drawn = None, MEASURED["population"]
-    if point.pieces_per_wave is not None and isinstance(track, Track):
-        waves: Any = track.shape
-        heard = np.asarray(waves.amplitudes) != 0
-        shortest = np.max(np.where(heard, np.abs(np.asarray(waves.frequencies, float)), 0.0))
-        pieces = max(1, math.ceil(point.pieces_per_wave * float(shortest)))
-    typical, promised, worst = point.errors
-    words = drawn["grounds"][point.ground], drawn["everywhere"], drawn["places"][point.place]
-    return Recommendation(
-        setting=Setting(point.solver, point.dtype, pieces),
-        error=promised,
-        typical_error=typical,
-        worst_error=worst,
-        population="; ".join([*words, drawn["vehicles"]]),
-        wrong_rate=3 / point.poses,
-        **{name: getattr(point, name) for name in ("poses", "cost", "ground", "batch")},
-        **{name: MEASURED[name] for name in ("quantile", "confidence", "measured_on")},
-    )

@@ -10,14 +10,13 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv.batches import over_poses
-from stickslip.dynamics.ugv.poses import require_place, stand
+from stickslip.dynamics.ugv.poses import over_poses, require_place, stand
 from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int, Real
 
-    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.dynamics.ugv.ground.shapes import Points, Values
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.poses import Pose

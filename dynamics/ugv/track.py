@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -21,13 +20,12 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.names import TRACKS
-from stickslip.dynamics.numeric import Number, Numbers, Numeric, require_one
-from stickslip.dynamics.pytrees import brief, differing, register_pytree, short_repr
+from stickslip.dynamics.pytrees import Number, Numbers, Numeric, register_pytree, require_one
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_table
 from stickslip.dynamics.ugv.ground.shapes import (
     Bump,
+    Closed,
     Ditch,
     Flat,
     Function,
@@ -52,7 +50,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.ground.shapes import Profile
 
 
-@moves_numbers
 @partial(jax.jit, inline=True)
 def _profile(shape: Shape, x: Number) -> Profile:
     return shape.profile(x)
@@ -70,8 +67,6 @@ class Surface:
 
     knots: Real[Array | np.ndarray, "n"]
     factors: Real[Array | np.ndarray, "n"]
-
-    __repr__ = short_repr
 
     @classmethod
     def patches(cls, edges: Numbers, factors: Numbers, ramp: float = 0.05) -> Surface:
@@ -134,6 +129,17 @@ def pairs(
     return knots.reshape(-1), jnp.stack([factors[:-1], factors[1:]], -1).reshape(-1)
 
 
+def _constructor(kind: type[Closed]) -> Callable[..., Track]:
+    """`Track.bump` and the like: the shape's numbers, and start and end [m]."""
+
+    def make(*numbers: Number, start: Number = 0.0, end: Number = 8.0, **named: Number) -> Track:
+        require_known(named, [one.name for one in fields(kind)], f"argument of {kind.__name__}")
+        return _placed(kind(*numbers, **named), start, end)
+
+    make.__doc__ = kind.__doc__
+    return staticmethod(make)
+
+
 @register_pytree
 @dataclass(frozen=True)
 class Track:
@@ -151,19 +157,6 @@ class Track:
     start: Numeric
     end: Numeric
     surface: Surface | None = None
-
-    __repr__ = short_repr
-
-    def in_short(self) -> str:
-        """The call that makes the track, where its shape is a closed form; else its parts."""
-        numbers, kind = list(differing(self.shape)), type(self.shape).__name__
-        ends = [f"start={brief(self.start)}", f"end={brief(self.end)}"]
-        ends += [] if self.surface is None else [f"surface={brief(self.surface)}"]
-        if kind.lower() in TRACKS and self.surface is None:
-            return f"Track.{kind.lower()}({', '.join(numbers + ends)})"
-        if len(numbers) > 1:
-            numbers = [numbers[0], f"{len(numbers) - 1} more"]
-        return f"Track({kind}({', '.join(numbers)}), {', '.join(ends)})"
 
     def profile(self, x: Real[Number, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
@@ -218,85 +211,15 @@ class Track:
     def named(cls, name: str, **numbers) -> Track:
         """One of TRACKS by its name, with its constructor's arguments."""
         require_choice("name", name, TRACKS)
-        build = getattr(cls, name)
-        require_known(numbers, list(inspect.signature(build).parameters), f"argument of {name!r}")
-        return build(**numbers)
+        return getattr(cls, name)(**numbers)
 
-    @classmethod
-    def flat(cls, start: Number = 0.0, end: Number = 8.0) -> Track:
-        """Level ground, y = 0."""
-        return _placed(Flat(), start, end)
-
-    @classmethod
-    def incline(cls, slope: Number = 0.3, start: Number = 0.0, end: Number = 8.0) -> Track:
-        """One endless slope [-] through the origin."""
-        return _placed(Incline(slope), start, end)
-
-    @classmethod
-    def bump(
-        cls,
-        height: Number = 0.1,
-        centre: Number = 4.0,
-        width: Number = 1.0,
-        *,
-        start: Number = 0.0,
-        end: Number = 8.0,
-    ) -> Track:
-        """The chapter's soft bump, height exp(-((x - centre) / width)^2); see Bump."""
-        return _placed(Bump(height, centre, width), start, end)
-
-    @classmethod
-    def sinusoid(
-        cls,
-        amplitude: Number = 0.05,
-        wavelength: Number = 2.0,
-        *,
-        start: Number = 0.0,
-        end: Number = 8.0,
-    ) -> Track:
-        """amplitude sin(2 pi x / wavelength), without end; see Sinusoid."""
-        return _placed(Sinusoid(amplitude, wavelength), start, end)
-
-    @classmethod
-    def ramp(
-        cls,
-        slope: Number = 0.3,
-        position: Number = 2.0,
-        length: Number = 4.0,
-        joint: Number = 1.0,
-        *,
-        start: Number = 0.0,
-        end: Number = 8.0,
-    ) -> Track:
-        """A straight of `slope` between two levels, with smooth joints; see Ramp."""
-        return _placed(Ramp(slope, position, length, joint), start, end)
-
-    @classmethod
-    def step(
-        cls,
-        height: Number = 0.1,
-        position: Number = 4.0,
-        length: Number = 0.5,
-        *,
-        start: Number = 0.0,
-        end: Number = 8.0,
-    ) -> Track:
-        """A smoothed step; see Step. By default its foot's least radius is 0.45 m."""
-        return _placed(Step(height, position, length), start, end)
-
-    @classmethod
-    def ditch(
-        cls,
-        depth: Number = 0.1,
-        position: Number = 4.0,
-        width: Number = 1.0,
-        side: Number = 0.5,
-        *,
-        start: Number = 0.0,
-        end: Number = 8.0,
-    ) -> Track:
-        """A smoothed ditch; see Ditch."""
-        return _placed(Ditch(depth, position, width, side), start, end)
+    flat = _constructor(Flat)
+    incline = _constructor(Incline)
+    bump = _constructor(Bump)
+    sinusoid = _constructor(Sinusoid)
+    ramp = _constructor(Ramp)
+    step = _constructor(Step)
+    ditch = _constructor(Ditch)
 
     @classmethod
     def rough(

@@ -15,7 +15,7 @@ from stickslip.envs.rendering.extras import require
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.pytrees import Lists, Number
 
 
 class GymnaxEnv(Generic[State, Params]):

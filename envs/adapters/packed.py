@@ -14,7 +14,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
-from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs.adapters.packing import Codec, Columns, Results, Shared, row_of
@@ -123,7 +122,6 @@ class PackedEnvs:
     whatever the adapter and the size of the batch.
     """
 
-    @moves_numbers
     def __init__(self, env: FunctionalEnv, params: Any, num_envs: int):
         self.env, self.num_envs = env, num_envs
         params = jax.tree.map(jnp.asarray, params)
@@ -148,7 +146,6 @@ class PackedEnvs:
         """True if there has been a reset."""
         return any(group.carry is not None for group in self._groups)
 
-    @moves_numbers
     def state_of(self, index: int) -> Any:
         """The functional state of an environment; after the first reset."""
         group = next(group for group in self._groups if group.members[index])
@@ -158,7 +155,6 @@ class PackedEnvs:
         """The parameters that an environment steps with, where its episode has its own, or None."""
         return self._given[index]
 
-    @moves_numbers
     def seed(self, seeds: Sequence[int | None]) -> None:
         """Start the chain of every environment whose seed is not None; others keep theirs.
 
@@ -176,7 +172,6 @@ class PackedEnvs:
         self._seeded = np.where(given[:, None], new, self._seeded)
         self._pending |= given
 
-    @moves_numbers
     def reset(self, mask: np.ndarray | None = None, params: Any = None) -> np.ndarray:
         """Begin new episodes, where `mask` is true if given; the observations [n, obs], which mean
         nothing elsewhere.
@@ -211,7 +206,6 @@ class PackedEnvs:
         """One control step of every environment; actions [n, act], checked already."""
         return Results(self.rows(actions), self.columns)
 
-    @moves_numbers
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
         if not self._others or self._usual.members.all():

@@ -19,7 +19,6 @@ from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.checks import require_kind, require_known
-from stickslip.dynamics.compilation import moves_numbers
 from stickslip.dynamics.pytrees import compensated
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
@@ -190,7 +189,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         """Default robot, static and kinetic friction 0.06 and 0.05, commanded 3 rad/s."""
         return self.make_params()
 
-    @moves_numbers
     @with_keywords_of(make_params)
     def make_params(self, **changes: Any) -> BipedEnvParams:
         """Parameters with some entries changed: robot, scene (a Scene, or a name of

@@ -23,20 +23,15 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_known,
 )
-from stickslip.dynamics.numeric import (
+from stickslip.dynamics.pytrees import (
     Numeric,
     float_kind,
-    require_one,
-)
-from stickslip.dynamics.pytrees import (
     holds_numbers,
-    joined,
     register_pytree,
+    require_one,
     settle,
-    short_repr,
 )
 from stickslip.dynamics.scene import PAYLOAD, Grip, Scene, scene_of
-from stickslip.envs.functional import defaults_of
 from stickslip.envs.params import (
     NON_NEGATIVE,
     POSITIVE,
@@ -54,7 +49,7 @@ if TYPE_CHECKING:
     from jaxtyping import Real
 
     from stickslip.dynamics.biped.model import Inertia
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
 
 
 SLACK = 1e-6
@@ -97,8 +92,6 @@ class Randomisation:
     crank_rate: Range | None = None
     command_interval: Range | None = None
     mark: Range | None = None
-
-    __repr__ = short_repr
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
@@ -148,16 +141,6 @@ class BipedEnvParams:
     mark: Real[Number, "..."] | None
     mark_width: Real[Number, "..."] | None
     unit_payload: Inertia | None = field(init=False, repr=False)
-
-    __repr__ = short_repr
-
-    def in_short(self) -> str:
-        """Scene, robot, what is drawn, and the numbers that are not those of `make_params`."""
-        words = [f"scene={self.scene!r}", f"robot={self.robot!r}"]
-        if any(value is not None for value in vars(self.randomisation).values()):
-            words.append(f"randomisation={self.randomisation!r}")
-        usual = defaults_of(make_params, (*MARK, *NUMBERS))
-        return f"BipedEnvParams({joined(self, *words, usual=usual)})"
 
     def __post_init__(self):
         require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped import Contact
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.params import Range
 

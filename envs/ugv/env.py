@@ -15,9 +15,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_known,
 )
-from stickslip.dynamics.compilation import moves_numbers
-from stickslip.dynamics.numeric import require_one
-from stickslip.dynamics.pytrees import compensated, rebuilt
+from stickslip.dynamics.pytrees import compensated, rebuilt, require_one
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
@@ -240,7 +238,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """Default vehicle on the chapter's bump, mu = 0.8, legs straight down at first."""
         return self.make_params()
 
-    @moves_numbers
     @with_keywords_of(make_params)
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track (a Track, or a name of

@@ -14,21 +14,15 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.names import RANDOM_TRACKS
-from stickslip.dynamics.numeric import (
+from stickslip.dynamics.pytrees import (
     Numeric,
     float_kind,
-    require_one,
-)
-from stickslip.dynamics.pytrees import (
-    brief,
     holds_numbers,
-    joined,
     register_pytree,
+    require_one,
     settle,
-    short_repr,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.envs.functional import defaults_of
 from stickslip.envs.params import NON_NEGATIVE, POSITIVE, Rule, as_numbers, require_numbers
 from stickslip.envs.ugv.randomisation import (
     UGVRandomisation,
@@ -43,7 +37,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Int, Real
 
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
     from stickslip.optim.posture.criteria import Criterion
 
 
@@ -86,20 +80,6 @@ class UGVEnvParams:
     given_penalty: Numeric | None
     penalty_unit: str = field(metadata={"static": True})
     failure_penalty: Numeric = field(init=False)
-
-    __repr__ = short_repr
-
-    def in_short(self) -> str:
-        """Ground, vehicle, way, what is drawn, and the numbers that are not `make_params`'s."""
-        words = [f"track={self.track!r}", f"vehicle={self.vehicle!r}"]
-        words.append(f"steps={brief(self.steps)}, spacing={brief(self.spacing)}")
-        if any(value is not None for value in vars(self.randomisation).values()):
-            words.append(f"randomisation={self.randomisation!r}")
-        apart = ("spacing", "start", "end", "failure_penalty")  # they follow from track and vehicle
-        names = [name for name in (*NUMBERS, "start_angles") if name not in apart]
-        if self.given_penalty is not None:
-            words.append(f"failure_penalty={brief(self.given_penalty)}")
-        return f"UGVEnvParams({joined(self, *words, usual=defaults_of(make_params, names))})"
 
     def __post_init__(self):
         penalty, friction = self.given_penalty, self.friction

@@ -16,7 +16,7 @@ from stickslip.envs.ugv.state import ground
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
     from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState

@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.names import RANDOM_TRACKS, TRACKS
-from stickslip.dynamics.pytrees import register_pytree, short_repr
+from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Real
 
-    from stickslip.dynamics.numeric import Number, Numeric
+    from stickslip.dynamics.pytrees import Number, Numeric
 
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
 """Roughness of ISO 8608 [m^3]."""
@@ -65,8 +65,6 @@ class RandomTrack:
     grip: Range | None = None
     patch_length: Range | None = None
     patches: int = field(default=16, metadata={"static": True})
-
-    __repr__ = short_repr
 
     @classmethod
     def named(cls, name: str) -> RandomTrack:
@@ -155,8 +153,6 @@ class UGVRandomisation:
     track: RandomTrack | None = None
     friction: Range | None = None
     start_angles: Range | None = None
-
-    __repr__ = short_repr
 
     def validate(self, vehicle: UGVParams) -> UGVRandomisation:
         """Return self, or raise ValueError naming the range."""

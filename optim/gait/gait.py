@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_known, shown
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.pytrees import read_only
 from stickslip.optim.gait import OBJECTIVES, between
 from stickslip.optim.gait.between import Polynomials
 from stickslip.optim.gait.profile import Grid, Profile, Profiles
@@ -21,7 +21,7 @@ from stickslip.optim.result import Result
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
 
 
 TIME, TORQUE, WORK, STRAIN = "time", "torque", "work", "torque_over_phase"

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Float
 
-    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.dynamics.scene import Scene
     from stickslip.optim.gait.gait import Gait, Goal
 

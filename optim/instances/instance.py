@@ -17,7 +17,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.pytrees import read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
 from stickslip.optim.problem import given_state, refuse_after_fork

@@ -12,7 +12,7 @@ from zlib import crc32
 import numpy as np
 
 from stickslip.dynamics.checks import as_real, require_choice, require_integer
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.pytrees import read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.processes import RECORDS, Evaluated, Home, arriving, reported
 from stickslip.optim.problem import (

@@ -13,8 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_number, shown
-from stickslip.dynamics.numeric import Numeric
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import Numeric, register_pytree
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.odometer import wheel_lags
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float, Int, Real
 
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
 
 
 PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)

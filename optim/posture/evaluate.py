@@ -18,10 +18,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.numeric import Numeric
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import Numeric, register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
-from stickslip.dynamics.ugv.batches import over_poses
+from stickslip.dynamics.ugv.poses import over_poses
 from stickslip.optim.posture.criteria import (
     Criterion,
     Station,

@@ -16,8 +16,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.compilation import run_once
-from stickslip.dynamics.numeric import Numeric, read_only
+from stickslip.dynamics.pytrees import Numeric, read_only, run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.problem import COUNT, as_floats, require_scalar

@@ -4,7 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.compilation import run_once
+from stickslip.dynamics.pytrees import run_once
 
 
 def wave(order, x):

@@ -6,7 +6,6 @@ Run with -s for the counts that docs/performance.md quotes.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -24,10 +23,8 @@ from stickslip.dynamics.biped import (
     EventExact,
     RK4Split,
     SemiImplicitEuler,
-    Setting,
     step,
 )
-from stickslip.envs import BipedEnv, Randomisation
 from tests.fuzz.members import Members, at, members, robots, scene_of, unmarked
 
 pytestmark = pytest.mark.long
@@ -125,66 +122,3 @@ def sound_and_alone(run: Any, dtype: str, seed: int) -> np.ndarray:
     assert np.all(np.asarray(other[1].status)[chosen] == Status.NON_FINITE)
     same_but(chosen, (after, contact), other)
     return contact.status
-
-
-RANGES = Randomisation(
-    friction=(0.2, 5.0),
-    mass=(0.1, 10.0),
-    payload=(0.0, 20.0),
-    mean_rate=(0.5, 10.0),
-    phase=(SUPPORT_START, SUPPORT_END),
-    crank_rate=(-10.0, 15.0),
-)
-
-
-@lru_cache
-def environment(name: str, floor: str, dtype: str):
-    setting = Setting(integrator=INTEGRATORS[name], dt=0.01, dtype=dtype)
-    env = BipedEnv(setting=setting, see_friction=floor != "grip")
-    scene = scene_of(floor, np.asarray([0.1, 0.8, 0.05, 0.06], dtype))
-    ranges = RANGES if floor != "grip" else replace(RANGES, friction=None)
-    params = env.make_params(scene=scene, randomisation=ranges, dtype=dtype)
-
-    @jax.jit
-    def run(keys, actions, spoilt):
-        """A control step for each action; the torque of the spoilt ones is no number."""
-
-        def one(key, actions, spoilt):
-            state = env.reset_env(key, params)[1]
-
-            def body(state, action):
-                action = jnp.where(spoilt, jnp.nan, action)
-                after = env.step_env(state, jnp.clip(action, -1, 1), params)
-                return after[1], after
-
-            return jax.lax.scan(body, state, actions)[1]
-
-        return jax.vmap(one)(keys, actions, spoilt)
-
-    return run
-
-
-CONTROLLED = [(name, "uniform") for name in INTEGRATORS]
-CONTROLLED += [("rk4_split", "patches"), ("rk4_split", "grip"), ("event_exact", "patches")]
-
-
-@pytest.mark.parametrize("dtype", DTYPES)
-@pytest.mark.parametrize(("name", "floor"), CONTROLLED)
-def test_random_control_steps_are_sound_or_marked_and_leave_each_other_alone(name, floor, dtype):
-    with jax.enable_x64(dtype == "float64"):
-        run = environment(name, floor, dtype)
-        keys = jax.random.split(jax.random.key(11), COUNT)
-        actions = np.random.default_rng(3).uniform(-1, 1, (COUNT, 3, 1)).astype(dtype)
-        nobody = jnp.zeros(COUNT, bool)
-        obs, state, reward, terminated, truncated, info = found = run(keys, actions, nobody)
-        status = np.asarray(info["status"])
-        assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves((obs, reward, info)))
-        assert np.all(np.isfinite(np.asarray(state.biped.phase)))
-        assert np.array_equal(np.asarray(terminated), status > Status.SLIP_ONSET)
-        assert not np.any(truncated)
-        tell(f"BipedEnv.step {name} {floor} {dtype}", status.ravel())
-        chosen = np.arange(COUNT) % 67 == 5
-        other = run(keys, actions, jnp.asarray(chosen))
-        assert np.all(np.asarray(other[5]["status"])[chosen] == Status.NON_FINITE)
-        assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(other[2:]))
-        same_but(chosen, found, other)

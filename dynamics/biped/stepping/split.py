@@ -14,12 +14,18 @@ computed once, where inside one body the compiler repeats it for every result.
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import System, Torque, edge_ahead, friction_on
+from stickslip.dynamics.biped.contact import (
+    Motion,
+    System,
+    Torque,
+    edge_ahead,
+    friction_on,
+)
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.biped.state import (
     END,
@@ -36,6 +42,7 @@ from stickslip.dynamics.biped.stepping.stages import (
     Crossing,
     Ending,
     Event,
+    Midpoint,
     Samples,
     Taken,
     classical_step,
@@ -54,8 +61,6 @@ from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
-
-    from stickslip.dynamics.biped.contact import Motion
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -87,42 +92,34 @@ def _advance_jvp(spec, primals, tangents):
 
 
 class Trial(NamedTuple):
-    """A Runge-Kutta step from the walk's state, and its acceptance."""
+    """A Runge-Kutta step from the walk's state, and its acceptance; what `settle` does not read is
+    None."""
 
-    step: Float[Array, ""]
-    """Its length [s]."""
-    mode: Float[Array, ""]
-    phase: Float[Array, ""]
-    crank_rate: Float[Array, ""]
-    foot_position: Float[Array, ""]
-    foot_velocity: Float[Array, ""]
-    alpha: Float[Array, ""]
-    """Crank acceleration at the end."""
-    foot: Float[Array, ""]
-    """Foot acceleration at the end."""
-    alpha_middle: Float[Array, ""]
-    foot_middle: Float[Array, ""]
-    work: Float[Array, ""] | None
-    """Work of the motor at the end [J], where its torque is not given; and its power there [W]."""
-    power: Float[Array, ""] | None
+    begun: Beginning
+    taken: Taken
+    event: Event
+    """The first event inside, if there is one."""
     size: Float[Array, ""] | None
     """Next step of the adaptive integrator; None for fixed steps."""
-    direction: Float[Array, ""]
-    """Direction in which the foot would break loose at the end."""
-    kind: Int[Array, ""]
-    """The first event inside, if there is one."""
-    ending: Int[Array, ""]
-    """The status that it ends the walk with, if it does."""
-    time: Float[Array, ""]
-    """When, in fractions of the step."""
     accepted: Bool[Array, ""]
-    """Move to the end; else aim again at `time`."""
+    """Move to the end; else aim again at the event."""
     switches: Bool[Array, ""]
     """The end is the event (accepted then, too)."""
-    final: Bool[Array, ""]
-    """The last trial allowed, accepted unsplit."""
     status: Int[Array, ""]
     """Terminal if the model does not hold where the trial starts, or the step is none."""
+
+    def kept(self, system: System) -> Any:
+        """What `settle` reads."""
+        unread = {"normal_force": None, "solvability": None}
+        end, middle = self.taken.end._replace(**unread), self.taken.middle._replace(**unread)
+        if isinstance(system.drive, Torque):
+            end = end._replace(torque=None)
+        middle = middle._replace(cone_margin=None)
+        return self._replace(
+            begun=self.begun._replace(near=None),
+            taken=self.taken._replace(end=end, middle=middle, inertia=None, errors=None),
+            event=self.event._replace(happens=None, reached=None),
+        )
 
 
 class _Pending(NamedTuple):
@@ -151,19 +148,13 @@ def _blank(system: System, walk: Walk) -> Trial:
     """The trial before the first: nothing moves when it is settled."""
     zero, none = jnp.zeros_like(walk.phase), jnp.zeros_like(walk.status)
     no = walk.phase != walk.phase
-    power = None if isinstance(system.drive, Torque) else zero
-    rest = [zero] * (len(Trial._fields) - 6)
-    return Trial(zero, zero, *walk[:4], *rest)._replace(
-        work=power,
-        power=power,
-        size=None if walk.size is None else walk.aim,
-        kind=none,
-        ending=none,
-        accepted=~no,
-        switches=no,
-        final=no,
-        status=none,
-    )
+    work = None if isinstance(system.drive, Torque) else zero
+    begun, event = Beginning(zero, zero, zero, no), Event(none, none, zero, no, no)
+    end, middle = Motion(*[zero] * 6), Midpoint(*[zero] * 5)
+    unread: Any = None
+    taken = Taken(*walk[:4], end, unread, middle, work, unread)
+    size = None if walk.size is None else walk.aim
+    return Trial(begun, taken, event, size, ~no, no, none).kept(system)
 
 
 def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
@@ -193,26 +184,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
         size, switches = None, event.reached & ~begun.final | begun.final & (event.kind == END)
         switches &= event.happens
     accepted = ~event.happens | switches | begun.final
-    return Trial(
-        step,
-        mode,
-        *taken[:4],
-        alpha=end.crank_acceleration,
-        foot=end.foot_acceleration,
-        alpha_middle=middle.crank_acceleration,
-        foot_middle=middle.foot_acceleration,
-        work=taken.work,
-        power=None if taken.work is None else end.torque * taken.crank_rate,
-        size=size,
-        direction=-jnp.sign(end.friction_force),
-        kind=event.kind,
-        ending=event.ending,
-        time=event.time,
-        accepted=accepted,
-        switches=switches,
-        final=begun.final,
-        status=status,
-    )
+    return Trial(begun, taken, event, size, accepted, switches, status).kept(system)
 
 
 def _begun(spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia) -> Beginning:
@@ -338,18 +310,20 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
     """
     fixed = isinstance(spec, RK4Split)
     longest = system.duration / spec.substeps if fixed else trial.size
-    slips = (walk.foot_velocity == 0) & (walk.breakaway == 0) & (trial.mode != 0)
+    slips = (walk.foot_velocity == 0) & (walk.breakaway == 0) & (trial.begun.mode != 0)
     walk = note(walk, slips, EventKind.SLIP)
-    ends = trial.switches & (trial.kind == END)
-    moved = note(_moved(system, walk, trial), trial.switches & ~ends, trial.kind)
+    ends = trial.switches & (trial.event.kind == END)
+    moved = note(_moved(system, walk, trial), trial.switches & ~ends, trial.event.kind)
     switched = _switched(system, moved, trial)
     switched = _tidy_unsplit(system, switched, trial)
-    status = jnp.where(ends, trial.ending, switched.status)
-    switched = switched._replace(aim=longest, target=jnp.zeros_like(trial.kind), status=status)
+    status = jnp.where(ends, trial.event.ending, switched.status)
+    switched = switched._replace(
+        aim=longest, target=jnp.zeros_like(trial.event.kind), status=status
+    )
     aimed = walk._replace(
-        aim=trial.time * trial.step,
-        target=trial.kind,
-        breakaway=jnp.where(walk.foot_velocity == 0, trial.mode, 0.0),
+        aim=trial.event.time * trial.begun.step,
+        target=trial.event.kind,
+        breakaway=jnp.where(walk.foot_velocity == 0, trial.begun.mode, 0.0),
     )
     ended = walk._replace(status=jnp.maximum(walk.status, trial.status))
     over = ended.status > Status.SLIP_ONSET
@@ -364,27 +338,27 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
 
 def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     """The walk at the trial's end, corrected onto the event by a small fraction of the step."""
-    part = jnp.where(trial.switches & (trial.step > 0), trial.time - 1, 0.0)
-    time = part * trial.step
-    theta = trial.phase + time * trial.crank_rate + time**2 / 2 * trial.alpha
-    rate = trial.crank_rate + time * trial.alpha + time * part * (trial.alpha - trial.alpha_middle)
-    slide = trial.foot_position + time * trial.foot_velocity + time**2 / 2 * trial.foot
-    velocity = (
-        trial.foot_velocity + time * trial.foot + time * part * (trial.foot - trial.foot_middle)
-    )
-    left = walk.left - trial.step - time
+    step, taken, end, middle = trial.begun.step, trial.taken, trial.taken.end, trial.taken.middle
+    alpha, foot = end.crank_acceleration, end.foot_acceleration
+    part = jnp.where(trial.switches & (step > 0), trial.event.time - 1, 0.0)
+    time = part * step
+    theta = taken.phase + time * taken.crank_rate + time**2 / 2 * alpha
+    rate = taken.crank_rate + time * alpha + time * part * (alpha - middle.crank_acceleration)
+    slide = taken.foot_position + time * taken.foot_velocity + time**2 / 2 * foot
+    velocity = taken.foot_velocity + time * foot + time * part * (foot - middle.foot_acceleration)
+    left = walk.left - step - time
     tiny = 8 * jnp.finfo(walk.phase.dtype).eps * system.duration
     if isinstance(system.drive, Torque):
         work = system.drive.torque * (theta - walk.phase)
     else:  # a given crank motion: integrated along the step
-        work = jnp.asarray(trial.work) + time * jnp.asarray(trial.power)
-    work = jnp.where(trial.step > 0, work, 0.0)
+        work = jnp.asarray(taken.work) + time * (end.torque * taken.crank_rate)
+    work = jnp.where(step > 0, work, 0.0)
     return walk._replace(
         phase=theta,
         crank_rate=rate,
         foot_position=slide,
         foot_velocity=velocity,
-        left=jnp.where((left <= tiny) | trial.final & ~trial.switches, 0.0, left),
+        left=jnp.where((left <= tiny) | trial.begun.final & ~trial.switches, 0.0, left),
         breakaway=jnp.zeros_like(walk.breakaway),
         slide_distance=walk.slide_distance + jnp.abs(slide - walk.foot_position),
         work=walk.work + work,
@@ -395,16 +369,18 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
 def _switched(system: System, walk: Walk, trial: Trial) -> Walk:
     """State after an event: new velocity, direction, leg or patch."""
     low, high = bounds(walk.phase.dtype)
-    kind = jnp.where(trial.switches, trial.kind, EventKind.NONE)
+    kind = jnp.where(trial.switches, trial.event.kind, EventKind.NONE)
     exchange = kind == EventKind.EXCHANGE
     bound = jnp.where(walk.phase > jnp.pi, high, low)
     if not slips_freely(system.scene):
         walk = walk._replace(
             foot_velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.foot_velocity),
-            breakaway=jnp.where(kind == EventKind.SLIP, trial.direction, 0.0),
+            breakaway=jnp.where(
+                kind == EventKind.SLIP, -jnp.sign(trial.taken.end.friction_force), 0.0
+            ),
         )
     if isinstance(system.scene.floor, Patches):
-        crossed = walk.patch + jnp.where(trial.mode > 0, 1, -1).astype(jnp.int32)
+        crossed = walk.patch + jnp.where(trial.begun.mode > 0, 1, -1).astype(jnp.int32)
         walk = walk._replace(patch=jnp.where(kind == EventKind.PATCH, crossed, walk.patch))
     walk = walk._replace(phase=jnp.where(exchange, bound, walk.phase))
     return hand_over(system, walk, exchange)
@@ -413,7 +389,7 @@ def _switched(system: System, walk: Walk, trial: Trial) -> Walk:
 def _tidy_unsplit(system: System, walk: Walk, trial: Trial) -> Walk:
     """After the last trial allowed: no sliding against the mode, support and patch by the place."""
     low, high = bounds(walk.phase.dtype)
-    turned_back = trial.final & (trial.mode * walk.foot_velocity < 0)
+    turned_back = trial.begun.final & (trial.begun.mode * walk.foot_velocity < 0)
     walk = walk._replace(foot_velocity=jnp.where(turned_back, 0.0, walk.foot_velocity))
     passed = (walk.phase > high) | (walk.phase < low)
-    return hand_over(system, walk, trial.final & passed, landed=trial.final)
+    return hand_over(system, walk, trial.begun.final & passed, landed=trial.begun.final)

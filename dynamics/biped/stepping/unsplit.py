@@ -8,7 +8,7 @@ step's end.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import jax
 import jax.numpy as jnp
@@ -31,16 +31,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped.contact import Motion, System
-
-
-class _Reached(NamedTuple):
-    """Result of a step without switches."""
-
-    phase: Float[Array, ""]
-    crank_rate: Float[Array, ""]
-    foot_position: Float[Array, ""]
-    foot_velocity: Float[Array, ""]
-    work: Float[Array, ""]
 
 
 def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
@@ -75,16 +65,11 @@ def _part(
     first = system.motion(friction, mode, inertia, walk.crank_rate, walk.foot_velocity)
     if isinstance(spec, RK4):
         taken = classical_step(system, friction, mode, walk, inertia, step)
-        work = taken.work
-        if work is None:
-            work = first.torque * (taken.phase - walk.phase)
-        reached = _Reached(
-            taken.phase, taken.crank_rate, taken.foot_position, taken.foot_velocity, work
-        )
+        reached, work = _at(walk, *taken[:4]), taken.work
     elif isinstance(spec, Euler):
-        reached = _uniformly_accelerated(walk, first, step)
+        reached, work = _uniformly_accelerated(walk, first, step), None
     else:
-        reached = _semi_implicit(walk, first, step)
+        reached, work = _semi_implicit(walk, first, step), None
     ground = ground_of(system, walk.crank_rate, first, lever_at(system, walk.phase))
     found = status_at(system, walk, first, ground, step, reached[:4])
     # A second part of no length and a walk that has ended change no status.
@@ -97,15 +82,13 @@ def _part(
     rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
     if not slips_freely(system.scene):
         reached, rest, stops = _stopped(spec, walk, first, mode, reached, step)
-    moved = moved._replace(
-        phase=reached.phase,
-        crank_rate=reached.crank_rate,
-        foot_position=reached.foot_position,
-        foot_velocity=reached.foot_velocity,
+    if work is None:
+        work = first.torque * (reached.phase - walk.phase)
+    moved = _at(moved, *reached[:4])._replace(
         left=walk.left - (step - rest),
         slide_distance=walk.slide_distance + jnp.abs(reached.foot_position - walk.foot_position),
-        work=walk.work + reached.work,
-        positive_work=walk.positive_work + jnp.maximum(reached.work, 0.0),
+        work=walk.work + work,
+        positive_work=walk.positive_work + jnp.maximum(work, 0.0),
     )
     moved = on_its_patch(system, note(moved, runs & stops, EventKind.STICK))
     stays = walk._replace(status=status)
@@ -117,9 +100,9 @@ def _stopped(
     walk: Walk,
     first: Motion,
     mode: Float[Array, ""],
-    reached: _Reached,
+    reached: Walk,
     step: Float[Array, ""],
-) -> tuple[_Reached, Float[Array, ""], Bool[Array, ""]]:
+) -> tuple[Walk, Float[Array, ""], Bool[Array, ""]]:
     """The step with its foot stopped where it would turn back; what is left; whether it stops."""
     slows = first.foot_acceleration * mode < 0
     until = -walk.foot_velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
@@ -141,20 +124,21 @@ def _stopped(
     return reached._replace(foot_velocity=jnp.where(stops, 0.0, reached.foot_velocity)), rest, stops
 
 
-def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
+def _at(walk: Walk, phase: Array, rate: Array, slide: Array, velocity: Array) -> Walk:
+    """The walk at another place."""
+    return walk._replace(phase=phase, crank_rate=rate, foot_position=slide, foot_velocity=velocity)
+
+
+def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) -> Walk:
     """Accelerations constant during the step: eqs. (27) and (35), for crank and foot alike."""
     alpha, foot = first.crank_acceleration, first.foot_acceleration
     theta = walk.phase + step * (walk.crank_rate + step / 2 * alpha)
     slide = walk.foot_position + step * (walk.foot_velocity + step / 2 * foot)
-    work = first.torque * (theta - walk.phase)
-    return _Reached(
-        theta, walk.crank_rate + step * alpha, slide, walk.foot_velocity + step * foot, work
-    )
+    rate, velocity = walk.crank_rate + step * alpha, walk.foot_velocity + step * foot
+    return _at(walk, theta, rate, slide, velocity)
 
 
-def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> _Reached:
+def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> Walk:
     rate = walk.crank_rate + step * first.crank_acceleration
     velocity = walk.foot_velocity + step * first.foot_acceleration
-    theta = walk.phase + step * rate
-    work = first.torque * (theta - walk.phase)
-    return _Reached(theta, rate, walk.foot_position + step * velocity, velocity, work)
+    return _at(walk, walk.phase + step * rate, rate, walk.foot_position + step * velocity, velocity)

@@ -25,8 +25,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.numeric import Numeric, same_rank
-from stickslip.dynamics.pytrees import float_type, register_pytree
+from stickslip.dynamics.pytrees import Numeric, float_type, register_pytree, same_rank
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table
 

@@ -22,8 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
-from stickslip.dynamics.numeric import Numeric
-from stickslip.dynamics.pytrees import float_type, register_pytree
+from stickslip.dynamics.pytrees import Numeric, float_type, register_pytree
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -115,91 +114,101 @@ def require_numbers(shape: Shape) -> None:
             require_number(name, getattr(shape, name), low=-np.inf, accepted="a finite number")
 
 
-@register_pytree
-@dataclass(frozen=True)
-class Flat(Closed):
-    """Level ground, y = 0."""
+class Form(Closed):
+    """A closed form of a few numbers, the fields of a dataclass."""
 
     def near(self, base: Numeric, u: Numeric):
-        """Zeros."""
-        base, u = as_floats(base, u)
+        """See Closed."""
+        base, u, *numbers = as_floats(base, u, *vars(self).values())
+        return self._near(base, u, *numbers)
+
+    def greatest_bend(self, radius: Values | float) -> Values | None:
+        """See Closed."""
+        return self._greatest_bend(*as_floats(*vars(self).values()))
+
+    def _near(self, base: Array, u: Array, *numbers: Any) -> Any:
+        """`near`, given the fields in one floating type."""
+        raise NotImplementedError
+
+    def _greatest_bend(self, *numbers: Any) -> Any:
+        """`greatest_bend`, given the fields in one floating type."""
+        raise NotImplementedError
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Flat(Form):
+    """Level ground, y = 0."""
+
+    def _near(self, base, u):
         zero = jnp.zeros_like(base + u)
         return (zero,), zero, zero
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        return jnp.zeros_like(as_floats(radius)[0])
+    def _greatest_bend(self):
+        return 0.0
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Incline(Closed):
-    """One endless straight, y = slope x. slope = tan(angle) [-]."""
+class Incline(Form):
+    """One endless straight through the origin, y = slope x. slope = tan(angle) [-]."""
 
-    slope: Numeric
+    slope: Numeric = 0.3
 
-    def near(self, base: Numeric, u: Numeric):
-        """y = slope base + slope u."""
-        base, u, m = as_floats(base, u, self.slope)
+    def _near(self, base, u, m):
         zero = jnp.zeros_like(base + u)
         return (m * base, m * u), m + zero, m * zero
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        return jnp.zeros_like(as_floats(self.slope)[0])
+    def _greatest_bend(self, m):
+        return jnp.zeros_like(m)
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Bump(Closed):
+class Bump(Form):
     """The chapter's soft bump, y = height exp(-((x - centre) / width)^2); all in [m]."""
 
-    height: Numeric
-    centre: Numeric
-    width: Numeric
+    height: Numeric = 0.1
+    centre: Numeric = 4.0
+    width: Numeric = 1.0
 
     POSITIVE: ClassVar = ("width",)
 
-    def near(self, base: Numeric, u: Numeric):
+    def _near(self, base, u, h, c, w):
         """With z = (x - centre) / width: y, -2 z y / width, (4 z^2 - 2) y / width^2."""
-        base, u, h, c, w = as_floats(base, u, self.height, self.centre, self.width)
         z = ((base - c) + u) / w
         y = h * jnp.exp(-z * z)
         return (y,), -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        h, w = as_floats(self.height, self.width)
+    def _greatest_bend(self, h, c, w):
+        del c
         return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Sinusoid(Closed):
-    """y = amplitude sin(2 pi x / wavelength); both in [m]."""
+class Sinusoid(Form):
+    """y = amplitude sin(2 pi x / wavelength), without end; both in [m]."""
 
-    amplitude: Numeric
-    wavelength: Numeric
+    amplitude: Numeric = 0.05
+    wavelength: Numeric = 2.0
 
     POSITIVE: ClassVar = ("wavelength",)
 
-    def near(self, base: Numeric, u: Numeric):
+    def _near(self, base, u, a, wavelength):
         """y, amplitude k cos(k x), -k^2 y with k = 2 pi / wavelength; whole waves left out of x."""
-        base, u, a, wavelength = as_floats(base, u, self.amplitude, self.wavelength)
         k = 2 * np.pi / wavelength
         angle = k * (jax.lax.rem(*jnp.broadcast_arrays(base, wavelength)) + u)
         y = a * jnp.sin(angle)
         return (y,), a * k * jnp.cos(angle), -k * k * y
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        a, wavelength = as_floats(self.amplitude, self.wavelength)
+    def _greatest_bend(self, a, wavelength):
         return jnp.abs(a) * (2 * np.pi / wavelength) ** 2
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Ramp(Closed):
+class Ramp(Form):
     """A straight of one slope between two levels, y = 0 before it.
 
     slope: of the straight [-]; position: middle of the lower joint [m]; length: from there
@@ -209,61 +218,56 @@ class Ramp(Closed):
     below `slope`.
     """
 
-    slope: Numeric
-    position: Numeric
-    length: Numeric
-    joint: Numeric
+    slope: Numeric = 0.3
+    position: Numeric = 2.0
+    length: Numeric = 4.0
+    joint: Numeric = 1.0
 
     POSITIVE: ClassVar = ("length", "joint")
 
-    def near(self, base: Numeric, u: Numeric):
+    def _near(self, base, u, m, begin, length, joint):
         """Rise of the slope at one joint, less that at the other, integrated in closed form."""
-        values = (base, u, self.slope, self.position, self.length, self.joint)
-        base, u, m, begin, length, joint = as_floats(*values)
         z = (base - begin) + u
         up, down = (_bend(at, joint) for at in (z, z - length))
         y, dy, d2y = (m * (a - b) for a, b in zip(up, down, strict=True))
         return (y,), dy, d2y
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        m, joint = as_floats(self.slope, self.joint)
+    def _greatest_bend(self, m, begin, length, joint):
+        del begin, length
         return 1.5 * jnp.abs(m) / joint
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Step(Closed):
+class Step(Form):
     """A smoothed step from y = 0 up to y = height [m].
 
     position: its middle [m]; length: that of the rise [m]. The rise is the quintic
     10 u^3 - 15 u^4 + 6 u^5: twice continuously differentiable as the wheel's offset curve wants
     it, and exactly level outside, which a tanh never is. Steepest 1.875 height / length; the second
     derivative reaches 5.77 height / length^2, which hollows the foot of the step more than a
-    wheel of radius r can follow where that exceeds about 1 / r.
+    wheel of radius r can follow where that exceeds about 1 / r. By default the foot's least radius
+    is 0.45 m.
     """
 
-    height: Numeric
-    position: Numeric
-    length: Numeric
+    height: Numeric = 0.1
+    position: Numeric = 4.0
+    length: Numeric = 0.5
 
     POSITIVE: ClassVar = ("length",)
 
-    def near(self, base: Numeric, u: Numeric):
-        """height S(s), s = (x - position) / length + 1/2."""
-        base, u, h, at, length = as_floats(base, u, self.height, self.position, self.length)
+    def _near(self, base, u, h, at, length):
         y, dy, d2y = _quintic_rise((base - at) + u, length)
         return (h * y,), h * dy, h * d2y
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        h, length = as_floats(self.height, self.length)
+    def _greatest_bend(self, h, at, length):
+        del at
         return RISE * jnp.abs(h) / length**2
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Ditch(Closed):
+class Ditch(Form):
     """A smoothed ditch (a flat-topped hump for depth < 0) in level ground, y = 0 outside.
 
     depth [m]; position: its middle [m]; width: between the middles of its sides [m]; side: length
@@ -271,25 +275,22 @@ class Ditch(Closed):
     shallower than `depth`.
     """
 
-    depth: Numeric
-    position: Numeric
-    width: Numeric
-    side: Numeric
+    depth: Numeric = 0.1
+    position: Numeric = 4.0
+    width: Numeric = 1.0
+    side: Numeric = 0.5
 
     POSITIVE: ClassVar = ("width", "side")
 
-    def near(self, base: Numeric, u: Numeric):
+    def _near(self, base, u, depth, middle, width, side):
         """One step down and one up."""
-        values = (base, u, self.depth, self.position, self.width, self.side)
-        base, u, depth, middle, width, side = as_floats(*values)
         z = (base - middle) + u
         first, second = (_quintic_rise(z + k * width, side) for k in (0.5, -0.5))
         y, dy, d2y = (depth * (b - a) for a, b in zip(first, second, strict=True))
         return (y,), dy, d2y
 
-    def greatest_bend(self, radius: Values | float) -> Values:
-        """See Closed."""
-        depth, width, side = as_floats(self.depth, self.width, self.side)
+    def _greatest_bend(self, depth, middle, width, side):
+        del middle
         sides = jnp.where(side > width, 2.0, 1.0)  # they overlap
         return sides * RISE * jnp.abs(depth) / side**2
 

@@ -18,8 +18,7 @@ from stickslip.dynamics.checks import (
     require_memory,
     shown,
 )
-from stickslip.dynamics.numeric import Numeric, read_only
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import Numeric, read_only, register_pytree
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, in_two, locate, require_ends
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.numeric import read_only
+from stickslip.dynamics.pytrees import read_only
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.optim.gait.convex.program import Numbers, Structure, program_of
 from stickslip.optim.gait.gait import (
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
-    from stickslip.dynamics.numeric import Lists, Number
+    from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.optim.gait.convex.program import Solved
     from stickslip.optim.gait.gait import Goal
     from stickslip.optim.gait.profile import Grid, Profile, Profiles

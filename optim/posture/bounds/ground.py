@@ -21,7 +21,7 @@ from stickslip.optim.intervals import Interval, hull, interval, where
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.dynamics.numeric import Numbers
+    from stickslip.dynamics.pytrees import Numbers
 
 
 Derivatives = tuple[Interval, Interval, Interval, Interval]

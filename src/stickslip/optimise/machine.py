@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.biped.robot_file import read_robot, robot_text
+from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
+from stickslip.dynamics.machine_file import table_of
 from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
-from stickslip.dynamics.ugv.vehicle_file import read_vehicle, vehicle_text
+from stickslip.dynamics.ugv.vehicle_file import VEHICLE, vehicle_text
 from stickslip.optim.posture.track_file import read_track
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def robot_of(given: RobotOptions) -> BipedParams:
 
 def motor_of(given: RobotOptions) -> dict[str, float]:
     """The numbers of the motor in the robot's file: torque_limit [N m], copper_loss."""
-    return read_robot(given.robot, given.changes).motor
+    return table_of(ROBOT.read(given.robot, given.changes), "motor")
 
 
 def vehicle_of(given: VehicleOptions) -> UGVParams:
@@ -38,7 +39,7 @@ def torque_limit_of(given: TrackOptions) -> float | None:
     """Torque limit of each wheel's motor [N m]: --max-torque, or the file's; None without one."""
     if given.max_torque is not None:
         return finite(given.max_torque)
-    return read_vehicle(given.vehicle, given.changes)[1].get("torque_limit")
+    return VEHICLE.read(given.vehicle, given.changes).get("motor.torque_limit")
 
 
 def finite(limit: float | None) -> float | None:

@@ -36,7 +36,7 @@ from stickslip.paper.result import (
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.numeric import Number
+    from stickslip.dynamics.pytrees import Number
 
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)

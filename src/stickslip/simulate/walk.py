@@ -22,7 +22,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
-from stickslip.dynamics.compilation import run_once
+from stickslip.dynamics.pytrees import run_once
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass

@@ -29,37 +29,7 @@ NUMBERS = {"uniform": {"mu_static", "mu_kinetic"}, "patches": {"edges", "mu_stat
 NUMBERS |= {"smoothed": {"mu_kinetic", "slip_speed"}, "grip": set()}
 """The floors' numbers, which the program names among its inputs."""
 
-FEATURES = {
-    # what a feature calls, by the names that XLA keeps beside each of its instructions
-    "ground moment": {"moment_at"},
-    "friction cone": {"cone_margin", "mode_of"},
-    "sliding": {"moving"},
-    "patches": {"edge_ahead", "patch_at"},
-    "smoothing": {"smoothed_direction"},
-    "fixed steps": {"_classical_stages"},
-    "adaptive steps": {"dormand_prince_step"},
-    "event location": {"first_crossing"},
-    "table": {"_evaluate"},
-    "linkage": {"kinematics"},
-}
-
-PROGRAMS = {
-    # name: the features that are in its program; the others are not
-    "grip": {"ground moment", "fixed steps", "event location", "table"},
-    "uniform": {
-        *("ground moment", "friction cone", "sliding", "fixed steps"),
-        *("event location", "table"),
-    },
-    "patches": {
-        *("ground moment", "friction cone", "sliding", "patches", "fixed steps"),
-        *("event location", "table"),
-    },
-    "smoothed": {
-        *("ground moment", "sliding", "smoothing", "fixed steps"),
-        *("event location", "table"),
-    },
-}
-each_program = pytest.mark.parametrize("name", PROGRAMS)
+each_program = pytest.mark.parametrize("name", SCENES)
 
 
 @lru_cache
@@ -90,47 +60,6 @@ def kinds(name: str) -> Counter[str]:
 
 def size(name: str) -> int:
     return sum(count for kind, count in kinds(name).items() if kind not in BOOKKEEPING)
-
-
-def rows_of(text: str, table: str) -> dict[int, str]:
-    """One of the numbered tables at the head of a program's text."""
-    body = re.search(rf"^{table}\n((?:\d+ .*\n)+)", text, re.MULTILINE)
-    assert body, table
-    pairs = (line.split(" ", 1) for line in body[1].splitlines())
-    return {int(number): rest for number, rest in pairs}
-
-
-@lru_cache
-def functions(name: str) -> frozenset[str]:
-    """Functions that at least one instruction of the optimised program comes from."""
-    text = program(name).as_text()
-    if jax.__version_info__ < (0, 10) and "FunctionNames" not in text:
-        pytest.skip("XLA of this JAX does not say which functions its instructions come from")
-    names = {k: v.strip('"') for k, v in rows_of(text, "FunctionNames").items()}
-    places = rows_of(text, "FileLocations")
-    frames = rows_of(text, "StackFrames")
-
-    def field(row: str, key: str) -> int:
-        found = re.search(rf"{key}=(\d+)", row)
-        return int(found[1]) if found else 0
-
-    met, left = set(), set(map(int, re.findall(r"stack_frame_id=(\d+)", text)))
-    while left - {0}:
-        met |= left
-        left = {field(frames[one], "parent_frame_id") for one in left if one in frames} - met
-    located = {field(frames[one], "file_location_id") for one in met if one in frames}
-    called = {field(places[one], "function_name_id") for one in located}
-    return frozenset(names[one].rsplit(".", 1)[-1] for one in called)
-
-
-@each_program
-def test_a_program_holds_the_features_of_its_scene_and_no_other(name):
-    found = functions(name)
-    for feature, calls in FEATURES.items():
-        if feature in PROGRAMS[name]:
-            assert calls & found, feature
-        else:
-            assert not calls & found, (feature, calls & found)
 
 
 @each_program

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.checks import require_known
-from stickslip.dynamics.numeric import require_one
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import register_pytree, require_one
 from stickslip.envs import GymEnv, GymVectorEnv
 from tests.envs.toy import Toy
 from tests.extras import SB3

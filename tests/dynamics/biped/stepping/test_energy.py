@@ -45,21 +45,6 @@ def test_friction_creates_no_energy(float64, reference, index):
     assert np.all(gained[slid] < 0)
 
 
-@pytest.mark.long
-def test_energy_lost_in_slipping_is_the_work_of_friction(float64, reference):
-    """Reference trajectory 3: slips, sticks, slips, sticks; friction power by trapezium rule."""
-    case, count = reference["trajectories"][3], 3200
-    trajectory = walk(case, count)
-    power = np.asarray(trajectory.contacts.friction_force * trajectory.states.foot_velocity[1:])
-    power = np.concatenate([[0.0], power])
-    assert np.all(power <= 0)
-    friction = np.cumsum((power[1:] + power[:-1]) / 2) * case["t_end"] / count
-    energy = energies(trajectory.states)
-    balance = energy[1:] - energy[0] - np.cumsum(trajectory.contacts.work) - friction
-    assert friction[-1] < -0.1
-    assert np.max(np.abs(balance)) < 1e-5 * -friction[-1]  # the rule's error
-
-
 def test_work_is_torque_times_angle_and_positive_work_counts_gifts_only(float64, reference):
     case = reference["trajectories"][3]
     trajectory = walk(case, 3200)
