@@ -148,18 +148,3 @@ def test_flags_and_settings_fill_the_dataclass_that_declares_them():
     assert options(WalkOptions, line) == WalkOptions(
         torque="-crank_rate", mu_static=[0.5, 0.1], edges=[-0.001]
     )
-
-
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("simulate biped --torque 1 --torqe 1", r"--torqe \(did you mean --torque\?\)"),
-        ("simulate biped --torque 1 --phase 2", "accepted: --set phase=VALUE"),
-        ("simulate biped --torque 1 --set phse=2", "'phse' is no setting; .*did you mean phase"),
-        ("optimise ugv --set start_angles=1", "'1'; accepted: 2 values with a comma"),
-        ("optimise ugv --set polish=yes", "'yes'; accepted: true, false"),
-    ],
-)
-def test_a_flag_that_is_not_taken_is_refused_with_what_is(line: str, said: str):
-    with pytest.raises(ValueError, match=said):
-        make_parser(line.split()).parse_args(line.split())

@@ -60,18 +60,6 @@ def test_unknown_tasks_bring_the_nearest_everywhere(capsys):
         assert "did you mean BipedFast-v0?" in refusal(capsys, *arguments)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["crank-speed-pi", "--scene", "wet"], "--scene with --task BipedFast-v0, which is fixed"),
-        (["crank-speed-pi", "--payload", "1"], "--payload with --task BipedFast-v0"),
-        (["level-body"], "'level-body' is a baseline of the UGV"),
-    ],
-)
-def test_what_does_not_go_with_a_task_is_refused(capsys, arguments, said):
-    assert said in refusal(capsys, "evaluate", "--task", "BipedFast-v0", *arguments)
-
-
 def test_evaluate_prints_scores_and_says_what_they_are(capsys, tmp_path):
     arguments = ["evaluate", "--task", "BipedSprint-v1", "constant-torque", "--out", str(tmp_path)]
     assert main(arguments) == OK

@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 from stickslip.cli import main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import UGVParams
@@ -40,18 +38,3 @@ def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):
     assert main([*drive, "--set", "vehicle.body_mass=100 kg"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["summary"][0]["status"] == "OK"
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["--set", "robot.hip=1"], "'robot.hip' is no number of a robot; accepted: "),
-        (["--set", "robot.hip_mass=2 m"], "bars.hip_mass = '2 m' is not in kg"),
-        (["--robot", "none.toml"], "none.toml: no such file"),
-    ],
-)
-def test_a_bad_machine_is_one_line(tmp_path, monkeypatch, capsys, words, message):
-    monkeypatch.chdir(tmp_path)
-    assert main(["simulate", "biped", "--torque", "1", *words]) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())

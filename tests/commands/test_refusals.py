@@ -1,6 +1,7 @@
 """Wrong input to any command is refused in one line before anything is computed or written."""
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -62,13 +63,33 @@ REFUSED = {
     f"view {'computed-torque ' * 9}--html a.html": "9 to show",
     "reproduce fig10": "'fig10' is no figure here; accepted: fig11, fig12",
     "reproduce fig11 --samples 3": "samples = 3; accepted: 24 to 2400",
+    "simulate biped --torque 1 --torqe 1": "--torqe (did you mean --torque?)",
+    "simulate biped --torque 1 --phase 2": "accepted: --set phase=VALUE",
+    "simulate biped --torque 1 --set phse=2": "did you mean phase",
+    "simulate biped --torque 1 --set robot.hip=1": "'robot.hip' is no number of a robot; accepted:",
+    "simulate biped --torque 1 --set 'robot.hip_mass=2 m'": "bars.hip_mass = '2 m' is not in kg",
+    "simulate biped --torque 1 --robot none.toml": "none.toml: no such file",
+    "optimise ugv --set start_angles=1": "'1'; accepted: 2 values with a comma",
+    "optimise ugv --set polish=yes": "'yes'; accepted: true, false",
+    "evaluate computed-torque --scene ice-patch --mu-static 0.05": "both say which floor",
+    "train biped --payload 1 --set random_payload=0,2": "payload with random_payload",
+    "train biped --set random_mean_rate=4,5": "mean_rate = 3.0 outside random_mean_rate",
+    "train biped --algorithm sac --set epochs=3": "epochs with algorithm = 'sac'",
+    "evaluate --task BipedFast-v0 crank-speed-pi --scene wet": "--scene with --task BipedFast-v0",
+    "evaluate --task BipedFast-v0 crank-speed-pi --payload 1": "--payload with --task BipedFast-v0",
+    "evaluate --task BipedFast-v0 level-body": "'level-body' is a baseline of the UGV",
+    "bench optimisers run --instances gait-time-d17-v2 --budget 5 --out a": "gait-time-d16",
+    "bench optimisers run --methods cme --budget 5 --out a": "did you mean cma",
+    "bench optimisers run --budget 0 --out a": "budget = 0",
+    "bench optimisers run --out a": "neither budget nor seconds",
+    "bench optimisers report nowhere.csv --out a": "nowhere.csv: no such file",
 }
 
 
 @pytest.mark.parametrize("line", REFUSED)
 def test_wrong_input_is_refused_in_one_line(capsys, tmp_path: Path, monkeypatch, line: str):
     monkeypatch.chdir(tmp_path)
-    assert main(line.split()) == WRONG_INPUT
+    assert main(shlex.split(line)) == WRONG_INPUT
     said = capsys.readouterr().err
     assert re.fullmatch(r"stickslip: error: [^\n]+\n", said)
     assert REFUSED[line] in said

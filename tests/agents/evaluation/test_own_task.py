@@ -12,7 +12,7 @@ from stickslip.agents import describe_environment, evaluate, load_policy, save_p
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.network import MLPPolicy
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import OK, main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
@@ -183,21 +183,3 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
     common = ["--scene", "firm", "--mean-rate", "3", "--episodes", "2", "--out", "b"]
     assert main(["evaluate", *names, *common]) == OK
     assert {row["scene"] for row in rows_of("b")} == {"firm"}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("evaluate computed-torque --scene ice-patch --mu-static 0.05", "both say which floor"),
-        ("train biped --payload 1 --set random_payload=0,2", "payload with random_payload"),
-        (
-            "train biped --set random_mean_rate=4,5",
-            "mean_rate = 3.0 outside random_mean_rate",
-        ),
-        ("train biped --algorithm sac --set epochs=3", "epochs with algorithm = 'sac'"),
-    ],
-)
-def test_options_that_contradict_each_other_are_refused(capsys, arguments: str, said: str):
-    assert main(arguments.split()) == WRONG_INPUT
-    assert said in capsys.readouterr().err
-    assert not list(Path().iterdir())

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.optimisers import METHODS, read_results, write_results
-from stickslip.cli import main as cli
 from stickslip.races import EXAMPLES, PROGRAM, make_parser
 from stickslip.races import run as command
 from tests.agents.optimisers.table import NAME, run
@@ -57,24 +56,6 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     assert (rows[0]["gap"], rows[0]["evaluations"]) == (pytest.approx(0.005), 50)
     with pytest.raises(ValueError, match="exists; accepted: a new directory"):
         command(arguments)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["run", "--instances", "gait-time-d17-v2", "--budget", "5"], "did you mean gait-time-d16"),
-        (["run", "--methods", "cme", "--budget", "5"], "did you mean cma"),
-        (["run", "--budget", "0"], "budget = 0"),
-        (["run"], "neither budget nor seconds"),
-        (["report", "nowhere.csv"], r"nowhere\.csv: no such file"),
-    ],
-)
-def test_wrong_input_is_a_line(tmp_path, capsys, arguments, words):
-    assert cli(["bench", "optimisers", *arguments, "--out", str(tmp_path / "out")]) == 2
-    error = capsys.readouterr().err
-    assert error.count("\n") == 1
-    assert re.search(words, error)
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.long
