@@ -105,9 +105,9 @@ def test_a_verdict_follows_from_the_numbers(claim, arguments, verdict):
 def test_fig15_a_force_left_out_leaves_a_residual_and_residuals_differ():
     ground, tibia = np.array([[1.0, 83.0]]), np.array([[-1.0, -70.0]])
     bar, pin = np.array([[0.0, -10.0]]), np.array([[0.06, 0.0]])
-    whole = steady.FootForces(ground, tibia, bar, np.array([0.6 / 83]))
-    assert steady.residuals(whole, pin, 3.0) == pytest.approx((0, 0), abs=1e-12)
-    linear, moment = steady.residuals(whole._replace(bar=0 * bar), pin, 3.0)
+    whole, zmp = {"ground": ground, "tibia": tibia, "bar": bar}, np.array([0.6 / 83])
+    assert steady.residuals(whole, zmp, pin, 3.0) == pytest.approx((0, 0), abs=1e-12)
+    linear, moment = steady.residuals(whole | {"bar": 0 * bar}, zmp, pin, 3.0)
     assert (linear, moment) == (pytest.approx(10), pytest.approx(0.6))
     verdicts = [one.verdict for one in steady.equations(1e-6, 1e-14, 83.0, ZMP)]
     assert verdicts == [DIFFERS, CONSTRUCTED]

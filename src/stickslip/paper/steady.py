@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import jax
 import jax.numpy as jnp
@@ -176,42 +176,29 @@ def _time(samples: int) -> np.ndarray:
     return np.linspace(0.0, 1.0, samples + 1)
 
 
-class FootForces(NamedTuple):
-    """Forces on the foot over a step, ground frame, each [n, 2] N; zmp [n] m from the ankle."""
-
-    ground: np.ndarray
-    tibia: np.ndarray
-    bar: np.ndarray
-    zmp: np.ndarray
-
-    @property
-    def by_label(self) -> dict[str, np.ndarray]:
-        """The three forces by name."""
-        labels = ("f01, ground on foot", "tibia (2) on foot", "bar (11) on foot")
-        return dict(zip(labels, self[:3], strict=True))
+Forces = Mapping[str, np.ndarray]
+"""Of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground frame."""
 
 
 def forces(samples: int) -> Result:
     """Fig. 15."""
     params, angles = BipedParams.from_bars(), phases(samples)
-    on_foot = foot_forces(steady(params, angles, RATE, outputs="joints"))
-    placed = poses(params, angles)
+    motion = steady(params, angles, RATE, outputs="joints")
+    on_foot, zmp, placed = foot_forces(motion), np.asarray(motion.zmp), poses(params, angles)
     bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
     gravity = float(params.gravity)
     own = gravity * float(params.mass[BODIES.index(FOOT)])
     panels = [
-        curves(
-            f"{name} force on the foot", "N", {k: of[:, i] for k, of in on_foot.by_label.items()}
-        )
-        for i, name in enumerate(("horizontal", "vertical"))
+        curves(f"{side} force on the foot", "N", {name: of[:, i] for name, of in on_foot.items()})
+        for i, side in enumerate(("horizontal", "vertical"))
     ]
-    panels.append(curves("zero-moment point from the ankle", "m", {"point": on_foot.zmp}))
+    panels.append(curves("zero-moment point from the ankle", "m", {"point": zmp}))
     weight = gravity * float(params.total_mass)
-    claims = [*equations(*residuals(on_foot, bar_pin, own), weight, on_foot.zmp), pinned(placed)]
+    claims = [*equations(*residuals(on_foot, zmp, bar_pin, own), weight, zmp), pinned(placed)]
     return Result(TIME, _time(samples), panels, claims)
 
 
-def foot_forces(motion: InverseDynamics) -> FootForces:
+def foot_forces(motion: InverseDynamics) -> Forces:
     """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
 
@@ -223,20 +210,25 @@ def foot_forces(motion: InverseDynamics) -> FootForces:
             columns.append(sign * joints[:, JOINT_FORCES.index(name)])
         return np.stack(columns, -1)
 
-    ground = np.stack([np.asarray(motion.friction_force), np.asarray(motion.normal_force)], -1)
-    return FootForces(ground, on_foot(TIBIA), on_foot(BAR), np.asarray(motion.zmp))
+    return {
+        "f01, ground on foot": np.stack([motion.friction_force, motion.normal_force], -1),
+        "tibia (2) on foot": on_foot(TIBIA),
+        "bar (11) on foot": on_foot(BAR),
+    }
 
 
-def residuals(on_foot: FootForces, bar_pin: np.ndarray, weight: float) -> tuple[float, float]:
+def residuals(
+    on_foot: Forces, zmp: np.ndarray, bar_pin: np.ndarray, weight: float
+) -> tuple[float, float]:
     """Largest residual force [N] and moment about the ankle [N m] of a foot at rest.
 
     The ankle is at ground level, is the tibia's pin and the foot's centre of mass, so neither the
-    friction, nor the tibia, nor the foot's weight has a moment about it. bar_pin: link 11's pin
-    from the ankle [n, 2] m. weight: of the foot [N].
+    friction, nor the tibia, nor the foot's weight has a moment about it. zmp [n] and bar_pin, link
+    11's pin [n, 2]: from the ankle [m]. weight: of the foot [N].
     """
-    force = on_foot.ground + on_foot.tibia + on_foot.bar - np.array([0.0, weight])
-    of_bar = bar_pin[:, 0] * on_foot.bar[:, 1] - bar_pin[:, 1] * on_foot.bar[:, 0]
-    moment = on_foot.zmp * on_foot.ground[:, 1] + of_bar
+    ground, _, bar = on_foot.values()
+    force = sum(on_foot.values()) - np.array([0.0, weight])
+    moment = zmp * ground[:, 1] + bar_pin[:, 0] * bar[:, 1] - bar_pin[:, 1] * bar[:, 0]
     return float(np.abs(force).max()), float(np.abs(moment).max())
 
 

@@ -99,11 +99,6 @@ class Walk:
         """Number of simulated periods."""
         return len(self.trajectory.torques)
 
-    @property
-    def events(self) -> list[tuple[float, str, float]]:
-        """Time [s], kind and crank angle [rad] of each switching instant, in their order."""
-        return self.trajectory.events()
-
 
 def periods(seconds: float, period: float) -> tuple[int, float]:
     """Number and length [s] of a walk's periods; ValueError for more than memory holds."""
@@ -204,7 +199,7 @@ def walk_table(walk: Walk) -> Table:
 def event_table(walk: Walk) -> Table:
     """A row a switching instant."""
     heads = [Column("time", "s"), Column("event", words=True), Column("crank_angle", "rad")]
-    return Table(heads, walk.events)
+    return Table(heads, walk.trajectory.events())
 
 
 def walk_summary(walk: Walk, seconds: float) -> Table:
@@ -219,7 +214,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         float(np.sum(of, dtype=np.float64))
         for of in (contacts.slide_distance, contacts.work, contacts.positive_work)
     )
-    kinds = Counter(kind for _, kind, _ in walk.events)
+    kinds = Counter(kind for _, kind, _ in walk.trajectory.events())
     steps = int(states.steps[-1] - states.steps[0])
     went = distance >= SHORT * float(walk.robot.step_length)
     row: dict[Column, object] = {
