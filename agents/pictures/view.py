@@ -40,10 +40,9 @@ from stickslip.records.files import require_new, require_suffix, require_writabl
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from stickslip.agents.evaluation.players import Named, Place
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State, Timed
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State, Timed
     from stickslip.envs.functional import FunctionalEnv
 
 TALL = 860
@@ -99,40 +98,51 @@ def show(
     _require_players(len(named))
     require_places(env, {"params": params})
     named = {name: validated(f"players[{name!r}]", one) for name, one in named.items()}
-    machine, alone, episodes = machine_of_env(env), without_resets(env), []
-    for name, player in named.items():
-        played = rollout(alone, planned(alone, player, params, seed), params, seed)
-        episodes.append(machine.as_episode(played, alone, params, name, scale_of(task)))
-    where = type(env).__name__ if task is None else task
-    return View(Page(f"{', '.join(named)} on {where}", episodes=tuple(episodes)))
+    alone, label = without_resets(env), type(env).__name__
+    played = [_play(name, label, alone, one, params, seed) for name, one in named.items()]
+    return View(_page(machine_of_env(env), played, task))
 
 
 class Played(NamedTuple):
-    """A player's episode in a place."""
+    """A player's episode. label: of the place."""
 
     name: str
-    place: Place
+    label: str
     env: AnyEnv
     params: Timed
     rollout: AnyRollout
 
 
+def _play(
+    name: str, label: str, env: AnyEnv, player: AnyPlayer, params: Timed, seed: int
+) -> Played:
+    found = rollout(env, planned(env, player, params, seed), params, seed)
+    return Played(name, label, env, params, found)
+
+
 def view_command(given: Options) -> None:
     """`stickslip view`: write a page, or an animation and a plot."""
-    who = list(given["who"])
-    _require_flags(given, who)
-    machine = machine_of(who)
-    named = read_named(who, machine)
+    asked = list(given["who"])
+    _require_flags(given, asked)
+    machine = machine_of(asked)
+    named = read_named(asked, machine)
     usual = machine.usual_scene(viewed=True)
     if all(one.policy is None for one in named.values()) and usual != machine.usual_scene():
         given = {**given, "scenes": given["scenes"] or [usual]}
     places, task = places_of(named, given, machine, viewed=True), common_task(given)
     _require_players(sum(len(place.who) for place in places))
-    files = _files(given, who[0], places[0].label, task)
+    files = _files(given, asked[0], places[0].label, task)
     require_new(list(files.values()), given["overwrite"])
     require_writable(list(files.values()))
     lead = [place.line() for place in places] if task is None else [task_by_name(task).headline]
-    played = [one for place in places for one in _play(given, machine, named, place)]
+    played = []
+    for place in places:
+        params = machine.params_to_view(place.params, given["seconds"])
+        for name, env in place.who.items():
+            say_stage(f"playing {name}")
+            player = controller_of(named[name], name, env, machine)
+            who = Path(name).name
+            played.append(_play(who, place.label, env, player, params, given["seed"]))
     if files.keys() & {"html", "plot"}:
         page = _page(machine, played, task, lead)
         if "html" in files:
@@ -197,32 +207,19 @@ def _film_name(who: str, place: str, task: str | None) -> str:
     return name + "-" + re.sub(r"[^\w.+-]+", "-", label) + ".gif"
 
 
-def _play(
-    given: Options, machine: AnyMachine, named: Mapping[str, Named], place: Place
-) -> list[Played]:
-    """An episode of each player of a place."""
-    params, seed, found = machine.params_to_view(place.params, given["seconds"]), given["seed"], []
-    for name, env in place.who.items():
-        say_stage(f"playing {name}")
-        controller = controller_of(named[name], name, env, machine)
-        played = rollout(env, planned(env, controller, params, seed), params, seed)
-        found.append(Played(Path(name).name, place, env, params, played))
-    return found
-
-
 def _page(
-    machine: AnyMachine, played: Sequence[Played], task: str | None, lead: Sequence[str]
+    machine: AnyMachine, played: Sequence[Played], task: str | None, lead: Sequence[str] = ()
 ) -> Page:
     """The page of episodes with names of their own; of several places, each is a fact."""
-    names, places = [one.name for one in played], {id(one.place) for one in played}
+    names, labels = [one.name for one in played], {one.label for one in played}
     episodes = []
     for one in played:
-        name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.place.label}"
+        name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.label}"
         episode = machine.as_episode(one.rollout, one.env, one.params, name, scale_of(task))
-        if len(places) > 1:
-            episode = replace(episode, facts=(("on", one.place.label), *episode.facts))
+        if len(labels) > 1:
+            episode = replace(episode, facts=(("on", one.label), *episode.facts))
         episodes.append(episode)
-    title = ", ".join(dict.fromkeys(one.name for one in episodes))
-    if task is not None or len(places) == 1:
-        title += f" on {task or played[0].place.label}"
+    title = ", ".join(dict.fromkeys(names))
+    if task is not None or len(labels) == 1:
+        title += f" on {task or played[0].label}"
     return Page(title, "\n".join(lead), tuple(episodes))

@@ -26,7 +26,7 @@ REFUSED = {
     "train biped --out /dev/null": "/dev/null is a file",
     "evaluate /dev/zero": "not a plain file",
     "optimise ugv --track moon": "track 'moon' is neither a name nor a file; accepted: flat",
-    "optimise ugv --track-option hight=1": "'hight' is no argument of 'bump'; accepted: height",
+    "optimise ugv --track-option hight=1": "accepted: height, centre",
     "optimise ugv --track-option height=1,2": "height = '1,2' is not a number",
     "optimise ugv --criterion speed": "criterion = 'speed' is unknown; accepted: 'wheel_energy'",
     "optimise ugv --set leg_rate=fast": "leg_rate: 'fast'; accepted: a number > 0, or none",
