@@ -60,7 +60,11 @@ def test_help_gives_criteria_and_tracks_as_the_library_has_them(capsys):
     shown = help_of(capsys, "optimise", "ugv")
     for name, words in TRACK_OPTIONS.items():
         parameters = inspect.signature(getattr(Track, name)).parameters.values()
-        assert list(words) == [f"{p.name}={p.default}" for p in parameters]
+        defaults = {p.name: p.default for p in parameters if p.default is not p.empty}
+        if name != "rough":
+            shape = type(Track.named(name).shape)
+            defaults = {one.name: one.default for one in fields(shape)} | defaults
+        assert list(words) == [f"{key}={value}" for key, value in defaults.items()]
         assert f" {name} {', '.join(words)}" in shown
 
 
