@@ -11,7 +11,6 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place, poses
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import (
-    MARGIN,
     Bump,
     Ditch,
     Flat,
@@ -124,16 +123,3 @@ def test_where_it_is_proved_nothing_is_looked_up_and_the_status_is_the_same(monk
     hollow = np.asarray(looked_up) == Status.HOLLOW_GROUND
     assert hollow[~np.asarray(proved)].any()
     assert not hollow[np.asarray(proved)].any()
-
-
-def test_ground_just_gentle_enough_stays_below_the_wheel(float64):
-    width = np.sqrt(4 * np.exp(-1.5) * 0.5 * RADIUS / (1 - MARGIN)) * (1 + 1e-9)
-    shape = Bump(0.5, 0.0, width)
-    assert nowhere_hollow(shape, RADIUS)
-    assert not nowhere_hollow(replace(shape, width=width * (1 - 1e-6)), RADIUS)
-    x = np.linspace(-3, 3, 1501)
-    y, slope, _ = (np.asarray(of) for of in shape.profile(x))
-    q = np.sqrt(1 + slope**2)
-    s, g = x - RADIUS * slope / q, y + RADIUS / q
-    nearest = np.min(np.hypot(x - s[:, None], y - g[:, None]), axis=1)
-    assert np.min(nearest) > RADIUS * (1 - 1e-12)
