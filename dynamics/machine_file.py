@@ -148,7 +148,8 @@ def _registry() -> Any:
     """pint's units. About 0.4 s at the first use."""
     import pint
 
-    return pint.UnitRegistry(non_int_type=Decimal)
+    kind: Any = Decimal
+    return pint.UnitRegistry(non_int_type=kind)
 
 
 def toml_text(machine: str, numbers: Mapping[str, Any], about: str) -> str:

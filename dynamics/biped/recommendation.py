@@ -8,8 +8,8 @@ simulated second of each environment on the machine named in `Recommendation.mea
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -72,7 +72,8 @@ NOT_COVERED = (
 )
 
 
-class Recommendation(NamedTuple):
+@dataclass(frozen=True)
+class Recommendation:
     """The cheapest measured setting that meets a tolerance, and its promise.
 
     setting: its dt is for the robot asked for. promised_error [rad/s]: the worse of the crank

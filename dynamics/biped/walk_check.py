@@ -108,8 +108,9 @@ def check_walk(
     require_kind("params", params, BipedParams, "BipedParams: the setting prepares the robot")
     with precision("float64"):  # the robot may be in it whatever the switch says now
         scene, duration = require_walk(params, scene, state, duration)
+    torques: Any = torque
     if period is None:
-        period = setting.dt if np.ndim(torque) == 0 else duration / np.shape(torque)[0]
+        period = setting.dt if np.ndim(torques) == 0 else duration / np.shape(torques)[0]
     period = require_one("period", period, low=0.0, strict=True, accepted=DURATION)
     count = steps_in(duration, period)
     if not callable(torque):
@@ -152,8 +153,8 @@ def _walked(
         params, scene, held = jax.tree.map(lambda of: jnp.asarray(of, setting.dtype), numbers)
         model = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         given = model, replace(scene, payload=None), state.astype(setting.dtype)
-        held, size = law if held is None else held, duration / count
-        walk = simulate(*given, held, duration, size, integrator=setting.integrator)
+        law, size = law if held is None else held, duration / count
+        walk = simulate(*given, law, duration, size, integrator=setting.integrator)
         states = jax.tree.map(lambda leaf: np.asarray(leaf)[1:], walk.states)
         status = np.maximum.accumulate(np.asarray(walk.contacts.status))
     return Path(states.phase + np.pi * states.steps, states.foot_position, status), states

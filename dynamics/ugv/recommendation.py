@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -105,7 +105,8 @@ def reach(params: UGVParams) -> float:
     return body + 2 * (leg + radius)
 
 
-class Recommendation(NamedTuple):
+@dataclass(frozen=True)
+class Recommendation:
     """The cheapest measured setting whose promise meets a tolerance.
 
     promised_error [-]: the worse of the torque's (over weight times wheel radius) and the rear
@@ -144,11 +145,21 @@ def promises(shortest: float = 1.0) -> Iterator[Recommendation]:
     for ground, place, index, poses, torque, contact in MEASURED["promises"]:
         words = drawn["grounds"][ground], drawn["everywhere"], drawn["places"][place]
         population = "; ".join([*words, drawn["vehicles"]])
-        errors = tuple(map(max, torque, contact))
+        typical, promised, worst = map(max, torque, contact)
         for priced, of, batch, cost in MEASURED["costs"]:
             if (priced, of) == (ground, index):
-                rest = *errors, poses, population, cost, batch, ground, place
-                yield Recommendation(settings[index], *rest)
+                yield Recommendation(
+                    setting=settings[index],
+                    typical_error=typical,
+                    promised_error=promised,
+                    worst_error=worst,
+                    poses=poses,
+                    population=population,
+                    cost=cost,
+                    batch=batch,
+                    ground=ground,
+                    place=place,
+                )
 
 
 def recommend(

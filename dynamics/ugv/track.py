@@ -25,7 +25,6 @@ from stickslip.dynamics.pytrees import Number, Numbers, Numeric, register_pytree
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_table
 from stickslip.dynamics.ugv.ground.shapes import (
     Bump,
-    Closed,
     Ditch,
     Flat,
     Function,
@@ -129,7 +128,7 @@ def pairs(
     return knots.reshape(-1), jnp.stack([factors[:-1], factors[1:]], -1).reshape(-1)
 
 
-def _constructor(kind: type[Closed]) -> Callable[..., Track]:
+def _constructor(kind: type[Any]) -> Callable[..., Track]:
     """`Track.bump` and the like: the shape's numbers, and start and end [m]."""
 
     def make(*numbers: Number, start: Number = 0.0, end: Number = 8.0, **named: Number) -> Track:

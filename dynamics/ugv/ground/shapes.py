@@ -126,11 +126,11 @@ class Form(Closed):
         """See Closed."""
         return self._greatest_bend(*as_floats(*vars(self).values()))
 
-    def _near(self, base: Array, u: Array, *numbers: Any) -> Any:
-        """`near`, given the fields in one floating type."""
+    def _near(self, *numbers: Any, **named: Any) -> Any:
+        """`near` of base, u and the fields, all in one floating type."""
         raise NotImplementedError
 
-    def _greatest_bend(self, *numbers: Any) -> Any:
+    def _greatest_bend(self, *numbers: Any, **named: Any) -> Any:
         """`greatest_bend`, given the fields in one floating type."""
         raise NotImplementedError
 
