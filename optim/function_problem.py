@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float, PyTree
 
+    from stickslip.optim.problem import Batch, Vector
+
     Function = Callable[[Any, Array, Array], tuple[Array, Array]]
 
 ACCEPTED = (
@@ -105,14 +107,12 @@ class FunctionProblem(Problem[Result]):
                 ) from error
         return values.shape[0], margins.shape[0]
 
-    def at(self, x: Float[np.ndarray, "n"]) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, x: Vector) -> tuple[np.ndarray, np.ndarray]:
         """All values [k] and margins [m] of a point."""
         values, margins = self._call(_at, self.batch([x])[0], np.uint32(self.draw))
         return _sound(values, margins)
 
-    def at_all(
-        self, X: Float[np.ndarray, "B n"], draws: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def at_all(self, X: Any, draws: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The same of a batch, [B, k] and [B, m]; compiled once for each power of two that B
         rounds up to. draws: one for each point, else the problem's own."""
         if len(X) == 0:
@@ -127,25 +127,25 @@ class FunctionProblem(Problem[Result]):
         values, margins = self._call(_at_all, X, draws.astype(np.uint32))
         return _sound(values[:count], margins[:count])
 
-    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+    def evaluate(self, x: Vector) -> Evaluation:
         values, margins = self.at(x)
         feasible = self.meets(np.asarray(x, float), margins)
         missed = float(max(0.0, -np.min(margins, initial=0.0)))
         return Evaluation(float(values[self.goal]), margins, feasible, {"margins": missed})
 
     def evaluate_all(
-        self, X: Float[np.ndarray, "B n"], draws: np.ndarray | None = None
+        self, X: Batch, draws: np.ndarray | None = None
     ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem; draws: as in `at_all`."""
         values, margins = self.at_all(X, draws)
         return values[:, self.goal], margins
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         self._require_slopes()
         at, draw = self.batch([x])[0], np.uint32(self.draw)
         return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))
 
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """See Problem; by forward differentiation."""
         self._require_slopes()
         return _finite(self._call(_jacobian, self.batch([x])[0], np.uint32(self.draw)))

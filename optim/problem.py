@@ -99,7 +99,7 @@ class Problem(ABC, Generic[R]):
         """Least and greatest numbers, not to be written to; the same where one is given."""
 
     @abstractmethod
-    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+    def evaluate(self, x: Vector) -> Evaluation:
         """Everything about a point, computed once."""
 
     @cached_property
@@ -109,33 +109,31 @@ class Problem(ABC, Generic[R]):
 
     def objective(self, x: Vector) -> float:
         """The value to minimise; infinite where there is none, never NaN."""
-        return self.value_and_margins(cast("Any", x))[0]
+        return self.value_and_margins(x)[0]
 
     def constraints(self, x: Vector) -> Float[np.ndarray, "m"]:
         """Everything but the bounds, scaled to about 1, satisfied where >= 0."""
-        return self.value_and_margins(cast("Any", x))[1]
+        return self.value_and_margins(x)[1]
 
     def objectives(self, X: Batch) -> Float[np.ndarray, "B"]:
         """`objective` of each row of X."""
-        return self.evaluate_all(cast("Any", X))[0]
+        return self.evaluate_all(X)[0]
 
-    def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
+    def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         """The objective and `constraints`, computed once: what optimisers ask for all the time."""
         at = self.evaluate(x)
         return at.value, at.margins
 
-    def evaluate_all(
-        self, X: Float[np.ndarray, "B n"]
-    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+    def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """Values and margins of a batch, each point evaluated once."""
         found = [self.evaluate(x) for x in self.batch(X)]
         return np.array([at.value for at in found]), np.array([at.margins for at in found])
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """The objective's slope; a problem without Structure.SMOOTH has none."""
         raise NotImplementedError(f"{type(self).__name__} has no slopes")
 
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; a problem without Structure.SMOOTH has none."""
         raise NotImplementedError(f"{type(self).__name__} has no slopes")
 
@@ -144,21 +142,19 @@ class Problem(ABC, Generic[R]):
         then; NotImplementedError for a problem that is not convex."""
         raise NotImplementedError(f"{type(self).__name__} is not written in cvxpy")
 
-    def sample(
-        self, X: Float[np.ndarray, "B n"]
-    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+    def sample(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
         """Values of a batch, and the sum of each point's violated scaled margins."""
         values, margins = self.evaluate_all(X)
         return values, shortfall(margins)
 
-    def residuals(self, x: Float[np.ndarray, "n"]) -> Mapping[str, float]:
+    def residuals(self, x: Vector) -> Mapping[str, float]:
         """Largest violation of each kind of constraint: see Evaluation."""
         return self.evaluate(x).residuals
 
-    def is_feasible(self, x: Float[np.ndarray, "n"], tolerance: float = FEASIBLE) -> bool:
+    def is_feasible(self, x: Vector, tolerance: float = FEASIBLE) -> bool:
         """True if no scaled constraint and no bound is violated by more than `tolerance`."""
-        x = self.batch([x])[0]
-        return self.meets(x, self.constraints(x), tolerance)
+        point = self.batch([x])[0]
+        return self.meets(point, self.constraints(point), tolerance)
 
     def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
         """True if a point with these margins violates none of them and no bound by more."""
@@ -166,7 +162,7 @@ class Problem(ABC, Generic[R]):
         within = np.all((x >= low - tolerance) & (x <= high + tolerance))
         return bool(within and np.all(margins >= -tolerance))
 
-    def shortcomings(self, x: Float[np.ndarray, "n"]) -> str:
+    def shortcomings(self, x: Vector) -> str:
         """Text of the constraints that a point violates and by how much; empty for none."""
         if self.is_feasible(x):
             return ""
@@ -217,7 +213,7 @@ class Problem(ABC, Generic[R]):
 
     def result(
         self,
-        x: Float[np.ndarray, "n"],
+        x: Vector,
         *,
         method: str,
         status: OptimStatus,
@@ -269,7 +265,7 @@ class FreeProblem(Problem[Result]):
         low, high = self.problem.bounds
         return read_only(low[self.which]), read_only(high[self.which])
 
-    def expand(self, x: Float[np.ndarray, "... n"]) -> Float[np.ndarray, "... whole"]:
+    def expand(self, x: Real[Number, "... n"] | Lists) -> Float[np.ndarray, "... whole"]:
         """The problem's decision vector, or a batch; ValueError for a wrong length."""
         free = np.asarray(x, dtype=float) if self.n == 0 else as_floats("x", x, "the free numbers")
         free = _of_length(free, self.n)
@@ -281,22 +277,20 @@ class FreeProblem(Problem[Result]):
         """The free numbers of a decision vector, or of a batch; ValueError for a wrong length."""
         return _of_length(as_floats("x", x, "all numbers"), self.problem.n)[..., self.which]
 
-    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+    def evaluate(self, x: Vector) -> Evaluation:
         """See Problem, as all below; constraints of given numbers alone are constant."""
         return self.problem.evaluate(self.expand(x))
 
-    def value_and_margins(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "m"]]:
+    def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         return self.problem.value_and_margins(self.expand(x))
 
-    def evaluate_all(
-        self, X: Float[np.ndarray, "B n"]
-    ) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+    def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         return self.problem.evaluate_all(self.expand(X))
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         return self.problem.gradient(self.expand(x))[self.which]
 
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         return self.problem.jacobian(self.expand(x))[:, self.which]
 
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.dynamics.scene import Scene
     from stickslip.optim.gait.gait import Gait, Goal
+    from stickslip.optim.problem import Vector
 
 NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
@@ -202,21 +203,21 @@ class GaitProblem(Problem[GaitResult]):
 
         return problem, found
 
-    def gait(self, x: Float[np.ndarray, "n"]) -> Gait:
+    def gait(self, x: Vector) -> Gait:
         """The gait of a point."""
-        x = self.batch([x])[0]
-        return self.on_grid.gait(x[1:].reshape(self.steps_taken, -1), float(x[0]))
+        point = self.batch([x])[0]
+        return self.on_grid.gait(point[1:].reshape(self.steps_taken, -1), float(point[0]))
 
-    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+    def evaluate(self, x: Vector) -> Evaluation:
         """Value and constraints at the grid's nodes."""
         return self.evaluate_gait(self.gait(x))
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """See Problem; a subgradient where the torque changes its sign or friction its worst
         node, 0 where the crank stands still."""
         return self.on_grid.gradient(self.batch([x])[0])
 
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         return self.on_grid.jacobian(self.batch([x])[0])
 
     def evaluate_gait(self, gait: Gait) -> Evaluation:
@@ -302,13 +303,13 @@ class Interpolated(Problem[Result]):
             found[1:, column] = np.interp(np.arange(1, self.fine.n), self.kept[1:], one)
         return found
 
-    def evaluate(self, x: Float[np.ndarray, "n"]) -> Evaluation:
+    def evaluate(self, x: Vector) -> Evaluation:
         return self.fine.evaluate(self.matrix @ self.batch([x])[0])
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         return self.fine.gradient(self.matrix @ self.batch([x])[0]) @ self.matrix
 
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
+    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         return self.fine.jacobian(self.matrix @ self.batch([x])[0]) @ self.matrix
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:

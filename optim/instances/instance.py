@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
-    from stickslip.optim.problem import AnyProblem
+    from stickslip.optim.problem import AnyProblem, Vector
 
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
 """Families of instances (docs/suite.md)."""
@@ -101,7 +101,7 @@ class Instance:
     def problem(self) -> AnyProblem:
         return self.problems[0]
 
-    def value(self, x: Float[np.ndarray, "n"]) -> tuple[Float[np.ndarray, "k"], bool]:
+    def value(self, x: Vector) -> tuple[Float[np.ndarray, "k"], bool]:
         """Values of free numbers, and whether they are feasible; of a noisy instance the mean over
         QUIET draws that no objective's seed begins with. Counted nowhere."""
         free = [one.free for one in self.problems]

@@ -33,8 +33,6 @@ from stickslip.optim.result import OptimStatus
 if TYPE_CHECKING:
     from jaxtyping import Float, Int
 
-    from stickslip.optim.posture.bounds.cells import StationCells
-
 
 NAMES = ("peak_torque", "grip", "normal_force", "friction_demand")
 

@@ -28,7 +28,6 @@ from stickslip.optim.posture.criteria import Criterion, Weighted
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
-    from stickslip.optim.intervals import Interval
     from stickslip.optim.posture.bounds.cells import Axis, StationCells
 
     Array = Float[np.ndarray, "..."]

@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.optim.posture.bounds.cells import Axis, StationCells
-    from stickslip.optim.posture.bounds.steps import Term
     from stickslip.optim.posture.problem import PostureProblem
 
 
