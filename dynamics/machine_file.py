@@ -44,12 +44,13 @@ class MachineFile(NamedTuple):
     def read(self, path: str | Path | None, changes: Mapping[str, Any]) -> dict[str, float]:
         """The numbers of a file by dotted name, some of them changed; None: only the changes.
 
-        ValueError naming the file, the entry, the value and what is accepted.
+        path: also the text itself, which has several lines. ValueError naming the file, the entry,
+        the value and what is accepted.
         """
         require_known(changes, self.names, f"number of a {self.called}")
         given = dict(self.usual)
         with in_file(path):
-            given |= {} if path is None else _flat(_tables(Path(path), self.machine))
+            given |= {} if path is None else _flat(_tables_of(path, self.machine))
             found = self._numbers(given)
         changed = {self.names[name]: _number_or_text(value) for name, value in changes.items()}
         return self._numbers(given | changed) if changed else found
@@ -77,20 +78,38 @@ def table_of(numbers: Mapping[str, float], name: str) -> dict[str, float]:
     return {key[len(head) :]: one for key, one in numbers.items() if key.startswith(head)}
 
 
-def _tables(path: Path, machine: str) -> dict[str, Any]:
-    """The tables of a machine's file. ValueError for a file that is none, or another machine's."""
-    if not path.is_file():
-        raise ValueError("no such file; accepted: a machine's file in TOML")
-    if path.stat().st_size > MOST_BYTES:
-        raise ValueError(f"larger than {MOST_BYTES} bytes; accepted: a machine's file")
-    try:
-        found = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ValueError(f"the file is not TOML: {error}") from None
+def machine_in(path: str | Path) -> Any:
+    """What a file's `machine` says, "biped" where it says nothing."""
+    with in_file(path):
+        return _parsed(path).get("machine", "biped")
+
+
+def _tables_of(path: str | Path, machine: str) -> dict[str, Any]:
+    """The tables of a machine's file or text. ValueError for another machine's."""
+    found = _parsed(path)
     named = found.pop("machine", machine)
     if named != machine:
         raise ValueError(f"machine = {shown(named)}; accepted: {machine!r}")
     return found
+
+
+def _parsed(path: str | Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(str(path) if _is_text(path) else _text_of(Path(path)))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise ValueError(f"the file is not TOML: {error}") from None
+
+
+def _is_text(path: str | Path) -> bool:
+    return "\n" in str(path)
+
+
+def _text_of(path: Path) -> str:
+    if not path.is_file():
+        raise ValueError("no such file; accepted: a machine's file in TOML")
+    if path.stat().st_size > MOST_BYTES:
+        raise ValueError(f"larger than {MOST_BYTES} bytes; accepted: a machine's file")
+    return path.read_text(encoding="utf-8")
 
 
 def _flat(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
@@ -112,7 +131,8 @@ def in_file(path: str | Path | None) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        raise ValueError(str(error) if path is None else f"{path}: {error}") from None
+        name = "" if path is None or _is_text(path) else f"{path}: "
+        raise ValueError(f"{name}{error}") from None
 
 
 def quantity(name: str, value: Any, unit: str) -> float:

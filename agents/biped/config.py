@@ -9,6 +9,8 @@ from stickslip.agents.training.configuration import Configuration, drawn, entry,
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stickslip.agents.untrusted import Json
 
 SCENE = "slippery"
@@ -75,6 +77,7 @@ class TrainConfig(Configuration):
     see_friction: bool = entry(False, bool, "the policy observes the friction underfoot")
     see_patch: bool = entry(False, bool, "the policy observes the next patch of floor")
 
+    robot: str | None = entry(None, str, "a robot's file in TOML; --set robot.NAME=VALUE, too")
     random_friction: tuple[float, float] | None = drawn("factor on every friction")
     random_mass: tuple[float, float] | None = drawn("factor on every mass", 1e-6)
     random_payload: tuple[float, float] | None = drawn("payload [kg]")
@@ -109,7 +112,9 @@ class TrainConfig(Configuration):
     machine = "biped"
     FLAGS: ClassVar = (
         *(*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload", "mean_rate"),
+        "robot",
     )
+    OWN, PARTS = "robot", ("robot", "bars", "motor")
     USUALLY: ClassVar = {
         "start_rate": 5.0,
         "episode_time": 1.5,
@@ -120,6 +125,19 @@ class TrainConfig(Configuration):
     }
 
     DEFAULTS: ClassVar = DEFAULTS
+
+    @classmethod
+    def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
+        """See Configuration."""
+        from stickslip.dynamics.biped import BipedParams
+        from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
+        from stickslip.dynamics.biped.settings import precision
+        from stickslip.dynamics.machine_file import table_of
+
+        with precision("float64"):
+            robot = BipedParams.from_file(path, changes)
+        motor = table_of(ROBOT.read(path, changes), "motor")
+        return {cls.OWN: robot_text(vars(robot), motor)}
 
     def _check_together(self) -> None:
         self._require_room(BIPED_OBSERVATION)

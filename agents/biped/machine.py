@@ -67,6 +67,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         """See Machine."""
         usual = "rest" if viewed else "moving"
         return (
+            Option("robot", "another robot: its file in TOML", str, metavar="FILE"),
             Option("mu_static", "one floor instead", metavar="MU"),
             Option("mu_kinetic", "its kinetic friction", metavar="MU"),
             Option("payload", "mass on the hip [kg]", metavar="KG"),

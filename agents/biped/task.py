@@ -13,6 +13,8 @@ from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
+from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
+from stickslip.dynamics.machine_file import table_of
 from stickslip.dynamics.names import LENGTHS, SCENES
 from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
 from stickslip.envs.biped.env import BipedEnv
@@ -102,9 +104,20 @@ def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]
     if config.mu_static is not None:
         scene = Scene.uniform(config.mu_static, config.mu_kinetic)
     scene = replace(scene, payload=config.payload).validate()
-    rate = config.mean_rate
-    rest = env.make_params(randomisation=drawn, scene=scene, mean_rate=rate)
+    given: Parts = {"randomisation": drawn, "scene": scene, "mean_rate": config.mean_rate}
+    rest = env.make_params(**given, **own_robot(config.robot))
     return TrainingTask(env, _training(config, rest), from_anywhere(rest), rest)
+
+
+def own_robot(path: str | None, changes: Mapping[str, str] | None = None) -> Parts:
+    """Arguments of `make_params` in a robot's file or its text: robot, and numbers of its motor.
+
+    changes: single numbers of that robot, or of the reference robot.
+    """
+    if path is None and not changes:
+        return {}
+    motor = table_of(ROBOT.read(path, changes or {}), "motor")
+    return {"robot": BipedParams.from_file(path, changes), **motor}
 
 
 def _training(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
@@ -127,7 +140,7 @@ def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
 def with_options(task: BipedTask, options: Options, scene: str | None, viewed: bool) -> BipedTask:
     """See Machine; what an option sets is no longer drawn.
 
-    options: mu_static, mu_kinetic, payload, mean_rate, start.
+    options: robot, mu_static, mu_kinetic, payload, mean_rate, start.
     """
     params = task.params
     floor, load, drawn = params.scene.floor, params.scene.payload, params.randomisation
@@ -144,7 +157,12 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         drawn = replace(drawn, mean_rate=None, command_interval=None)
     place = replace(params.scene, floor=floor, payload=load).validate()
     given = parts(task.env, task.params) | {"scene": place, "randomisation": drawn}
-    given["numbers"] = given["numbers"] | changed
+    path, bare = options["robot"], params.robot.bare
+    if path is None and not same_numbers(bare, BipedParams.from_bars()):
+        path = robot_text(vars(bare)) if options.get("changes") else None
+    own = own_robot(path, options.get("changes"))
+    given["robot"] = own.pop("robot", given["robot"])
+    given["numbers"] = given["numbers"] | own | changed
     env, params = build(**given)
     return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
 

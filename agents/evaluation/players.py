@@ -18,7 +18,7 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
 from stickslip.agents.untrusted import RefusedError
-from stickslip.dynamics.checks import nearest
+from stickslip.dynamics.checks import nearest, require_choice
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
@@ -188,7 +188,9 @@ def given_flags(options: Options) -> dict[str, str]:
     """The flags that change a task, with what is given."""
     scenes = {"--scene": ",".join(options["scenes"])} if options["scenes"] else {}
     every = ((option.flag, options[name]) for name, (option, _) in every_option().items())
-    return scenes | {flag: str(value) for flag, value in every if value is not None}
+    found = scenes | {flag: str(value) for flag, value in every if value is not None}
+    changed = [f"{name}={text}" for name, text in (options.get("changes") or {}).items()]
+    return found | ({"--set": " ".join(changed)} if changed else {})
 
 
 def _require_options(options: Options, machine: AnyMachine) -> None:
@@ -200,6 +202,9 @@ def _require_options(options: Options, machine: AnyMachine) -> None:
                 f"{option.flag} is for the {other.title}; accepted: a policy or baseline of the "
                 f"{other.title}"
             )
+    for name in options.get("changes") or {}:
+        part, parts = name.partition(".")[0], machine.configuration.PARTS
+        require_choice("the part of --set", part, parts)
     machine.require_options(options)
 
 

@@ -114,6 +114,10 @@ class Configuration:
     task: str | None = entry(None, str, "of `stickslip tasks`; it says all of what is trained on")
 
     machine: ClassVar[str] = UNNAMED
+    OWN: ClassVar[str] = ""
+    """The field with a machine of the user's, as the text of its file."""
+    PARTS: ClassVar[tuple[str, ...]] = ()
+    """Parts of that machine whose numbers `--set PART.NAME=VALUE` changes."""
     LEARNING: ClassVar[tuple[str, ...]] = ()
     """A machine's own fields that no named task decides."""
     USUALLY: ClassVar[Mapping[str, Json]] = {}
@@ -156,6 +160,11 @@ class Configuration:
         if self.algorithm != "sac":
             name = self.steps_name
             require_divisor(self.batch_size, name, self.num_envs * getattr(self, name))
+
+    @classmethod
+    def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
+        """The field with the text of a user's machine: of a file, with single numbers changed."""
+        raise ValueError(f"{', '.join(changes)}; accepted: settings of the {cls.machine}")
 
     def _check_together(self) -> None:
         """Raise ValueError for fields that do not go together."""
@@ -249,6 +258,8 @@ class Configuration:
         for one in fields(self):
             value, group = getattr(self, one.name), one.metadata["of"]
             own = one.name in self.fixed() or (one.name in self.USUALLY and value is None)
+            if one.name == self.OWN and value is None:
+                continue
             if self.task is None or not own:
                 at = content.setdefault(group, {}) if group in GROUPS else content
                 at[one.name] = value
@@ -371,8 +382,12 @@ def changes(config: Configuration) -> dict[str, object]:
 def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
     """Fields by name as parsed arguments give them: those of --config FILE, and before them those
     of the command line."""
-    found = {} if given.get("config") is None else read_settings(given["config"], kind)
-    return {**found, **{one.name: given[one.name] for one in fields(kind) if one.name in given}}
+    found = {} if given.get("config") is None else dict(read_settings(given["config"], kind))
+    found |= {one.name: given[one.name] for one in fields(kind) if one.name in given}
+    path = found.get(kind.OWN)
+    if path is not None or given.get("changes"):
+        found |= kind.own_machine(path, given.get("changes") or {})
+    return found
 
 
 def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, object]:

@@ -12,6 +12,8 @@ from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from stickslip.agents.untrusted import Json
 
 FIXED = ("bump", "sinusoid", "ramp", "step", "ditch", "flat", "incline")
@@ -58,6 +60,9 @@ class UGVTrainConfig(Configuration):
         f"ground, drawn at each start: {', '.join(RANDOM_TRACKS)}; or {', '.join(FIXED)}; or a "
         "file",
     )
+    vehicle: str | None = entry(
+        None, str, "a vehicle's file in TOML; --set vehicle.NAME=VALUE, too"
+    )
     friction: float = entry(0.8, float, "between wheels and ground [-]", low=0)
     random_friction: tuple[float, float] | None = drawn("friction instead")
     leg_rate: float = positive(1.0, "of the legs at action 1 [rad/m]")
@@ -88,11 +93,23 @@ class UGVTrainConfig(Configuration):
     final_noise: float = shared("final_noise", 0.2)
 
     machine = "ugv"
-    FLAGS: ClassVar = (*Configuration.FLAGS, "criterion", "tracks", "friction")
+    FLAGS: ClassVar = (*Configuration.FLAGS, "criterion", "tracks", "friction", "vehicle")
+    OWN, PARTS = "vehicle", ("vehicle", "motor")
     LEARNING: ClassVar = ("reward_scale",)
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
 
     DEFAULTS: ClassVar = DEFAULTS
+
+    @classmethod
+    def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
+        """See Configuration."""
+        from stickslip.dynamics.machine_file import table_of
+        from stickslip.dynamics.ugv import UGVParams
+        from stickslip.dynamics.ugv.vehicle_file import VEHICLE, vehicle_text
+
+        vehicle = UGVParams.from_file(path, changes)
+        motor = table_of(VEHICLE.read(path, changes), "motor")
+        return {cls.OWN: vehicle_text(vars(vehicle), motor)}
 
     def _check_together(self) -> None:
         require_ground(self.tracks)

@@ -65,6 +65,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     def options(self, viewed: bool = False) -> tuple[Option, ...]:
         """See Machine."""
         return (
+            Option("vehicle", "another vehicle: its file in TOML", str, metavar="FILE"),
             Option("friction", "between wheels and ground [-]", metavar="MU"),
             Option(
                 "criterion",

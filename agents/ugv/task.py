@@ -16,6 +16,7 @@ from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv.vehicle_file import VEHICLE, vehicle_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import NUMBERS as RULES
@@ -118,6 +119,7 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
             friction=config.friction,
             leg_rate=config.leg_rate,
             spacing=config.spacing,
+            **own_vehicle(config.vehicle),
             start_angles=(np.radians(config.start_angle),) * 2,
             preview_length=config.preview_length,
             preview_noise=config.preview_noise,
@@ -132,13 +134,31 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
     return TrainingTask(env, tested.replace(**changes), tested, tested)
 
 
+def own_vehicle(path: str | None, changes: Mapping[str, str] | None = None) -> Parts:
+    """Arguments of `make_params` in a vehicle's file or its text: vehicle, and max_torque.
+
+    changes: single numbers of that vehicle, or of the default one.
+    """
+    if path is None and not changes:
+        return {}
+    limit = VEHICLE.read(path, changes or {}).get("motor.torque_limit")
+    found: Parts = {"vehicle": UGVParams.from_file(path, changes)}
+    return found if limit is None else found | {"max_torque": limit}
+
+
 def with_options(task: UGVTask, options: Options, scene: str | None, viewed: bool) -> UGVTask:
     """See Machine; what an option sets is no longer drawn.
 
-    options: friction, criterion. scene: a ground.
+    options: vehicle, friction, criterion. scene: a ground.
     """
     given = parts(task.env, task.params)
     numbers, drawn = dict(given["numbers"]), task.params.randomisation
+    path = options["vehicle"]
+    if path is None and options.get("changes"):
+        path = vehicle_text(vars(task.params.vehicle))
+    own = own_vehicle(path, options.get("changes"))
+    given["vehicle"] = own.pop("vehicle", given["vehicle"])
+    numbers |= own
     if scene is not None:
         given["track"], random_track = ground_by_name(scene)
         drawn = replace(drawn, track=random_track)

@@ -175,11 +175,17 @@ class BipedParams:
         {"robot.hip_mass": 1.2}, see `stickslip.dynamics.biped.robot_file.ROBOT`. ValueError
         naming the file, the entry, the value and what is accepted.
         """
-        from stickslip.dynamics.biped.robot_file import ROBOT, bars_of, with_own_links
+        from stickslip.dynamics.biped.robot_file import (
+            ROBOT,
+            bars_of,
+            require_effect,
+            with_own_links,
+        )
         from stickslip.dynamics.machine_file import in_file, table_of
 
         numbers = ROBOT.read(path, changes or {})
         with in_file(path):
+            require_effect(numbers, changes or {})
             robot = cls.from_bars(**bars_of(numbers))
             own: dict[str, Any] = table_of(numbers, "lengths")
             if table_of(numbers, "links"):

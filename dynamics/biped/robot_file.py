@@ -10,7 +10,7 @@ from stickslip.dynamics.machine_file import MachineFile, table_of, toml_text
 from stickslip.dynamics.names import LENGTHS, LINKS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
 BARS = {
     "crank_length": "m",
@@ -79,7 +79,18 @@ def with_own_links(numbers: Mapping[str, float], **arrays: Any) -> dict[str, np.
     return found
 
 
-def robot_text(robot: Mapping[str, Any]) -> str:
+def require_effect(numbers: Mapping[str, float], changes: Iterable[str]) -> None:
+    """Raise ValueError for a change of the bars of a robot that is given link by link."""
+    whole = all(f"links.{link}.mass" in numbers for link in NAMES)
+    for name in changes:
+        if whole and ROBOT.names[name].startswith("bars."):
+            raise ValueError(
+                f"{name} of a robot that is given link by link; accepted: its lengths and links, "
+                "as robot.mass.hip"
+            )
+
+
+def robot_text(robot: Mapping[str, Any], motor: Mapping[str, float] | None = None) -> str:
     """A robot's fields, link by link, as TOML. ValueError for a batch of robots."""
     if np.ndim(robot["crank"]) or np.ndim(robot["mass"]) != 1:
         shape = np.shape(robot["crank"])
@@ -89,4 +100,5 @@ def robot_text(robot: Mapping[str, Any]) -> str:
     for i, link in enumerate(NAMES):
         for field in ("mass", "centre", "inertia"):
             numbers[f"links.{link}.{field}"] = np.asarray(robot[field])[i]
+    numbers |= {f"motor.{name}": value for name, value in (motor or {}).items()}
     return toml_text("biped", numbers, ABOUT)

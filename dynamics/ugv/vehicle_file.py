@@ -19,9 +19,11 @@ VEHICLE = MachineFile("ugv", "vehicle", ENTRIES, {name: name for name in ENTRIES
 ABOUT = 'A vehicle: numbers in SI units, or texts with their units, as "830 mm".'
 
 
-def vehicle_text(vehicle: Mapping[str, Any]) -> str:
+def vehicle_text(vehicle: Mapping[str, Any], motor: Mapping[str, float] | None = None) -> str:
     """A vehicle's fields as TOML. ValueError for a batch of vehicles."""
     for name in UNITS:
         if shape := np.shape(vehicle[name]):
             raise ValueError(f"{name} has shape {shape}; accepted: one vehicle, shape ()")
-    return toml_text("ugv", {f"vehicle.{name}": vehicle[name] for name in UNITS}, ABOUT)
+    numbers = {f"vehicle.{name}": vehicle[name] for name in UNITS}
+    numbers |= {f"motor.{name}": value for name, value in (motor or {}).items()}
+    return toml_text("ugv", numbers, ABOUT)

@@ -151,6 +151,18 @@ COMMANDS = {
         },
         machines=lambda: {"ugv": "leg angles along a track", "biped": "the best gait"},
     ),
+    "robot": Command(
+        "check a robot's or a vehicle's file, tell what it can do and draw it",
+        "flags:robot_flags",
+        "robot:robot_command",
+        {
+            "stickslip robot --new my.toml": "a template of the reference robot, to be changed",
+            "stickslip robot my.toml": "closes, mass, start torque, friction; and my.png",
+            "stickslip robot my.toml --set robot.hip_mass=1.2 --mu 0.2 --out heavy.png": (
+                "with a number changed"
+            ),
+        },
+    ),
     "reproduce": Command(
         "compute the chapter's figures again and compare its claims with what comes out",
         "flags:reproduce_flags",
@@ -183,7 +195,7 @@ GROUPS = {
     "use": ("view", "evaluate", "simulate", "tasks", "policies", "export"),
     "train": ("train", "demo"),
     "optimise": ("optimise",),
-    "study": ("sweep", "reproduce", "bench"),
+    "study": ("robot", "sweep", "reproduce", "bench"),
     "shell": ("completion",),
 }
 """The commands by purpose, in the order of the help."""

@@ -44,7 +44,9 @@ def train_flags(parser: Parser, machine: str) -> None:
     add("--no-pictures", action="store_true", help="no plots, no animation")
     about = "settings in TOML, or a run's config.json; those of the command line go before them"
     add("--config", metavar="FILE", help=about)
-    add_fields(parser, machine_by_name(machine).configuration)
+    kind = machine_by_name(machine).configuration
+    add_fields(parser, kind)
+    parser.add_parts("changes", kind.PARTS)
     if "--task" in parser._option_string_actions:
         completes(parser._option_string_actions["--task"], TASKS)
 
@@ -134,6 +136,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
     for option in machine.options():
         option.add_to(group)
+    parser.add_parts("changes", machine.configuration.PARTS)
     axes = {**machine.axes, "PART.NAME": "any other number, see docs/sweeps.md"}
     parser.tables = {"values": AXIS_VALUES, f"axes of the {machine.title}": axes}
     parser.tables |= _names_of([machine])
@@ -253,9 +256,30 @@ def _add_scene(parser: Parser, many: bool) -> None:
         help=f"floor or ground, see below {about}",
     )
     completes(scene, (name for machine in every for name in machine.scenes))
+    parts = [part for machine in every for part in machine.configuration.PARTS]
+    parser.add_parts("changes", parts)
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")
         for option in machine.options(viewed=not many):
             if option.flag not in parser._option_string_actions:
                 option.add_to(under)
     parser.tables = _names_of(every) | _shipped()
+
+
+def robot_flags(parser: Parser, arguments: Sequence[str]) -> None:
+    """Flags of `stickslip robot`."""
+    parser.add_argument("file", metavar="FILE", help="a robot's or a vehicle's file in TOML")
+    parser.add_argument("--new", action="store_true", help="write a template to FILE, no more")
+    parser.add_argument(
+        "--machine", choices=("biped", "ugv"), default="biped", help="of the template"
+    )
+    parser.add_argument(
+        "--mu",
+        nargs="+",
+        type=float,
+        default=[0.1, 0.3, 0.6],
+        help="frictions to find the fastest motion for (default: 0.1 0.3 0.6)",
+    )
+    parser.add_argument("--out", metavar="PNG", help="the picture (default: FILE with .png)")
+    parser.add_argument("--overwrite", action="store_true", help="replace the picture")
+    parser.add_parts("changes", ("robot", "bars", "vehicle", "motor"))

@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from stickslip.cli import main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import UGVParams
@@ -38,3 +40,35 @@ def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):
     assert main([*drive, "--set", "vehicle.body_mass=100 kg"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["summary"][0]["status"] == "OK"
+
+
+def test_a_policy_keeps_its_robot_and_is_tried_on_another(tmp_path, capsys):
+    path = tmp_path / "my.toml"
+    path.write_text('[bars]\nhip_mass = "2 kg"\n[motor]\ntorque_limit = "5 N m"\n')
+    small = ["rollout_steps=16", "batch_size=64", "hidden=4"]
+    small += ["evaluation_episodes=2", "robot.foot_mass=0.4"]
+    train = ["train", "biped", "--robot", str(path), "--no-pictures"]
+    train += ["--timesteps", "64", "--num-envs", "4", "--set", *small]
+    assert main([*train, "--out", str(tmp_path / "run")]) == 0
+    path.unlink()
+    kept = json.loads((tmp_path / "run" / "config.json").read_text())["robot"]
+    robot = BipedParams.from_file(kept)
+    assert robot.mass[12] == 2.0
+    assert robot.mass[0] == pytest.approx(0.4)
+    capsys.readouterr()
+    evaluate = ["evaluate", str(tmp_path / "run"), "--episodes", "1", "--json"]
+    labels = []
+    for words in ([], ["--set", "robot.mass.hip=3"]):
+        assert main([*evaluate, *words]) == 0
+        labels.append(json.loads(capsys.readouterr().out)["evaluation"][0]["scene"])
+    assert labels == ["slippery, robot of 9.97 kg", "slippery, robot of 11 kg"]
+    assert main([*evaluate, "--set", "robot.hip_mass=3"]) == 2
+    assert "given link by link; accepted: " in capsys.readouterr().err
+
+
+def test_a_sweep_of_another_robot_is_not_resumed(tmp_path, capsys):
+    sweep = ["sweep", "biped", "--policy", "constant-torque", "--axis", "mu=0.1", "--episodes", "1"]
+    sweep += ["--no-pictures", "--out", str(tmp_path / "sweep")]
+    assert main([*sweep, "--set", "robot.hip_mass=2"]) == 0
+    assert main([*sweep, "--resume"]) == 2
+    assert main([*sweep, "--resume", "--set", "robot.hip_mass=2"]) == 0
