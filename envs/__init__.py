@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.envs.adapters.brax import BraxEnv, fresh_episodes
     from stickslip.envs.adapters.gym import GymEnv
     from stickslip.envs.adapters.gymnax import GymnaxEnv
     from stickslip.envs.adapters.sb3 import SB3VecEnv
@@ -25,7 +24,6 @@ else:
     __getattr__, __dir__ = loaded_when_used(
         __name__,
         {
-            "adapters.brax": ("BraxEnv", "fresh_episodes"),
             "adapters.gym": ("GymEnv",),
             "adapters.gymnax": ("GymnaxEnv",),
             "adapters.sb3": ("SB3VecEnv",),
@@ -49,7 +47,6 @@ __all__ = [
     "BipedEnv",
     "BipedEnvParams",
     "BipedEnvState",
-    "BraxEnv",
     "Collected",
     "FunctionalEnv",
     "GymEnv",
@@ -64,7 +61,6 @@ __all__ = [
     "UGVEnvState",
     "UGVRandomisation",
     "collect",
-    "fresh_episodes",
     "known_of",
     "task_by_name",
 ]

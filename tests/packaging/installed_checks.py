@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 OPTIONAL = {"torch", "matplotlib", "PIL", "pygame", "stable_baselines3", "tensorboard", "rich"}
-OPTIONAL |= {"tqdm", "jaxtyping", "pytest", "optax", "brax"}
+OPTIONAL |= {"tqdm", "jaxtyping", "pytest", "optax"}
 
 
 def check(condition: object, message: str) -> None:

@@ -133,7 +133,7 @@ def test_what_a_package_names_is_what_type_checkers_see(layer: str):
     assert sorted(homes) == sorted(package.__all__)
     assert set(homes) <= set(dir(package))
     for name, home in homes.items():
-        package_of = {"sb3": "stable_baselines3", "brax": "brax"}.get(home.rpartition(".")[2], "")
+        package_of = "stable_baselines3" if home.endswith(".sb3") else ""
         if not package_of or find_spec(package_of):
             assert getattr(package, name) is getattr(import_module(home), name)
 

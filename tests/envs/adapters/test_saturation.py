@@ -56,24 +56,7 @@ def gymnax(push: Any) -> np.ndarray:
     return functional(push, GymnaxEnv(Toy(), PARAMS))
 
 
-def brax(push: Any) -> np.ndarray:
-    pytest.importorskip("brax")
-    from stickslip.envs.adapters.brax import BraxEnv
-
-    env = BraxEnv(Toy(), PARAMS)
-    return env.step(env.reset(KEY), np.array([push, 0.0])).obs
-
-
-def fresh(push: Any) -> np.ndarray:
-    pytest.importorskip("brax")
-    from stickslip.envs.adapters.brax import BraxEnv, fresh_episodes
-
-    env = fresh_episodes(BraxEnv(Toy(), PARAMS), PARAMS.limit)
-    state = env.reset(jax.random.split(KEY, 3))
-    return env.step(state, np.array([[0, 0], [push, 0], [0, 0]])).obs[1]
-
-
-ONE, MANY = (single, functional, gymnax, brax), (vector, sb3, fresh)
+ONE, MANY = (single, functional, gymnax), (vector, sb3)
 APART = pytest.param(processes, marks=pytest.mark.long)
 
 
