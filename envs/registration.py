@@ -42,6 +42,10 @@ def make(
     return envs.GymEnv(*_made(environment, task, options), render_mode)
 
 
+make.__dict__["metadata"] = {"render_modes": ["rgb_array"], "render_fps": 50}
+"""So that Gymnasium shows `render_mode="human"` by its own wrapper."""
+
+
 def make_vec(
     environment: str = "",
     task: str = "",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.envs.adapters.packing import Results
 
-RENDER_MODES = ("human", "rgb_array")
+RENDER_MODE = "rgb_array"
 
 
 class Compiled(Generic[State, Params]):
@@ -37,7 +37,6 @@ class Compiled(Generic[State, Params]):
         params: Any,
         num_envs: int,
         render_mode: str | None,
-        modes: tuple[str, ...] = ("rgb_array",),
         autoreset: str | None = None,
     ) -> None:
         """Check what every adapter is given, and make its batch. autoreset: set, if not None."""
@@ -45,7 +44,7 @@ class Compiled(Generic[State, Params]):
         env.check_params(params)
         num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
         if render_mode is not None:
-            require_choice("render_mode", render_mode, modes, also="None")
+            require_choice("render_mode", render_mode, (RENDER_MODE,), also="None")
         env = env if autoreset is None else replace(env, autoreset=autoreset)  # type: ignore[type-var]
         self._functional, self._params, self.render_mode = env, params, render_mode
         self._envs = PackedEnvs(env, params, num_envs)

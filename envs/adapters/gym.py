@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import gymnasium
 import numpy as np
 
-from stickslip.envs.adapters.base import RENDER_MODES, Compiled, require_autoreset
+from stickslip.envs.adapters.base import RENDER_MODE, Compiled, require_autoreset
 from stickslip.envs.adapters.packing import ending
-from stickslip.envs.rendering.window import Window
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
@@ -20,24 +19,20 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
 
     `reset(seed=s)` starts the chain of episodes of seed s, the same in every adapter; a reset
     without a seed goes on in the chain. info holds Python numbers under the functional
-    environment's names. Rendering needs the extra `viz` and neither a display nor GL.
+    environment's names. Rendering needs the extra `viz` and neither a display nor GL; with
+    `gymnasium.make(id, render_mode="human")` Gymnasium's `HumanRendering` shows it in a window.
     """
 
-    metadata = {"render_modes": list(RENDER_MODES), "render_fps": 50}  # noqa: RUF012
+    metadata = {"render_modes": [RENDER_MODE], "render_fps": 50}  # noqa: RUF012
 
     def __init__(self, env: FunctionalEnv, params: Any, render_mode: str | None = None):
         require_autoreset(env, "disabled", "a gymnasium.Env is reset by its user")
-        self._compile(env, params, 1, render_mode, RENDER_MODES)
+        self._compile(env, params, 1, render_mode)
         self.observation_space, self.action_space = self._spaces()
         self.metadata = self.metadata | {"render_fps": self._frame_rate()}
         self._seeded = False
         self._ending: str | None = None
         self._info: dict[str, Any] = {}
-        self._window: Window | None = None
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without the window: a copy opens its own."""
-        return vars(self) | {"_window": None}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -57,8 +52,6 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         obs = self._envs.reset(params=params)[0].astype(np.float32)
         self._ending, self._info = None, {}
         self._pictures.reset()
-        if self.render_mode == "human":
-            self.render()
         return obs, {}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
@@ -72,26 +65,12 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         self._info = columns.info_of(row)
         if terminated or truncated:
             self._ending = ending(self._info, terminated)
-        if self.render_mode == "human":
-            self.render()
         obs = row[: columns.width].astype(np.float32)
         return obs, reward, terminated, truncated, dict(self._info)
 
     def render(self) -> np.ndarray | None:
-        """The picture [height, width, 3] for "rgb_array"; shown in a window for "human"."""
+        """The picture [height, width, 3], with render_mode "rgb_array"."""
         if self.render_mode is None:
-            gymnasium.logger.warn("render() without render_mode; accepted: 'human', 'rgb_array'")
+            gymnasium.logger.warn("render() without render_mode; accepted: 'rgb_array'")
             return None
-        picture = self._pictures.of_one(0, self._info)
-        if self.render_mode == "rgb_array":
-            return picture
-        if self._window is None:
-            self._window = Window(fps=self.metadata["render_fps"])
-        self._window.show(picture)
-        return None
-
-    def close(self) -> None:
-        """Close the window, if there is one."""
-        if self._window is not None:
-            self._window.close()
-            self._window = None
+        return self._pictures.of_one(0, self._info)

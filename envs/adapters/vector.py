@@ -16,7 +16,7 @@ from stickslip.dynamics.checks import (
     require_known,
     shown,
 )
-from stickslip.envs.adapters.base import RENDER_MODES, Compiled
+from stickslip.envs.adapters.base import RENDER_MODE, Compiled
 from stickslip.envs.adapters.packing import Results, ending
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         self.metadata = {
-            "render_modes": list(RENDER_MODES),
+            "render_modes": [RENDER_MODE],
             "render_fps": self._frame_rate(),
             "autoreset_mode": self.mode,
         }

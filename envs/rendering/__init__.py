@@ -1,1 +1,1 @@
-"""Pictures, windows and animations. matplotlib, pygame and Pillow are imported at first use."""
+"""Pictures, animations and pages. matplotlib and Pillow are imported at first use."""

@@ -16,7 +16,6 @@ from stickslip.dynamics.scene import Scene
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.envs.rendering.biped import BipedRenderer, stretches_of
-from stickslip.envs.rendering.window import Window
 from tests.envs.rendering.frames import SCENE, STANDING, walk
 
 pytest.importorskip("matplotlib")
@@ -173,7 +172,7 @@ def test_the_users_matplotlib_settings_do_not_matter(params, renderer):
     assert np.array_equal(picture, expected)
 
 
-@pytest.mark.parametrize("missing", ["matplotlib", "PIL", "pygame"])
+@pytest.mark.parametrize("missing", ["matplotlib", "PIL"])
 def test_a_missing_package_is_named_with_the_extra_to_install(
     monkeypatch, params, tmp_path, missing
 ):
@@ -183,7 +182,6 @@ def test_a_missing_package_is_named_with_the_extra_to_install(
     uses = {
         "matplotlib": lambda: BipedRenderer(params, SCENE),
         "PIL": lambda: save_animation([np.zeros((2, 2, 3), np.uint8)], tmp_path / "a.gif"),
-        "pygame": Window,
     }
     with pytest.raises(ImportError, match=rf"{missing}.*\n?.*stickslip\[viz\]"):
         uses[missing]()
