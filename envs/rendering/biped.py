@@ -72,7 +72,7 @@ def _stretch(start: float, end: float, static: float | None, kinetic: float | No
     else:
         words = f"μₛ {static:.3g}   μₖ {kinetic:.3g}"
     colour = theme.hexadecimal(theme.floor_colour(static))
-    return Stretch(start, end, colour, words, static is not None and static < theme.SLIPPERY)
+    return Stretch(start, end, colour, words)
 
 
 @dataclass(frozen=True)
