@@ -18,8 +18,9 @@ from stickslip.agents.pictures.episodes import (
     samples,
 )
 from stickslip.envs.biped.picture import biped_frames
-from stickslip.envs.biped.state import drawn_robot, drawn_scene
+from stickslip.envs.biped.state import drawn_robot
 from stickslip.envs.rendering.biped import biped_drawing
+from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
@@ -136,8 +137,7 @@ def as_episode(
     slips = (infos["slid"] > LEAST_SLID) | (np.asarray(states.mode) != 0)
     slips[0] = states.mode[0] != 0
     robot = drawn_robot(played.start_state.drawn, params)
-    scene = drawn_scene(played.start_state.drawn, params)
-    drawing = biped_drawing(frames, robot.params, scene, slips)
+    drawing = biped_drawing(frames, Mechanism(robot.params), slips)
     commanded = np.asarray(states.drawn.mean_rate, float)
     course = Course(
         torque=from_start(played.info["torque"]),

@@ -306,7 +306,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         """A renderer for these parameters (extra `viz`)."""
         from stickslip.envs.rendering.biped import BipedRenderer
 
-        return BipedRenderer(params.robot.params, params.scene)
+        return BipedRenderer(params.robot.params)
 
     def observation_bounds(self, params):
         """See FunctionalEnv; entries as in the class docstring."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import floor_position
 from stickslip.dynamics.biped.contact import friction_on, patch_at
-from stickslip.dynamics.scene import Grip, Scene
+from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot, drawn_scene
 from stickslip.envs.rendering.biped import BipedFrame, stretches_of
@@ -37,7 +37,9 @@ def biped_frames(
     forces = ("torque", "friction_force", "normal_force", "zmp")
     return BipedFrame(
         phase=np.asarray(biped.phase, float),
-        steps=np.asarray(biped.steps),
+        floor=stretches_of(floor),
+        weight=float(weight),
+        steps=biped.steps,
         floor_position=np.asarray(place, float),
         slide=np.asarray(biped.foot_position, float),
         crank_rate=np.asarray(biped.crank_rate, float),
@@ -45,13 +47,11 @@ def biped_frames(
         **{name: np.asarray(infos.get(name, 0.0), float) for name in forces},
         mu_static=np.nan if mu_static is None else np.asarray(mu_static, float),
         mu_kinetic=np.nan if mu_kinetic is None else np.asarray(mu_kinetic, float),
-        sticking=np.asarray(states.mode) == 0,
+        sticking=states.mode == 0,
         mean_crank_rate=np.asarray(infos.get("episode_mean_rate", biped.crank_rate), float),
         commanded_rate=np.asarray(states.drawn.mean_rate, float),
-        status="ok" if not status.terminal else status.name.lower().replace("_", " "),
-        floor=stretches_of(Scene(floor)),
-        weight=float(weight),
         walked=np.asarray(states.totals.walked, float),
+        status="ok" if not status.terminal else status.name.lower().replace("_", " "),
     )
 
 

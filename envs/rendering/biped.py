@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from itertools import pairwise
 from math import pi
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -12,15 +12,14 @@ import numpy as np
 
 from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
-from stickslip.envs.rendering.linkage import BARS, SOLE, Mechanism, plain
+from stickslip.envs.rendering.drawing import Drawing, GroundContact, Stretch
+from stickslip.envs.rendering.linkage import SOLE, Mechanism
 from stickslip.envs.rendering.scene import Readout, Renderer
 from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
-    from stickslip.dynamics.scene import Scene
-    from stickslip.envs.rendering.linkage import Pose
+    from stickslip.dynamics.scene import Floor
 
 Numbers: TypeAlias = Any
 """A number, or an array [n] of NumPy."""
@@ -30,7 +29,8 @@ WEIGHT_LENGTH, CONE_LENGTH = 0.26, 0.36
 """Length of the arrow of the weight, and of friction cones, in robot heights."""
 LEAST_SLIDE = 1e-5
 """A slide shorter than this leaves no mark [m]."""
-KEPT_MARKS = 2000
+KEPT_PLACES = 2000
+"""Places of the foot that a renderer remembers."""
 LEGEND = (
     ("main", "supporting leg"),
     ("pale-main", "swinging leg"),
@@ -40,58 +40,53 @@ LEGEND = (
     ("slides", "foot slips; dashed: kinetic cone;"),
     ("slides", "on the floor: how far"),
 )
-OWN = ("E", "ankle_bar", "H", "K", "knee_bar", "C", "F", "C_bar", "slot_pin", "rod_pin")
-"""Pins of one leg."""
+UNKNOWN = ("mu_static", "mu_kinetic", "commanded_rate")
+"""Numbers of a frame that may be NaN."""
 
 
-def stretches_of(scene: Scene) -> tuple[Stretch, ...]:
-    """The floor from left to right."""
-    kind = scene.floor
-    if isinstance(kind, Grip):
-        return (_stretch(-FAR, FAR, None, None),)
-    if isinstance(kind, Smoothed):
-        kind = Uniform(kind.mu_kinetic, kind.mu_kinetic)
-    edges = np.asarray(kind.edges, float) if isinstance(kind, Patches) else np.empty(0)
-    static, kinetic = (np.asarray(mu, float) for mu in (kind.mu_static, kind.mu_kinetic))
-    if edges.ndim > 1 or static.ndim > (1 if isinstance(kind, Patches) else 0):
+def stretches_of(floor: Floor) -> tuple[Stretch, ...]:
+    """One floor (not a batch) from left to right."""
+    if isinstance(floor, Grip):
+        return (Stretch(-FAR, FAR, theme.floor_colour(None), "no slip"),)
+    if isinstance(floor, Smoothed):
+        floor = Uniform(floor.mu_kinetic, floor.mu_kinetic)
+    edges = np.asarray(floor.edges, float) if isinstance(floor, Patches) else np.empty(0)
+    static, kinetic = (np.asarray(mu, float) for mu in (floor.mu_static, floor.mu_kinetic))
+    if edges.ndim > 1 or static.ndim > (1 if isinstance(floor, Patches) else 0):
         raise ValueError(
             "scene holds a batch of floors; accepted: one floor, for instance "
             "jax.tree.map(lambda leaf: leaf[0], scene)"
         )
     ends = pairwise([-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR])
     mus = (np.broadcast_to(mu, len(edges) + 1).tolist() for mu in (static, kinetic))
-    return tuple(_stretch(*at, *mu) for at, mu in zip(ends, zip(*mus, strict=True), strict=True))
-
-
-def _stretch(start: float, end: float, static: float | None, kinetic: float | None) -> Stretch:
-    """Floor from start to end [m] with its friction coefficients, None where nothing can slip."""
-    if static is None or kinetic is None:
-        words = "no slip"
-    elif static == kinetic:
-        words = f"μ {static:.3g}"
-    else:
-        words = f"μₛ {static:.3g}   μₖ {kinetic:.3g}"
-    colour = theme.hexadecimal(theme.floor_colour(static))
-    return Stretch(start, end, colour, words)
+    return tuple(
+        Stretch(
+            *at, theme.floor_colour(mu), f"μ {mu:.3g}" if mu == k else f"μₛ {mu:.3g}   μₖ {k:.3g}"
+        )
+        for at, mu, k in zip(ends, *mus, strict=True)
+    )
 
 
 @dataclass(frozen=True)
 class BipedFrame:
-    """PASIBOT's walk at one instant, or at n in a row (numbers [n]). Only positions follow from it.
+    """PASIBOT's walk at n instants in a row, numbers [n]. Only positions follow from it.
 
-    phase: crank angle of the supporting leg [rad]. steps: exchanges of support so far.
-    floor_position: of the supporting ankle [m]. slide: of the feet since the start, forwards
-    positive [m]. crank_rate [rad/s]. time [s]. torque: of the motor on the crank [N m].
-    friction_force, normal_force: of the ground on the foot, forwards and upwards [N]. zmp:
-    zero-moment point before the supporting ankle [m]. mu_static, mu_kinetic: friction under the
-    foot [-], NaN where it cannot slip. sticking: whether the foot holds. mean_crank_rate: over the
-    walk or the last step; commanded_rate: NaN for none [rad/s]. status: "ok", or cause of the
-    walk's end. floor: of the episode, and weight: of the robot in it [N]; None for those that the
-    renderer was made for. walked: by the centre of mass since the episode's start [m]; NaN: that of
-    the hip since the first step's start is shown.
+    phase: crank angle of the supporting leg [rad]. floor: of the episode. weight: of the robot in
+    it [N]. steps: exchanges of support so far. floor_position: of the supporting ankle [m]. slide:
+    of the feet since the start, forwards positive [m]. crank_rate [rad/s]. time [s]. torque: of the
+    motor on the crank [N m]. friction_force, normal_force: of the ground on the foot, forwards and
+    upwards [N]. zmp: zero-moment point before the supporting ankle [m]. mu_static, mu_kinetic:
+    friction under the foot [-], NaN where it cannot slip. sticking: whether the foot holds.
+    mean_crank_rate: over the walk or the last step; commanded_rate: NaN for none [rad/s]. walked:
+    by the centre of mass since the start [m]. status: "ok", or cause of the walk's end.
+
+    Numbers may be given for all instants alike. What is not finite becomes 0, so that a walk whose
+    numbers overflow has a last picture, too.
     """
 
     phase: Numbers
+    floor: tuple[Stretch, ...]
+    weight: float
     steps: Numbers = 0
     floor_position: Numbers = 0.0
     slide: Numbers = 0.0
@@ -106,220 +101,64 @@ class BipedFrame:
     sticking: Numbers = True
     mean_crank_rate: Numbers = 0.0
     commanded_rate: Numbers = np.nan
+    walked: Numbers = 0.0
     status: str = "ok"
-    floor: tuple[Stretch, ...] | None = None
-    weight: float | None = None
-    walked: Numbers = np.nan
 
-    def rows(self) -> BipedFrame:
-        """The same with every number an array [n]; 0 for what is not finite, but where NaN says
-        something: a walk whose numbers overflow has a last picture, too."""
-        names = [one.name for one in fields(self) if one.name not in ("status", "floor", "weight")]
+    def __post_init__(self):
+        names = [one.name for one in fields(self) if one.name not in ("floor", "weight", "status")]
         columns = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in names))
-        found = dict(zip(names, columns, strict=True))
-        for name in {*names} - {"mu_static", "mu_kinetic", "commanded_rate", "walked"}:
-            found[name] = np.nan_to_num(found[name], posinf=0.0, neginf=0.0)
-        return replace(self, **found)
+        for name, column in zip(names, columns, strict=True):
+            finite = column if name in UNKNOWN else np.nan_to_num(column, posinf=0.0, neginf=0.0)
+            object.__setattr__(self, name, finite)
 
 
-class SlipMarks:
-    """Slides of the supporting foot so far: a row for each frame in which it slid."""
-
-    def __init__(self, most: int | None = KEPT_MARKS):
-        self._rows: deque[list[float]] = deque(maxlen=most)
-        self._slide: float | None = None
-        self._whole = (-1, 0.0, 0.0)  # steps before the present slide, from where to where [m]
-
-    def record(self, frames: BipedFrame) -> None:
-        """Add what the foot slid in each row since the one before."""
-        for sample, (slide, here, now) in enumerate(
-            zip(frames.slide, frames.floor_position, frames.steps, strict=True)
-        ):
-            slid = 0.0 if self._slide is None else slide - self._slide
-            self._slide = slide
-            if abs(slid) < LEAST_SLIDE:
-                continue
-            low, high = min(here, here - slid), max(here, here - slid)
-            steps, start, end = self._whole
-            goes_on = low <= end + LEAST_SLIDE and high >= start - LEAST_SLIDE
-            if self._rows and steps == now and goes_on:
-                self._rows[-1][3] = np.nan
-                start, end = min(low, start), max(high, end)
-            else:
-                start, end = low, high
-            self._whole = now, start, end
-            self._rows.append([sample, low, high, end - start])
-
-    def rows(self) -> np.ndarray:
-        """See Drawing.marks [m, 4]."""
-        return np.array(self._rows, float).reshape(-1, 4)
-
-
-class BipedSketch:
-    """Makes drawings of one robot in one scene; a frame may bring its own floor and weight."""
-
-    def __init__(self, params: BipedParams, scene: Scene):
-        self.mechanism = Mechanism(params)
-        self._floor = stretches_of(scene)
-        mass = plain(params.total_mass) + (0.0 if scene.payload is None else plain(scene.payload))
-        self._weight = mass * plain(params.gravity)
-        self._surface = -SOLE * self.mechanism.crank
-
-    def drawing(
-        self, frames: BipedFrame, marks: np.ndarray, slips: np.ndarray | None = None
-    ) -> Drawing:
-        """The drawing of the frame's rows. slips: by default where the foot does not stick [n];
-        marks: see Drawing."""
-        frames = frames.rows()
-        slips = ~np.asarray(frames.sticking, bool) if slips is None else slips
-        poses = self.mechanism.poses(frames.phase % (2 * pi))
-        leg = frames.steps % 2
-        points, names = _points(poses, frames.floor_position, leg)
-        tall = self.mechanism.top - self._surface
-        return Drawing(
-            points=points,
-            bodies=_bodies(poses, points, names, leg),
-            parts=_parts(self.mechanism, names),
-            contacts=tuple(_contact(frames, leg == k, self._surface, slips) for k in (0, 1)),
-            ground=np.array([[-FAR, self._surface], [FAR, self._surface]]),
-            stretches=self._floor if frames.floor is None else frames.floor,
-            focus=points[:, names["A"]],
-            span=0.85 * tall,
-            height=1.05 * tall,
-            left=0.46,
-            low=-self._surface,
-            reach=CONE_LENGTH * tall,
-            force=WEIGHT_LENGTH * tall,
-            weight=self._weight if frames.weight is None else frames.weight,
-            marks=marks,
-            active=leg,
-            follow_height=False,
-            legend=LEGEND,
-        )
+def slip_marks(slide: np.ndarray, place: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """See Drawing.marks [m, 4]: a row for each instant at which the foot had slid since the one
+    before. slide, place: of the supporting foot [m]; steps: exchanges of support; each [n]."""
+    slid = np.diff(slide, prepend=slide[:1])
+    at = np.flatnonzero(np.abs(slid) >= LEAST_SLIDE)
+    if not len(at):
+        return np.empty((0, 4))
+    ends = np.stack([place, place - slid])[:, at]
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    exchange = np.diff(steps[at]) != 0
+    first = np.flatnonzero(np.append(True, exchange))
+    length = np.full(len(at), np.nan)
+    whole = np.maximum.reduceat(high, first) - np.minimum.reduceat(low, first)
+    length[np.append(exchange, True)] = whole
+    return np.stack([at, low, high, length], axis=-1)
 
 
 def biped_drawing(
-    frames: BipedFrame, params: BipedParams, scene: Scene, slips: np.ndarray
+    frames: BipedFrame, mechanism: Mechanism, slips: np.ndarray, marks: np.ndarray | None = None
 ) -> Drawing:
-    """The drawing of one robot's walk in one scene. slips: whether the foot slips by then [n]."""
-    frames, marks = frames.rows(), SlipMarks(most=None)
-    marks.record(frames)
-    return BipedSketch(params, scene).drawing(frames, marks.rows(), slips)
-
-
-class BipedRenderer(Renderer[BipedFrame]):
-    """Draws frames of one robot in one scene; the camera keeps the hip in place.
-
-    params, scene: one robot and one scene, not batches; a frame may bring its episode's own floor
-    and weight.
-    """
-
-    def __init__(self, params: BipedParams, scene: Scene):
-        super().__init__()
-        self._sketch = BipedSketch(params, scene)
-        self._marks = SlipMarks()
-
-    def reset(self) -> None:
-        """Forget the history: a floor without marks."""
-        super().reset()
-        self._marks = SlipMarks()
-
-    def draw(self, frame: BipedFrame) -> np.ndarray:
-        """The picture of a frame: uint8 [height, width, 3], a fresh array."""
-        return super().draw(frame.rows())
-
-    def drawing(self, frame: BipedFrame) -> Drawing:
-        """The drawing of one sample, with the marks of slides since `reset`."""
-        self._marks.record(frame)
-        return self._sketch.drawing(frame, self._marks.rows())
-
-    def readout(self, frame: BipedFrame) -> Readout:
-        """Time, way, rate, torque, slide and friction."""
-        walked, normal, mu = (
-            float(of[0]) for of in (frame.walked, frame.normal_force, frame.mu_static)
-        )
-        if np.isnan(walked):
-            (hip,) = self._sketch.mechanism.poses(frame.phase % (2 * pi)).pins["A"]
-            walked = float(frame.floor_position[0] + hip[0, 0]) - self._sketch.mechanism.start
-        use = written(abs(frame.friction_force[0]) / normal, 2) if normal > 0 else "–"
-        wanted = float(frame.commanded_rate[0])
-        asked = "" if np.isnan(wanted) else f" of {brief(wanted)}"
-        ended = frame.status.lower() not in ("ok", "slip_onset")
-        sticks = bool(frame.sticking[0])
-        state = ("STICK", theme.HOLDS) if sticks else ("SLIP", theme.SLIDES)
-        return Readout(
-            numbers=(
-                ("time  [s]", written(frame.time[0], 2)),
-                ("walked  [m]", written(walked, 2)),
-                ("steps", f"{frame.steps[0]}"),
-                ("mean rate  [rad/s]", brief(frame.mean_crank_rate[0]) + asked),
-                ("torque  [N m]", brief(frame.torque[0])),
-                ("slide  [mm]", written(1000 * frame.slide[0], 1)),
-                ("friction / normal", use if np.isnan(mu) else f"{use} of {mu:.2f}"),
-            ),
-            badge=frame.status.replace("_", " ").upper() if ended else state[0],
-            colour=theme.INK if ended else state[1],
-            at=float(frame.time[0]),
-        )
-
-
-def _points(poses: Pose, place: np.ndarray, leg: np.ndarray) -> tuple[np.ndarray, dict[str, int]]:
-    """Pins in the world [n, p, 2], those of each leg apart, and the index of each by its name.
-
-    Poses put the supporting leg first; here a leg keeps its place, so that what lies between two
-    samples is between two places of the same pin.
-    """
-    rows, names, count = [], {}, np.arange(len(leg))
-    shift = np.stack([place, np.zeros_like(place)], axis=-1)
-    for side in (0, 1):
-        which = np.where(leg == side, 0, 1)
-        for name in (*OWN, "crank_pin"):
-            names[f"{name}{side}"] = len(rows)
-            rows.append(poses.pins[name][count, which] + shift)
-    for name in "ABD":
-        names[name] = len(rows)
-        rows.append(poses.pins[name][:, 0] + shift)
-    return np.stack(rows, axis=1), names
-
-
-def _bodies(poses: Pose, points: np.ndarray, names: dict[str, int], leg: np.ndarray) -> np.ndarray:
-    """Place and direction of both feet and of the hip [n, 3, 3]."""
-    found = []
-    for side in (0, 1):
-        feet = poses.feet[np.arange(len(leg)), np.where(leg == side, 0, 1)]
-        angle = np.arctan2(feet[:, 1], feet[:, 0])
-        found.append(np.column_stack([points[:, names[f"E{side}"]], angle]))
-    ahead = points[:, names["B"]] - points[:, names["A"]]
-    angle = np.arctan2(ahead[:, 1], ahead[:, 0])
-    found.append(np.column_stack([points[:, names["A"]], angle]))
-    return np.stack(found, axis=1)
-
-
-def _parts(mechanism: Mechanism, names: dict[str, int]) -> tuple[Part, ...]:
-    """Hip, legs, crank and pins, back to front."""
-    slot = mechanism.slot
-    half = np.array([0.0, 0.12 * mechanism.crank])
-    groove = np.array([slot[0] - half, slot[1] - half, slot[1] + half, slot[0] + half])
-    parts = [
-        Part("hip", outline=mechanism.hip_outline, body=2, edge="hip-edge"),
-        Part("page", outline=groove, body=2, edge="hip-edge"),
-    ]
-    for side in (0, 1):
-        parts.append(Part("main", outline=mechanism.sole, body=side, group=side))
-        for a, b, role in BARS:
-            pair = tuple(names.get(f"{pin}{side}", names.get(pin, -1)) for pin in (a, b))
-            width = theme.BAR_WIDTH[role]
-            parts.append(Part(role, bars=(pair,), width=width, group=side))  # pyright: ignore[reportArgumentType], two of them
-        pins = tuple(names[f"{name}{side}"] for name in OWN)
-        parts.append(Part("main", dots=pins, width=4.4, group=side))
-    arms = names["crank_pin0"], names["crank_pin1"]
-    parts += [
-        Part("motor", bars=(arms,), width=6.5),
-        Part("motor", dots=(names["A"],), width=13.0),
-        Part("motor", dots=arms, width=5.0),
-        Part("hip-edge", dots=(names["B"], names["D"]), width=7.0),
-    ]
-    return tuple(parts)
+    """The drawing of a walk. slips: whether the foot slips by then [n]; marks: see Drawing, by
+    default those of the frames."""
+    if marks is None:
+        marks = slip_marks(frames.slide, frames.floor_position, frames.steps)
+    leg, surface = frames.steps % 2, -SOLE * mechanism.crank
+    points, bodies = mechanism.placed(frames.phase % (2 * pi), frames.floor_position, leg)
+    tall = mechanism.top - surface
+    return Drawing(
+        points=points,
+        bodies=bodies,
+        parts=mechanism.parts,
+        contacts=tuple(_contact(frames, leg == k, surface, slips) for k in (0, 1)),
+        ground=np.array([[-FAR, surface], [FAR, surface]]),
+        stretches=frames.floor,
+        focus=bodies[:, 2, :2],
+        span=0.85 * tall,
+        height=1.05 * tall,
+        left=0.46,
+        low=-surface,
+        reach=CONE_LENGTH * tall,
+        force=WEIGHT_LENGTH * tall,
+        weight=frames.weight,
+        marks=marks,
+        active=leg,
+        follow_height=False,
+        legend=LEGEND,
+    )
 
 
 def _contact(
@@ -336,3 +175,47 @@ def _contact(
         mu_kinetic=frames.mu_kinetic,
         slips=slips,
     )
+
+
+class BipedRenderer(Renderer[BipedFrame]):
+    """Draws frames of one robot (not a batch); the camera keeps the hip in place."""
+
+    def __init__(self, params: BipedParams):
+        super().__init__()
+        self._mechanism = Mechanism(params)
+        self._places: deque[tuple[float, float, int]] = deque(maxlen=KEPT_PLACES)
+
+    def reset(self) -> None:
+        """Forget the history: a floor without marks."""
+        super().reset()
+        self._places.clear()
+
+    def drawing(self, frame: BipedFrame) -> Drawing:
+        """The drawing of one instant, with the marks of slides since `reset`."""
+        self._places.append((frame.slide[0], frame.floor_position[0], frame.steps[0]))
+        marks = slip_marks(*np.array(self._places, float).T)
+        marks[:, 0] = 0  # all of them are over
+        return biped_drawing(frame, self._mechanism, ~frame.sticking, marks)
+
+    def readout(self, frame: BipedFrame) -> Readout:
+        """Time, distance, rate, torque, slide and friction."""
+        normal, mu = float(frame.normal_force[0]), float(frame.mu_static[0])
+        use = written(abs(frame.friction_force[0]) / normal, 2) if normal > 0 else "–"
+        wanted = float(frame.commanded_rate[0])
+        asked = "" if np.isnan(wanted) else f" of {brief(wanted)}"
+        ended = frame.status.lower() not in ("ok", "slip_onset")
+        state = ("STICK", theme.HOLDS) if frame.sticking[0] else ("SLIP", theme.SLIDES)
+        return Readout(
+            numbers=(
+                ("time  [s]", written(frame.time[0], 2)),
+                ("walked  [m]", written(frame.walked[0], 2)),
+                ("steps", f"{frame.steps[0]}"),
+                ("mean rate  [rad/s]", brief(frame.mean_crank_rate[0]) + asked),
+                ("torque  [N m]", brief(frame.torque[0])),
+                ("slide  [mm]", written(1000 * frame.slide[0], 1)),
+                ("friction / normal", use if np.isnan(mu) else f"{use} of {mu:.2f}"),
+            ),
+            badge=frame.status.replace("_", " ").upper() if ended else state[0],
+            colour=theme.INK if ended else state[1],
+            at=float(frame.time[0]),
+        )

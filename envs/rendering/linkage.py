@@ -1,22 +1,17 @@
-"""The 24 bodies, drawn link by link."""
+"""The 24 bodies of the biped as shapes, and where they are."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
 
-from stickslip.dynamics.biped.links import (
-    SUPPORT_END,
-    SUPPORT_START,
-    Kinematics,
-    kinematics,
-)
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, Kinematics, kinematics
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.drawing import Part
 
 if TYPE_CHECKING:
-    from jax.typing import ArrayLike
-
     from stickslip.dynamics.biped.params import BipedParams
 
 BARS = (
@@ -32,40 +27,23 @@ BARS = (
     ("E", "K", "main"),  # 2, tibia
 )
 """Each bar of a leg by its end pins, back to front; foot, crank and hip are drawn apart."""
-
+OWN = ("E", "ankle_bar", "H", "K", "knee_bar", "C", "F", "C_bar", "slot_pin", "rod_pin")
+"""Pins of one leg."""
+NAMES = (*(f"{name}{side}" for side in (0, 1) for name in (*OWN, "crank_pin")), *"ABD")
+"""Pins in the order of a drawing's points: those of each leg, and the hip's."""
 SOLE = 0.55
 """Thickness of the drawn sole in crank lengths. The model's foot has none: its ankle is on the
 ground, so the sole and the floor are drawn below the ankle."""
 
-_FOOT_OF_LEG = (0, 13)  # in BODIES
+_FEET = [0, 13]  # in BODIES, the supporting leg's first
 _sweep = jax.jit(jax.vmap(kinematics, in_axes=(None, 0)))
 
 
-class Pose(NamedTuple):
-    """Positions of the links in the ground frame of the supporting ankle, as NumPy arrays."""
-
-    pins: dict[str, np.ndarray]
-    """Each [2 legs, 2] m, supporting leg first; A, B and D are the hip's, the same for both."""
-    feet: np.ndarray
-    """Directions of both feet [2 legs, 2], heel to toe."""
-
-
-def _on_cpu(params: BipedParams) -> BipedParams:
-    """Parameters in single precision on the CPU, where one pose is computed quickest."""
-    single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
-    try:
-        return jax.device_put(single, jax.local_devices(backend="cpu")[0])
-    except RuntimeError:  # JAX was told to use an accelerator only
-        return jax.device_put(single)
-
-
-def plain(number: ArrayLike) -> float:
-    """A single number, of JAX or not, as Python's own."""
-    return np.asarray(number, float).item()
-
-
 class Mechanism:
-    """The linkage of one robot: poses and extents, by the kinematics alone (on the CPU)."""
+    """The linkage of one robot: its shapes and their places, by the kinematics alone.
+
+    It computes in single precision on the CPU, where one pose takes the least time.
+    """
 
     def __init__(self, params: BipedParams):
         if any(np.ndim(value) for value in (params.crank, params.tibia, params.toe)):
@@ -74,49 +52,107 @@ class Mechanism:
                 "jax.tree.map(lambda leaf: leaf[0], params)"
             )
         self._params = _on_cpu(params)
-        self.crank, self.offset = plain(params.crank), plain(params.offset)
-        self.heel, self.toe = plain(params.heel), plain(params.toe)
-        self.sole = _sole(self)
-        """The drawn foot about its ankle, along it and upwards [n, 2] m."""
-        phases = np.linspace(SUPPORT_START, SUPPORT_END, 33, dtype=np.float32)
-        swept = jax.tree.map(np.asarray, _sweep(self._params, phases))
-        pins = np.stack([*swept.pins])
-        self.top = float(max(pins[..., 1].max(), swept.hip_pins[..., 1].max()))
+        self.crank = float(params.crank)
+        swept = self._poses(np.linspace(SUPPORT_START, SUPPORT_END, 33))
+        highest = [np.max(pin[..., 1]) for pin in (*swept.pins, swept.hip_pins)]
+        self.top = float(max(highest))
         """Highest point any pin reaches over the supporting ankle [m]."""
-        from_A = swept.pins.slot_pin - swept.hip_pins[:, None, 0]
-        ahead = swept.hip_pins[:, 1] - swept.hip_pins[:, 0]
-        ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
-        along = np.sum(from_A * ahead[:, None], axis=-1)
-        depth, base = plain(params.slot_depth), plain(params.ground_link)
-        self.slot = np.array([[along.min(), -depth], [along.max(), -depth]])
-        """Between which points the slot's pins travel, from A, in the hip's axes [2, 2] m."""
-        joints = np.array([[0, 0], [base, 0], [base, -plain(params.tendon_drop)], *self.slot])
-        self.hip_outline = _hull(joints, 0.55 * self.crank)
-        """The drawn hip about A, B, D and the slot, from A, in the hip's axes [n, 2] m."""
-        self.start = float(swept.hip_pins[0, 0, 0])
-        """The hip's A at the start of a step, before the supporting ankle [m]."""
+        self.parts = _parts(params, swept)
+        """Hip, legs, crank and pins, back to front."""
 
-    def poses(self, phases: np.ndarray) -> Pose:
-        """The links at crank angles of the supporting leg [n, rad]; n leads in every array."""
-        return _pose(jax.device_get(_sweep(self._params, np.asarray(phases, np.float32))))
+    def _poses(self, phases: np.ndarray) -> Kinematics:
+        """Kinematics [n] at crank angles of the supporting leg [n, rad]."""
+        return jax.device_get(_sweep(self._params, np.asarray(phases, np.float32)))
+
+    def placed(
+        self, phases: np.ndarray, place: np.ndarray, leg: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pins in the world [n, p, 2] m in the order of NAMES, and x, y and angle of both feet and
+        of the hip [n, 3, 3].
+
+        phases: crank angles of the supporting leg [n, rad]; place: of its ankle [n, m]; leg: which
+        it is [n]. Kinematics put the supporting leg first; here a leg keeps its place, so that what
+        lies between two samples is between two places of the same pin.
+        """
+        now, count = self._poses(phases), np.arange(len(leg))
+        pins = now.pins._asdict()
+        sides = [np.where(leg == side, 0, 1) for side in (0, 1)]
+        rows = [pins[name][count, side] for side in sides for name in (*OWN, "crank_pin")]
+        rows += [now.hip_pins[:, k] for k in range(3)]
+        points = np.stack(rows, axis=1) + np.stack([place, np.zeros_like(place)], -1)[:, None]
+        feet = [np.angle(np.exp(1j * now.angles[count, np.take(_FEET, side)])) for side in sides]
+        A, B = points[:, NAMES.index("A")], points[:, NAMES.index("B")]
+        angles = [*feet, np.arctan2(*(B - A).T[::-1])]
+        origins = [points[:, NAMES.index(name)] for name in ("E0", "E1", "A")]
+        return points, np.stack(
+            [np.column_stack(both) for both in zip(origins, angles, strict=True)], axis=1
+        )
 
 
-def _pose(now: Kinematics) -> Pose:
-    pins = now.pins._asdict()
-    for index, name in enumerate("ABD"):
-        place = now.hip_pins[..., index, :]
-        pins[name] = np.stack([place, place], axis=-2)
-    angles = now.angles[..., list(_FOOT_OF_LEG)]
-    return Pose(pins, np.stack([np.cos(angles), np.sin(angles)], axis=-1))
+def _on_cpu(params: BipedParams) -> BipedParams:
+    single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
+    try:
+        return jax.device_put(single, jax.local_devices(backend="cpu")[0])
+    except RuntimeError:  # JAX was told to use an accelerator only
+        return jax.device_put(single)
 
 
-def _sole(m: Mechanism) -> np.ndarray:
-    """Outline of the foot: upright edges at heel and toe, and a bracket about the two pins."""
-    bottom, edge, top = -SOLE * m.crank, -0.1 * SOLE * m.crank, 0.3 * m.crank
-    rear, front = -min(0.8 * m.crank, m.heel), min(m.offset + 0.8 * m.crank, m.toe)
-    slope = 0.6 * m.crank
-    last, first = max(rear - slope, -m.heel), min(front + slope, m.toe)
-    along = np.array([-m.heel, m.toe, m.toe, first, front, rear, last, -m.heel])
+def _parts(params: BipedParams, swept: Kinematics) -> tuple[Part, ...]:
+    """Shapes of one robot; swept: its poses in a step."""
+    crank = float(params.crank)
+    slot = _slot(params, swept)
+    base, drop = float(params.ground_link), float(params.tendon_drop)
+    hip = _hull(np.array([[0, 0], [base, 0], [base, -drop], *slot]), 0.55 * crank)
+    half = np.array([0.0, 0.12 * crank])
+    groove = np.array([slot[0] - half, slot[1] - half, slot[1] + half, slot[0] + half])
+    parts = [
+        Part("hip", outline=hip, body=2, edge="hip-edge"),
+        Part("page", outline=groove, body=2, edge="hip-edge"),
+    ]
+    sole = _sole(params)
+    for side in (0, 1):
+        parts.append(Part("main", outline=sole, body=side, group=side))
+        for a, b, role in BARS:
+            width = theme.BAR_WIDTH[role]
+            parts.append(
+                Part(role, bars=((_pin(a, side), _pin(b, side)),), width=width, group=side)
+            )
+        dots = tuple(_pin(name, side) for name in OWN)
+        parts.append(Part("main", dots=dots, width=4.4, group=side))
+    arms = _pin("crank_pin", 0), _pin("crank_pin", 1)
+    return (
+        *parts,
+        Part("motor", bars=(arms,), width=6.5),
+        Part("motor", dots=(_pin("A"),), width=13.0),
+        Part("motor", dots=arms, width=5.0),
+        Part("hip-edge", dots=(_pin("B"), _pin("D")), width=7.0),
+    )
+
+
+def _pin(name: str, side: int = 0) -> int:
+    """Index of a pin of a leg, or of the hip."""
+    return NAMES.index(name if name in NAMES else f"{name}{side}")
+
+
+def _slot(params: BipedParams, swept: Kinematics) -> np.ndarray:
+    """Between which points the slot's pins travel, from A, in the hip's axes [2, 2] m."""
+    from_A = swept.pins.slot_pin - swept.hip_pins[:, None, 0]
+    ahead = swept.hip_pins[:, 1] - swept.hip_pins[:, 0]
+    ahead /= np.linalg.norm(ahead, axis=-1, keepdims=True)
+    along = np.sum(from_A * ahead[:, None], axis=-1)
+    depth = float(params.slot_depth)
+    return np.array([[along.min(), -depth], [along.max(), -depth]])
+
+
+def _sole(params: BipedParams) -> np.ndarray:
+    """Outline of the foot about its ankle, along it and upwards [n, 2] m: upright edges at heel and
+    toe, and a bracket about the two pins."""
+    crank, heel, toe = float(params.crank), float(params.heel), float(params.toe)
+    bottom, edge, top = -SOLE * crank, -0.1 * SOLE * crank, 0.3 * crank
+    rear, front = -min(0.8 * crank, heel), min(float(params.offset) + 0.8 * crank, toe)
+    slope = 0.6 * crank
+    last, first = max(rear - slope, -heel), min(front + slope, toe)
+    along = np.array([-heel, toe, toe, first, front, rear, last, -heel])
     up = np.array([bottom, bottom, edge, edge, top, top, edge, edge])
     return np.stack([along, up], axis=-1)
 

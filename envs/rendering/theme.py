@@ -62,21 +62,17 @@ SLIPPERY = 0.15
 """A floor below this static friction is drawn as ice [-]."""
 
 
-def floor_colour(mu_static: float | None) -> tuple[float, float, float]:
+def floor_colour(mu_static: float | None) -> str:
     """From pale blue (no friction) over light to dark stone (1 and more); None is a grip floor."""
+    share, light, dark = 0.0, (0.83, 0.80, 0.74), (0.47, 0.43, 0.36)
     if mu_static is None:
-        return (0.50, 0.53, 0.56)
-    if mu_static < SLIPPERY:
-        return (0.76, 0.90, 0.97)
-    share = min((mu_static - SLIPPERY) / (1 - SLIPPERY), 1.0)
-    light, dark = (0.83, 0.80, 0.74), (0.47, 0.43, 0.36)
-    red, green, blue = (a + share * (b - a) for a, b in zip(light, dark, strict=True))
-    return red, green, blue
-
-
-def hexadecimal(colour: tuple[float, float, float]) -> str:
-    """Red, green and blue from 0 to 1 as #rrggbb."""
-    return "#" + "".join(f"{round(255 * part):02x}" for part in colour)
+        light = (0.50, 0.53, 0.56)
+    elif mu_static < SLIPPERY:
+        light = (0.76, 0.90, 0.97)
+    else:
+        share = min((mu_static - SLIPPERY) / (1 - SLIPPERY), 1.0)
+    mixed = (a + share * (b - a) for a, b in zip(light, dark, strict=True))
+    return "#" + "".join(f"{round(255 * part):02x}" for part in mixed)
 
 
 def written(value: float, digits: int) -> str:

@@ -219,7 +219,7 @@ def _ground(frame: UGVFrame) -> tuple[np.ndarray, tuple[Stretch, ...]]:
     starts = [0, *(np.flatnonzero(np.diff(mu)) + 1).tolist()]
     edges = [*points[starts, 0].tolist(), float(points[-1, 0])]
     stretches = (
-        Stretch(start, end, theme.hexadecimal(theme.floor_colour(mu[at])), f"μ {mu[at]:.3g}")
+        Stretch(start, end, theme.floor_colour(mu[at]), f"μ {mu[at]:.3g}")
         for (start, end), at in zip(pairwise(edges), starts, strict=True)
     )
     return points, tuple(stretches)

@@ -26,7 +26,7 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.dynamics.status import Status
-from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer
+from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer, stretches_of
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of
 from stickslip.options import WalkOptions
@@ -178,6 +178,9 @@ def film_walk(walk: Walk, path: Path) -> Path:
     time = np.asarray(states.time - states.time[0])
     turned = np.asarray(states.crank_angle) - np.asarray(states.crank_angle)[0]
 
+    robot, floor = walk.robot, stretches_of(walk.scene.floor)
+    weight = float(robot.total_mass * robot.gravity)
+
     def frame(i: int) -> BipedFrame:
         ended = i == walk.count and walk.status.terminal
         row = max(i - 1, 0)  # at the start there are no forces yet
@@ -187,6 +190,8 @@ def film_walk(walk: Walk, path: Path) -> Path:
         }
         return BipedFrame(
             phase=states.phase[i],
+            floor=floor,
+            weight=weight,
             steps=states.steps[i],
             floor_position=walk.along.ankle[i],
             slide=states.foot_position[i],
@@ -202,5 +207,5 @@ def film_walk(walk: Walk, path: Path) -> Path:
             walked=walk.along.mass[i] - walk.along.mass[0],
         )
 
-    renderer = BipedRenderer(walk.robot.params, walk.scene)
+    renderer = BipedRenderer(robot.params)
     return write_pictures(renderer, frame, walk.count, walk.period, path, FPS, progress=True)

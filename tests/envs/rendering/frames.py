@@ -9,11 +9,15 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.rendering.biped import BipedFrame, biped_drawing
+from stickslip.envs.rendering.biped import BipedFrame, biped_drawing, stretches_of
+from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.page import Episode, Event, Line, Page, Panel
 
+SCENE = Scene.uniform(0.4, 0.3)
 STANDING = BipedFrame(
     phase=2.2,
+    floor=stretches_of(SCENE.floor),
+    weight=83.0,
     steps=0,
     floor_position=0.0,
     slide=0.0,
@@ -29,7 +33,6 @@ STANDING = BipedFrame(
     mean_crank_rate=3.0,
     commanded_rate=3.0,
 )
-SCENE = Scene.uniform(0.4, 0.3)
 
 
 def walk(count: int, slide_per_frame: float = 0.0) -> list[BipedFrame]:
@@ -67,7 +70,7 @@ def walked(name: str = "walker") -> Episode:
     slide = 1e-3 * np.cumsum(slips)
     place = frames.floor_position + slide
     frames = replace(frames, slide=slide, floor_position=place, sticking=~slips)
-    drawing = biped_drawing(frames, BipedParams.from_bars(), SCENE, slips)
+    drawing = biped_drawing(frames, Mechanism(BipedParams.from_bars()), slips)
     ahead = drawing.focus[:, 0]
     time = PERIOD * np.arange(SAMPLES)
     terms = tuple(Line(f"term {i}", np.sin(time + i)) for i in range(4))

@@ -13,7 +13,7 @@ import pytest
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.envs.rendering.animation import find_ffmpeg, save_animation
 from stickslip.envs.rendering.biped import BipedRenderer
-from tests.envs.rendering.frames import SCENE, walk
+from tests.envs.rendering.frames import walk
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("PIL")
@@ -21,7 +21,7 @@ pytest.importorskip("PIL")
 
 @pytest.fixture(scope="module")
 def film():
-    renderer = BipedRenderer(BipedParams.from_bars(), SCENE)
+    renderer = BipedRenderer(BipedParams.from_bars())
     frames = [renderer.draw(frame) for frame in walk(6, slide_per_frame=0.002)]
     return [*frames, frames[-1]]  # a picture that stands still is shown for longer
 

@@ -7,16 +7,16 @@ import pytest
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.links import kinematics
-from stickslip.dynamics.scene import Patches, Scene
-from stickslip.envs.rendering.biped import biped_drawing
+from stickslip.dynamics.scene import Patches
+from stickslip.envs.rendering.biped import biped_drawing, stretches_of
 from stickslip.envs.rendering.drawing import Drawing
-from tests.envs.rendering.frames import SCENE, walk_rows
+from stickslip.envs.rendering.linkage import Mechanism
+from tests.envs.rendering.frames import walk_rows
 
 
-def drawn(count: int, slide: float = 0.0, scene: Scene = SCENE) -> Drawing:
-    return biped_drawing(
-        walk_rows(count, slide), BipedParams.from_bars(), scene, np.full(count, slide > 0)
-    )
+def drawn(count: int, slide: float = 0.0) -> Drawing:
+    mechanism = Mechanism(BipedParams.from_bars())
+    return biped_drawing(walk_rows(count, slide), mechanism, np.full(count, slide > 0))
 
 
 def test_bars_end_at_the_pins_of_the_kinematics():
@@ -58,6 +58,6 @@ def test_only_the_foot_that_carries_is_pushed_by_the_ground():
 
 def test_patches_are_stretches_of_the_floor():
     floor = Patches(jnp.array([0.5]), jnp.array([0.3, 0.05]), jnp.array([0.3, 0.04]))
-    first, second = drawn(3, scene=Scene(floor)).stretches
+    first, second = stretches_of(floor)
     assert (first.end, second.start) == (0.5, 0.5)
     assert "0.05" in second.words
