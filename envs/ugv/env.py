@@ -320,8 +320,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
         from stickslip.envs.ugv.picture import ugv_frames
 
-        states = jax.tree.map(lambda leaf: np.asarray(leaf)[None], jax.device_get(state))
-        infos = {"status": np.asarray(info.get("status", state.station.status))[None]}
+        here = jax.device_get((state, dict(info)))
+        states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
         return ugv_frames(states, infos, params, self.solver, self.preview)
 
     def renderer(self, params: UGVEnvParams) -> UGVRenderer:

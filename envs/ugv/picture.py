@@ -11,10 +11,12 @@ import numpy as np
 
 from stickslip.dynamics.ugv import PoseSolver, place
 from stickslip.envs.rendering.ugv import UGVFrame
-from stickslip.envs.ugv.state import ground
+from stickslip.envs.ugv.state import ground, places_ahead
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+
+    from jaxtyping import Float
 
     from stickslip.dynamics.pytrees import Number
     from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
@@ -37,91 +39,73 @@ def ugv_frames(
     solver: PoseSolver,
     preview: int = 0,
 ) -> UGVFrame:
-    """The frame of states in a row, every leaf [n], with the info of the step that led to each.
+    """The frame of an episode's states, every leaf [n], with the info of the step that led to each.
 
     preview: how many points ahead are observed.
     """
-    sampled = _sampled(solver, preview, states, params)
-    return _frame(sampled, states.station, states.cost, params.start, infos["status"])
+    odometer, friction = ground(jax.tree.map(lambda leaf: leaf[0], states.drawn), params)
+    at = states.station
+    ahead = places_ahead(preview, params, jnp.result_type(at.x)) if preview else np.empty(0)
+    status = infos.get("status", at.status)
+    about = odometer, friction, params.vehicle, solver
+    return station_frames(at, states.cost, *about, ahead, float(params.start), status)
 
 
 def station_frames(
     stations: Station,
-    costs: np.ndarray,
+    costs: Array,
     odometer: Odometer,
     friction: Number,
     vehicle: UGVParams,
     solver: PoseSolver,
+    ahead: Float[Array, " m"] = np.empty(0),  # noqa: B008
+    start: float | None = None,
+    status: Array | None = None,
 ) -> UGVFrame:
     """The frame of a drive's stations [n]; costs: so far [n]; friction: mu, one or [n], by which a
-    surface's is multiplied."""
-    sampled = _at_each(solver, stations, odometer, friction, vehicle)
-    return _frame(sampled, stations, costs, stations.x[0], np.asarray(stations.status))
-
-
-def _frame(
-    sampled: Sampled, at: Station, cost: Array, start: Number, status: np.ndarray
-) -> UGVFrame:
-    tree: Any = jax.tree.map(lambda leaf: leaf.astype(float), jax.device_get((*sampled, at, cost)))
-    placed, turned, points, seen, mu, stations, costs = tree
+    surface's is multiplied. ahead: distances of the points that are observed [m]. start: of the
+    drive [m], by default the first station's; status: by default the stations' [n]."""
+    placed = _placed(solver, stations, odometer, friction, vehicle, ahead)
+    tree: Any = jax.device_get((*placed, stations, costs))
+    pose, turned, points, seen, mu, at, cost = jax.tree.map(lambda leaf: leaf.astype(float), tree)
     return UGVFrame(
-        at=stations,
-        placed=placed,
+        at=at,
+        placed=pose,
         turned=turned,
         ground=points,
         preview=seen,
-        cost=costs,
-        status=np.asarray(status, int),
-        start=float(start),
+        cost=cost,
+        status=np.asarray(stations.status if status is None else status, int),
+        start=float(stations.x[0]) if start is None else start,
         ground_mu=mu,
     )
 
 
-@partial(jax.jit, static_argnums=(0, 1))
-def _sampled(
-    solver: PoseSolver, preview: int, states: UGVEnvState, params: UGVEnvParams
-) -> Sampled:
-    """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
-    points where the ground has a surface, each [n]."""
-
-    def one(state: UGVEnvState) -> Sampled:
-        odometer, friction = ground(state.drawn, params)
-        length = params.preview_length
-        return _at(solver, state.station, odometer, friction, params.vehicle, preview, length)
-
-    return jax.vmap(one)(states)
-
-
 @partial(jax.jit, static_argnums=0)
-def _at_each(
+def _placed(
     solver: PoseSolver,
     stations: Station,
     odometer: Odometer,
     friction: Number,
     vehicle: UGVParams,
+    ahead: Float[Array, " m"],
 ) -> Sampled:
-    each = jnp.broadcast_to(friction, stations.x.shape)
-    return jax.vmap(lambda at, mu: _at(solver, at, odometer, mu, vehicle))(stations, each)
-
-
-def _at(
-    solver: PoseSolver,
-    at: Station,
-    odometer: Odometer,
-    friction: Number,
-    vehicle: UGVParams,
-    preview: int = 0,
-    length: Number = 0.0,
-) -> Sampled:
-    track = odometer.track
-    placed = place(vehicle, track, at.x, at.leg_angles, solver)
-    turned = [
-        wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
-        for wheel in (placed.rear, placed.front)
-    ]
+    """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
+    points where the ground has a surface, each [n]."""
+    track, kind = odometer.track, stations.x.dtype
     reach = REACH * (vehicle.body_length + 2 * vehicle.leg_length)
-    x = at.x + reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=at.x.dtype)
-    part = jnp.arange(1, preview + 1, dtype=at.x.dtype) / max(preview, 1)
-    points, seen = (jnp.stack([each, track.height(each)], -1) for each in (x, at.x + length * part))
-    mu = None if track.surface is None else friction * track.surface.at(x)
-    return placed, jnp.stack(turned), points, seen, mu
+    about = reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=kind)
+
+    def one(at: Station, friction: Number) -> Sampled:
+        placed = place(vehicle, track, at.x, at.leg_angles, solver)
+        turned = [
+            wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
+            for wheel in (placed.rear, placed.front)
+        ]
+        points, seen = (
+            jnp.stack([x, track.height(x)], -1) for x in (at.x + about, at.x + ahead.astype(kind))
+        )
+        mu = None if track.surface is None else friction * track.surface.at(at.x + about)
+        return placed, jnp.stack(turned), points, seen, mu
+
+    return jax.vmap(one)(stations, jnp.broadcast_to(friction, stations.x.shape))

@@ -184,7 +184,7 @@ def _usual(at: Station) -> Array:
     return at.friction if jnp.ndim(at.friction) == 0 else jnp.max(at.friction)
 
 
-def _places_ahead(preview: int, params: UGVEnvParams, dtype: DTypeLike) -> Float[Array, " n"]:
+def places_ahead(preview: int, params: UGVEnvParams, dtype: DTypeLike) -> Float[Array, " n"]:
     """Distances of the points ahead of the front contact [m]."""
     return params.preview_length * (jnp.arange(1, preview + 1, dtype=dtype) / preview)
 
@@ -195,14 +195,14 @@ def _friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> F
     surface, dtype = odometer.track.surface, state.cost.dtype
     if surface is None:
         return jnp.full(preview, friction, dtype)
-    return friction * surface.at(state.station.x + _places_ahead(preview, params, dtype))
+    return friction * surface.at(state.station.x + places_ahead(preview, params, dtype))
 
 
 def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
     """Heights of the points ahead over the front contact [m], with this step's noise."""
     x, dtype = state.station.x, state.cost.dtype
     track = ground(state.drawn, params)[0].track
-    heights = track.seen_from(x).height(_places_ahead(preview, params, dtype))
+    heights = track.seen_from(x).height(places_ahead(preview, params, dtype))
     if state.drawn.noise is None or params.preview_noise is None:
         return heights
     key = jax.random.fold_in(jax.random.wrap_key_data(state.drawn.noise), state.elapsed)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -177,8 +176,7 @@ def film_drive(problem: PostureProblem, x: np.ndarray, path: Path) -> Path:
         at = stations.map(lambda of: np.asarray(of)[i : i + 1])
         about = fine.posture.odometer, friction[i : i + 1], fine.posture.params, fine.solver
         with jax.enable_x64(True):
-            found = station_frames(at, largest[i : i + 1], *about)
-        return replace(found, start=float(fine.x[0]))
+            return station_frames(at, largest[i : i + 1], *about, start=float(fine.x[0]))
 
     renderer = UGVRenderer(problem.params, "largest torque", "N m")
     period = length / SPEED / last
