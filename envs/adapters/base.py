@@ -48,7 +48,7 @@ class Compiled(Generic[State, Params]):
         env = env if autoreset is None else replace(env, autoreset=autoreset)  # type: ignore[type-var]
         self._functional, self._params, self.render_mode = env, params, render_mode
         self._envs = PackedEnvs(env, params, num_envs)
-        self._pictures = Pictures(env, params, self._envs)
+        self._pictures = Pictures(env, self._envs)
 
     def _set_spec(self, spec: EnvSpec | None) -> None:
         params: Any = self._params
@@ -115,9 +115,9 @@ class Pictures(Generic[Params]):
     """A renderer for each environment, made when it is first asked for a picture, and anew for
     episodes with parameters of their own. A copy makes its own."""
 
-    def __init__(self, env: FunctionalEnv[Any, Params], params: Params, envs: PackedEnvs):
-        self._env, self._params, self._envs = env, params, envs
-        self._renderers: dict[int, tuple[Params | None, Any]] = {}
+    def __init__(self, env: FunctionalEnv[Any, Params], envs: PackedEnvs):
+        self._env, self._envs = env, envs
+        self._renderers: dict[int, tuple[Params, Any]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the renderers, which hold a canvas that cannot be copied."""
@@ -143,9 +143,8 @@ class Pictures(Generic[Params]):
         """[height, width, 3] of an environment; info: of the step before, {} after a reset."""
         if not self._envs.begun:
             raise ValueError("render without an episode; accepted: after reset()")
-        own = self._envs.params_of(index)
-        params = self._params if own is None else own
-        if index not in self._renderers or self._renderers[index][0] is not own:
-            self._renderers[index] = own, self._env.renderer(params)
+        params = self._envs.params
+        if index not in self._renderers or self._renderers[index][0] is not params:
+            self._renderers[index] = params, self._env.renderer(params)
         state = self._envs.state_of(index)
         return self._renderers[index][1].draw(self._env.picture(state, info, params))

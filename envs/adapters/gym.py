@@ -49,7 +49,7 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         if seed is not None or not self._seeded:
             self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])
             self._seeded = True
-        obs = self._envs.reset(params=params)[0].astype(np.float32)
+        obs = self._envs.reset((np.ones(1, bool), params))[0].astype(np.float32)
         self._ending, self._info = None, {}
         self._pictures.reset()
         return obs, {}

@@ -5,7 +5,7 @@ One compiled call a step, of one array to one array: a call costs for each of th
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -34,8 +34,8 @@ COPIES = 4
 
 
 class _Program(NamedTuple):
-    """Static part: hashable, the key of the compiled functions. Numbers of `entries` are passed at
-    each call, all others are constants."""
+    """Static part: hashable, the key of the compiled functions. The parameters' numbers in
+    `entries` are passed at each call, all others are constants."""
 
     env: FunctionalEnv
     shared: Shared
@@ -48,7 +48,7 @@ class _Program(NamedTuple):
     """Length of a row of `row_of`; it follows the carry, so that a step returns a single array."""
 
     def params(self, own: Array | None) -> Any:
-        """One environment's parameters; own: its packed entries."""
+        """The parameters; own: their packed entries."""
         usual = self.shared.params()
         if own is None:
             return usual
@@ -56,62 +56,24 @@ class _Program(NamedTuple):
 
 
 class _Episodes:
-    """Environments of a batch of n whose parameters differ from the shared ones in some entries.
+    """Episodes of one kind: the program that begins and steps them, and their parameters.
 
-    members: [n], true for those that are in here; columns of the others mean nothing.
+    own: those that the program is passed, packed [words]; None where all are constants.
     """
 
-    def __init__(
-        self, env: FunctionalEnv, shared: Shared, params: Any, entries: tuple[str, ...], n: int
-    ):
-        """params: of one episode, of which the structure counts."""
-        data = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
-        obs, state, step = abstract_step(env, params)
-        self.results = obs, *step[2:]
-        """Shapes and types of a step's results."""
-        self.columns, self.dtype = Columns(obs, step[5]), np.dtype(obs.dtype)
-        own = Codec.of(tuple(getattr(params, name) for name in entries))
-        carry = Codec.of((data, state))
-        self.program = _Program(env, shared, entries, own, carry, self.columns.count)
-        self.bytes = sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(step[1:]))
-        """Memory of one environment's state and results."""
-        self.members = np.zeros(n, bool)
-        self.carry: Array | None = None
-        self._own: Array | None = None
+    def __init__(self, program: _Program, params: Any):
+        self.program, self.params = program, params
+        entries = tuple(getattr(params, name) for name in program.entries)
+        self.own = program.own.pack(entries) if entries else None
 
     @cached_property
-    def _step(self) -> Callable[..., Array]:
+    def step(self) -> Callable[..., Array]:
+        """The compiled step."""
         return _step_of(self.program)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the compiled step, which does not pickle: a copy finds it again."""
-        return {name: value for name, value in vars(self).items() if name != "_step"}
-
-    def begin(self, chains: np.ndarray, mask: np.ndarray, params: Any) -> np.ndarray:
-        """Begin episodes with these parameters where the mask is true; observations [n, obs]."""
-        entries = tuple(getattr(params, name) for name in self.program.entries)
-        before = None if self.carry is None or mask.all() else (self.carry, self._own)
-        self.carry, self._own, obs = _begin(self.program, chains, entries, mask, before)
-        return np.array(obs)
-
-    def adopt(self, other: _Episodes, mask: np.ndarray) -> None:
-        """Take over another group's episodes where the mask is true."""
-        if self.carry is None or mask.all():
-            self.carry = other.carry
-        else:
-            self.carry = jax.tree.map(partial(jnp.where, mask), other.carry, self.carry)
-
-    def step(self, actions: np.ndarray) -> np.ndarray:
-        """One control step: the rows of `row_of` [n, numbers]."""
-        self.carry = self._step(self.carry, self._own, actions)
-        words = np.array(np.asarray(self.carry)[-self.program.numbers :])
-        own = np.dtype(f"uint{8 * self.dtype.itemsize}")
-        return words.astype(own, copy=False).view(self.dtype).T
-
-    def chains(self) -> np.ndarray:
-        """The key chains [n, words], as plain numbers."""
-        (size,) = self.program.carry.shapes[0]
-        return np.asarray(self.carry)[:size].T.astype(self.program.carry.dtypes[0])
+        return {name: value for name, value in vars(self).items() if name != "step"}
 
 
 class PackedEnvs:
@@ -126,34 +88,32 @@ class PackedEnvs:
         self.env, self.num_envs = env, num_envs
         params = jax.tree.map(jnp.asarray, params)
         self._shared = Shared(params)
-        self._usual = _Episodes(env, self._shared, params, (), num_envs)
-        self._usual.members[:] = True
+        obs, state, step = abstract_step(env, params)
+        self.columns, self.dtype = Columns(obs, step[5]), np.dtype(obs.dtype)
+        self._results = _signature((obs, *step[2:]))
+        leaves = jax.tree.leaves((state, step[2:]))
+        each = sum(leaf.size * leaf.dtype.itemsize for leaf in leaves)
         what = f"num_envs = {shown(num_envs)}"
-        require_memory(what, "environments", num_envs, COPIES * self._usual.bytes)
-        self.columns, self.dtype = self._usual.columns, self._usual.dtype
-        self._others: dict[Any, _Episodes] = {}
+        require_memory(what, "environments", num_envs, COPIES * each)
+        self._programs: dict[Any, _Program] = {}
+        self._usual = self._stepped = _Episodes(self._program((), params, state), params)
+        self._carry: Array | None = None
         self._seeded: np.ndarray = np.array(_chains(np.zeros(num_envs, np.uint32)))
         self._pending = np.ones(num_envs, bool)
-        self._ended = np.zeros(num_envs, bool)
-        self._given: list[Any] = [None] * num_envs
-
-    @property
-    def _groups(self) -> list[_Episodes]:
-        return [self._usual, *self._others.values()]
 
     @property
     def begun(self) -> bool:
         """True if there has been a reset."""
-        return any(group.carry is not None for group in self._groups)
+        return self._carry is not None
+
+    @property
+    def params(self) -> Any:
+        """The parameters that all environments step with."""
+        return self._stepped.params
 
     def state_of(self, index: int) -> Any:
         """The functional state of an environment; after the first reset."""
-        group = next(group for group in self._groups if group.members[index])
-        return _state(group.program, np.asarray(group.carry)[:, index])
-
-    def params_of(self, index: int) -> Any:
-        """The parameters that an environment steps with, where its episode has its own, or None."""
-        return self._given[index]
+        return _state(self._stepped.program, np.asarray(self._carry)[:, index])
 
     def seed(self, seeds: Sequence[int | None]) -> None:
         """Start the chain of every environment whose seed is not None; others keep theirs.
@@ -172,34 +132,36 @@ class PackedEnvs:
         self._seeded = np.where(given[:, None], new, self._seeded)
         self._pending |= given
 
-    def reset(self, mask: np.ndarray | None = None, params: Any = None) -> np.ndarray:
-        """Begin new episodes, where `mask` is true if given; the observations [n, obs], which mean
-        nothing elsewhere.
+    def reset(self, *parts: tuple[np.ndarray, Any]) -> np.ndarray:
+        """Begin episodes where a mask [n] is true, by default and at first everywhere; the
+        observations [n, obs], 0 elsewhere.
 
-        params: of these episodes alone, as `FunctionalEnv.episode_params` makes them; None for
-        those of the batch. ValueError where their steps would return something else.
+        parts: masks that do not overlap, each with the parameters of its episodes, as
+        `FunctionalEnv.episode_params` makes them; None for those that hold. What they change of the
+        steps holds until the next reset of all environments, and only a reset of all may change it:
+        ValueError otherwise, and where steps would return something else.
         """
-        mask = np.ones(self.num_envs, bool) if mask is None else mask
-        params = None if params is None else jax.tree.map(jnp.asarray, params)
-        group = None if params is None else self._group_for(params)
-        chains = self._chains()
-        if group is None:
-            return self._begin_usual(chains, mask)
-        if not (self.begun or mask.all()):
-            self._begin_usual(chains, mask)
-        obs = group.begin(chains, mask, params)
-        if self._steps_alike(params):
-            self._usual.adopt(group, mask)
-            self._move(mask, self._usual)
-        else:
-            self._move(mask, group, params)
-        return obs
-
-    def _begin_usual(self, chains: np.ndarray, mask: np.ndarray) -> np.ndarray:
-        """Begin episodes with the batch's parameters; at first everywhere."""
-        mask = mask if self.begun else np.ones(self.num_envs, bool)
-        obs = self._usual.begin(chains, mask, None)
-        self._move(mask, self._usual)
+        everywhere = np.ones(self.num_envs, bool)
+        parts = parts or ((everywhere, None),)
+        wanted = np.any([mask for mask, _ in parts], axis=0)
+        if not (self.begun or wanted.all()):
+            parts, wanted = (*parts, (~wanted, None)), everywhere
+        stepped = self._usual if wanted.all() else self._stepped
+        begun = [stepped if params is None else self._episodes(params) for _, params in parts]
+        if len(parts) == 1 and wanted.all() and not self._step_alike(begun[0], stepped):
+            (stepped,) = begun
+        if not all(self._step_alike(one, stepped) for one in begun):
+            raise ValueError(
+                "options that change the steps of some environments; accepted: the same ones for "
+                "all of them, in a reset of all"
+            )
+        chains, carry = self._chains(), self._carry
+        obs = np.zeros((self.num_envs, self.columns.width), self.dtype)
+        for (mask, _), one in zip(parts, begun, strict=True):
+            before = None if mask.all() else carry
+            carry, new = _begin(one.program, chains, one.own, mask, before)
+            obs[mask] = np.asarray(new)[mask]
+        self._carry, self._stepped, self._pending = carry, stepped, self._pending & ~wanted
         return obs
 
     def step(self, actions: np.ndarray) -> Results:
@@ -208,45 +170,16 @@ class PackedEnvs:
 
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
-        if not self._others or self._usual.members.all():
-            return self._usual.step(actions)
-        table = np.zeros((self.num_envs, self.columns.count), self.dtype)
-        for group in self._groups:
-            if group.members.any():
-                table = np.where(group.members[:, None], group.step(actions), table)
-        self._reset_others(table)
-        return table
+        self._carry = self._stepped.step(self._carry, self._stepped.own, actions)
+        words = np.array(np.asarray(self._carry)[-self.columns.count :])
+        own = np.dtype(f"uint{8 * self.dtype.itemsize}")
+        return words.astype(own, copy=False).view(self.dtype).T
 
-    def _reset_others(self, table: np.ndarray) -> None:
-        """Autoreset of episodes with other parameters: the usual ones follow."""
-        width, flags = self.columns.width, self.columns.flags
-        ends = ~self._usual.members & table[:, flags : flags + 2].any(axis=1)
-        if self.env.autoreset == "same_step" and ends.any():
-            table[ends, :width] = self.reset(ends)[ends]
-            table[ends, flags + 2] = 1
-        if self.env.autoreset == "next_step":
-            over, self._ended = self._ended, ends & ~self._ended
-            if over.any():
-                obs = self.reset(over)[over]
-                table[over] = 0
-                table[over, : 2 * width] = np.tile(obs, 2)
-                table[over, flags + 2] = 1
-
-    def _move(self, mask: np.ndarray, group: _Episodes, params: Any = None) -> None:
-        """Let one group step the environments where the mask is true."""
-        self._pending &= ~mask
-        self._ended &= ~mask
-        for other in self._groups:
-            other.members &= ~mask
-        group.members |= mask
-        if params is not None or any(one is not None for one in self._given):
-            for index in map(int, np.flatnonzero(mask)):
-                self._given[index] = params
-
-    def _group_for(self, params: Any) -> _Episodes:
-        """Group that steps episodes with parameters of this structure; it ends them without a
-        reset. Options' entries are its own always, so that other numbers are the same program."""
-        usual = self._shared.params()
+    def _episodes(self, params: Any) -> _Episodes:
+        """Episodes with other parameters. Options' entries are passed to their program always, so
+        that other numbers are the same program."""
+        params = jax.tree.map(jnp.asarray, params)
+        usual = self._usual.params
         entries = tuple(
             one.name
             for one in fields(params)
@@ -254,36 +187,44 @@ class PackedEnvs:
             or Shared(getattr(params, one.name)) != Shared(getattr(usual, one.name))
         )
         own = _signature(tuple(getattr(params, name) for name in entries))
-        if (entries, own) not in self._others:
-            env = replace(self.env, autoreset="disabled")  # type: ignore[type-var]
+        if (entries, own) not in self._programs:
             try:
-                group = _Episodes(env, self._shared, params, entries, self.num_envs)
+                obs, state, step = abstract_step(self.env, params)
+                program = self._program(entries, params, state)
             except (TypeError, ValueError) as error:
                 raise ValueError(
                     "options: such an episode cannot be stepped; accepted: the numbers of one "
                     "episode, not a batch"
                 ) from error
-            if _signature(group.results) != _signature(self._usual.results):
+            if _signature((obs, *step[2:])) != self._results:
                 raise ValueError(
                     "options: observation or info of such episodes would have other entries; "
                     "accepted: a scene or track that leaves them as they are"
                 )
-            self._others[entries, own] = group
-        return self._others[entries, own]
+            self._programs[entries, own] = program
+        return _Episodes(self._programs[entries, own], params)
 
-    def _steps_alike(self, params: Any) -> bool:
-        """True if the batch's own step does for these parameters, once an episode has begun."""
-        usual = self.env.read_by_steps(self._shared.params())
-        return Shared(usual) == Shared(self.env.read_by_steps(params))
+    def _program(self, entries: tuple[str, ...], params: Any, state: Any) -> _Program:
+        """The program of parameters with these structures, and of such abstract states."""
+        chain = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
+        own = Codec.of(tuple(getattr(params, name) for name in entries))
+        carry = Codec.of((chain, state))
+        return _Program(self.env, self._shared, entries, own, carry, self.columns.count)
+
+    def _step_alike(self, one: _Episodes, other: _Episodes) -> bool:
+        """True if the steps of one do for the other, once an episode has begun."""
+        if one is other:
+            return True
+        read = [Shared(self.env.read_by_steps(each.params)) for each in (one, other)]
+        return read[0] == read[1]
 
     def _chains(self) -> np.ndarray:
-        """Current key of each environment: newly seeded, or after the last step."""
-        chains = self._seeded
-        for group in self._groups:
-            if group.carry is not None:
-                where = group.members & ~self._pending
-                chains = np.where(where[:, None], group.chains(), chains)
-        return chains
+        """Current key of each environment [n, words]: newly seeded, or after the last step."""
+        if self._carry is None:
+            return self._seeded
+        carry = self._stepped.program.carry
+        own = np.asarray(self._carry)[: carry.shapes[0][0]].T.astype(carry.dtypes[0])
+        return np.where(self._pending[:, None], self._seeded, own)
 
 
 def _signature(tree: object) -> tuple[Any, ...]:
@@ -313,12 +254,11 @@ def _state(program: _Program, words: Integer[Array, " words"]) -> Any:
 def _begin(
     program: _Program,
     chains: Integer[Array, "n words"],
-    entries: tuple[object, ...],
+    own: Integer[Array, " own"] | None,
     mask: Bool[Array, " n"],
-    before: tuple[Array, Array | None] | None,
-) -> tuple[Array, Array | None, Float[Array, "n obs"]]:
-    """Carry and own entries, packed with the environments last, and observations."""
-    own = program.own.pack(entries) if entries else None
+    before: Integer[Array, "words n"] | None,
+) -> tuple[Integer[Array, "words n"], Float[Array, "n obs"]]:
+    """Carry, packed with the environments last, and observations."""
     params = program.params(own)
 
     def one(chain: Array) -> tuple[Array, Array]:
@@ -328,10 +268,7 @@ def _begin(
         return jnp.concatenate([packed, jnp.zeros(program.numbers, packed.dtype)]), obs
 
     carry, obs = jax.vmap(one, out_axes=(-1, 0))(chains)
-    own = None if own is None else jnp.broadcast_to(own[:, None], (len(own), len(mask)))
-    if before is not None:
-        carry, own = jax.tree.map(partial(jnp.where, mask), (carry, own), before)
-    return carry, own, obs
+    return carry if before is None else jnp.where(mask, carry, before), obs
 
 
 @lru_cache(maxsize=64)
@@ -339,8 +276,7 @@ def _step_of(program: _Program) -> Callable[..., Array]:
     """The compiled step: carry, own entries, or None, and actions to the carry."""
 
     def step(carry: Array, own: Array | None, actions: Float[Array, "n act"]) -> Array:
-        axis = None if own is None else -1
-        return jax.vmap(partial(_step_one, program), (-1, axis, 0), -1)(carry, own, actions)
+        return jax.vmap(partial(_step_one, program), (-1, None, 0), -1)(carry, own, actions)
 
     return jax.jit(step)
 

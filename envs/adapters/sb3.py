@@ -65,8 +65,6 @@ class SB3VecEnv(Compiled, VecEnv):
     def reset(self) -> np.ndarray:
         """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
         wanted = self._wanted()
-        if len(wanted) > 1 and not self._envs.begun:
-            self._envs.reset()  # some begin after others
         if any(seed is not None for seed in self._seeds):
             self._seeds_given = list(self._seeds)
         if any(seed is not None for seed in self._seeds_given):
@@ -77,10 +75,7 @@ class SB3VecEnv(Compiled, VecEnv):
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._begun, self._results = time.time(), None
         self._pictures.reset()
-        obs = np.zeros((self.num_envs, *(self.observation_space.shape or ())), np.float32)
-        for mask, params in wanted:
-            obs[mask] = self._envs.reset(mask, params)[mask]
-        return obs
+        return self._envs.reset(*wanted).astype(np.float32)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Check the actions and keep them for `step_wait`."""

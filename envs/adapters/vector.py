@@ -66,8 +66,9 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin episodes everywhere, or where options["reset_mask"] is true.
 
-        Other options are those of the single environment. They hold for the episodes that begin
-        here, in each of these environments, and not for those that autoreset begins after them.
+        Other options are those of the single environment. How an episode starts holds for the
+        episodes that begin here. What changes the steps (a scene, a load, a track) takes a reset of
+        all environments and holds until the next one, for episodes that autoreset begins, too.
         """
         given = options
         if isinstance(options, Mapping):
@@ -75,7 +76,8 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             require_known(given, ("reset_mask", *self.functional.option_names), "option of reset")
         params, mask = self._episode_params(given), self._reset_mask(options)
         self._seed(seed, mask)
-        obs = self._envs.reset(mask, params).astype(np.float32)
+        begun = np.ones(self.num_envs, bool) if mask is None else mask
+        obs = self._envs.reset((begun, params)).astype(np.float32)
         if mask is not None and self._obs is not None:
             obs = np.where(mask[:, None], obs, self._obs)
         self._obs = obs.copy()

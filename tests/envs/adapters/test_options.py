@@ -1,4 +1,4 @@
-"""Options of a reset hold for one episode, in every adapter, among episodes that have none."""
+"""Options of a reset in every adapter: of a start for one episode, of steps for all of a batch."""
 
 from __future__ import annotations
 
@@ -82,6 +82,8 @@ OPTIONS: list[dict[str, float]] = [
     {"wind": -0.25, "gain": 1.5},
     {"limit": 3},
 ]
+STARTS = OPTIONS[:3]
+"""Those of a start alone."""
 
 
 class Single:
@@ -115,24 +117,28 @@ def test_a_batch_with_options_is_as_many_single_environments(mode):
     random = np.random.default_rng(5)
     env = GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, mode)
     singles = [Single(seed) for seed in range(COUNT)]
-    obs, _ = env.reset(seed=0, options=OPTIONS[6])
-    close(obs, [one.reset(OPTIONS[6]) for one in singles])
+    held = OPTIONS[6]  # by the episodes that follow, too
+    obs, _ = env.reset(seed=0, options=held)
+    close(obs, [one.reset(held) for one in singles])
     over, ended = np.zeros(COUNT, bool), 0
     for step in range(STEPS):
         if step % 9 == 8 or (mode == "disabled" and over.any()):
             mask = np.ones(COUNT, bool)
-            if mode == "disabled":
-                mask = over | (np.arange(COUNT) == step % COUNT)
             options: Any = OPTIONS[random.integers(len(OPTIONS))]
+            if mode == "disabled" and step % 2:
+                mask = over | (np.arange(COUNT) == step % COUNT)
+                options = {} if held else STARTS[random.integers(3)]
+            else:
+                held = {} if options in STARTS else options
             obs, _ = env.reset(options=options | {"reset_mask": mask})
             for i in map(int, np.flatnonzero(mask)):
-                close(obs[i], singles[i].reset(options))
+                close(obs[i], singles[i].reset(options or held))
             over = over & ~mask
         actions = pushes(random)
         obs, reward, terminated, truncated, infos = env.step(actions)
         for i, one in enumerate(singles):
             if mode == "next_step" and over[i]:
-                close(obs[i], one.reset())
+                close(obs[i], one.reset(held))
                 assert (reward[i], terminated[i], truncated[i]) == (0, False, False)
                 over[i] = False
                 continue
@@ -144,7 +150,7 @@ def test_a_batch_with_options_is_as_many_single_environments(mode):
             if ends and mode == "same_step":
                 close(infos["final_obs"][i], expected[0])
                 close(infos["final_info"]["episode_return"][i], expected[4]["episode_return"])
-                close(obs[i], one.reset())
+                close(obs[i], one.reset(held))
                 over[i] = False
             else:
                 close(obs[i], expected[0])
@@ -171,9 +177,10 @@ def test_stable_baselines3_gives_each_environment_its_own_options():
 
     env = SB3VecEnv(Pushed("same_step"), PARAMS, COUNT)
     singles = [Single(seed) for seed in range(COUNT)]
-    for given in ([{}, *OPTIONS[4:7]], OPTIONS[1], {}, [OPTIONS[5], {}, {}, OPTIONS[7]]):
+    for given in ([{}, *OPTIONS[1:3], {}], OPTIONS[5], {}, [{"start": 0.1 * i} for i in range(4)]):
         env.set_options(given)
         each = given if isinstance(given, list) else [given] * COUNT
+        held = OPTIONS[5] if given is OPTIONS[5] else {}
         close(env.reset(), [one.reset(o) for one, o in zip(singles, each, strict=True)])
         for _ in range(3):
             obs, reward, done, infos = env.step(np.full((COUNT, 2), 0.1, np.float32))
@@ -183,7 +190,19 @@ def test_stable_baselines3_gives_each_environment_its_own_options():
                 assert done[i] == bool(expected[2] | expected[3])
                 if done[i]:
                     close(infos[i]["terminal_observation"], expected[0])
-                close(obs[i], one.reset() if done[i] else expected[0])
+                close(obs[i], one.reset(held) if done[i] else expected[0])
+    env.set_options([OPTIONS[5], {}, {}, {}])
+    with pytest.raises(ValueError, match="the steps of some environments; accepted: the same"):
+        env.reset()
+
+
+def test_other_steps_of_some_environments_are_refused_and_the_episodes_go_on():
+    env = GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, "disabled")
+    first, _ = env.reset(seed=0)
+    with pytest.raises(ValueError, match="the steps of some environments; accepted: the same"):
+        env.reset(options={"gain": 0.5, "reset_mask": np.arange(COUNT) == 1})
+    obs, *_ = env.step(np.zeros((COUNT, 2), np.float32))
+    assert np.array_equal(obs[:, 0], first[:, 0])
 
 
 @pytest.mark.parametrize(
