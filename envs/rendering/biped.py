@@ -57,14 +57,18 @@ def stretches_of(floor: Floor) -> tuple[Stretch, ...]:
             "scene holds a batch of floors; accepted: one floor, for instance "
             "jax.tree.map(lambda leaf: leaf[0], scene)"
         )
-    ends = pairwise([-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR])
-    mus = (np.broadcast_to(mu, len(edges) + 1).tolist() for mu in (static, kinetic))
+    ends = [-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR]
+    mus = np.broadcast_arrays(static, kinetic, np.empty(len(edges) + 1))[:2]
     return tuple(
-        Stretch(
-            *at, theme.floor_colour(mu), f"μ {mu:.3g}" if mu == k else f"μₛ {mu:.3g}   μₖ {k:.3g}"
+        Stretch(start, end, theme.floor_colour(mu), _words(mu, other))
+        for (start, end), mu, other in zip(
+            pairwise(ends), *map(np.ndarray.tolist, mus), strict=True
         )
-        for at, mu, k in zip(ends, *mus, strict=True)
     )
+
+
+def _words(static: float, kinetic: float) -> str:
+    return f"μ {static:.3g}" if static == kinetic else f"μₛ {static:.3g}   μₖ {kinetic:.3g}"
 
 
 @dataclass(frozen=True)
