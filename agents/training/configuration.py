@@ -382,7 +382,9 @@ def changes(config: Configuration) -> dict[str, object]:
 def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
     """Fields by name as parsed arguments give them: those of --config FILE, and before them those
     of the command line."""
-    found = {} if given.get("config") is None else dict(read_settings(given["config"], kind))
+    found: dict[str, Any] = {}
+    if given.get("config") is not None:
+        found |= read_settings(given["config"], kind)
     found |= {one.name: given[one.name] for one in fields(kind) if one.name in given}
     path = found.get(kind.OWN)
     if path is not None or given.get("changes"):

@@ -217,7 +217,8 @@ def draw(robot: BipedParams, rates: Table, fastest: Table) -> Figure:
     for axis in axes[5:]:
         axis.set_visible(False)
     curve = axes[4]
-    curve.set_subplotspec(curve.get_gridspec()[1, :])
+    grid: Any = curve.get_gridspec()
+    curve.set_subplotspec(grid[1, :])
     rate, needed, _ = zip(*rates.rows, strict=True)
     curve.plot(rate, needed, color=theme.PLAYERS[0], label="constant crank rate")
     pairs = [(mean, mu) for mu, _, mean in fastest.rows if mean is not None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,9 +46,11 @@ TAIL = """
 
 def vehicle_template() -> str:
     """A file of the default vehicle."""
-    rows = [
-        f"{one.name} = {float(one.default)!r}  # [{UNITS[one.name]}]\n" for one in fields(UGVParams)
-    ]
+    rows = []
+    for name, value in vars(UGVParams()).items():
+        unit = UNITS[name]
+        text = f'"{np.degrees(value):.6g} deg"' if unit == "rad" else f"{value}  # [{unit}]"
+        rows.append(f"{name} = {text}\n")
     return "".join([HEAD, *rows, TAIL])
 
 
@@ -134,7 +135,7 @@ def draw(vehicle: UGVParams, slopes: np.ndarray, steps: list[list[Any]]) -> Figu
     for axis in axes[5:7]:
         axis.set_visible(False)
     left, right = axes[4], axes[7]
-    grid = left.get_gridspec()
+    grid: Any = left.get_gridspec()
     left.set_subplotspec(grid[1, :2])
     right.set_subplotspec(grid[1, 2:])
     left.plot(SLOPES, slopes, color=theme.PLAYERS[0])
