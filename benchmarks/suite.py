@@ -1,12 +1,10 @@
-"""The suite of instances: verify what is recorded, prove lower bounds, write the page's table.
+"""The suite of instances: verify what is recorded, write the page's table.
 
     python -m benchmarks.suite --verify [--only ID ...]
-    python -m benchmarks.suite --bound [--only ID ...]
     python -m benchmarks.suite --docs docs/suite.md
 
 --verify: compare each instance with its recorded digest, and its recorded point with the recorded
-value; exit status 1 where one differs. --bound: prove lower bounds of the UGV's instances, minutes
-each; kept where higher than before. --docs: put the table of instances into a page.
+value; exit status 1 where one differs. --docs: put the table of instances into a page.
 """
 
 from __future__ import annotations
@@ -17,35 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.report import markdown, options, put_between, read_json, write_json
+from benchmarks.report import markdown, options, put_between
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim import Instance, PostureProblem, bound_every_drive, suite
-from stickslip.optim.instances.instance import VALUES
+from stickslip.optim import Instance, suite
 
 SAME = 1e-6
 """Relative tolerance of a recorded value: roundings of another machine."""
 MARKS = ("<!-- suite -->", "<!-- end of suite -->")
-
-
-def bound(instance: Instance) -> None:
-    """Prove a lower bound for a UGV instance and record it where it is higher."""
-    known, problem = instance.known, instance.problem
-    if len(instance.goals) > 1 or not isinstance(problem, PostureProblem):
-        return
-    if known is None or known.x is None:
-        return
-    best = problem.free.expand(known.x)
-    found = bound_every_drive(problem, best)
-    print(
-        f"{instance.id}: {known.value:.8g}, no less than {found.value:.8g}, {found.seconds:.0f} s",
-        flush=True,
-    )
-    if np.isfinite(found.value) and (known.bound is None or found.value > known.bound):
-        levels = f"{len(found.levels)} level{'s' * (len(found.levels) > 1)}"
-        how = f"interval arithmetic over cells of leg angles, {levels}"
-        content = read_json(VALUES)
-        content["instances"][instance.id] |= {"bound": float(found.value), "bound_how": how}
-        write_json(content, VALUES)
 
 
 def verified(instance: Instance) -> str:
@@ -93,13 +69,10 @@ def main() -> None:
     parser = options("suite", __doc__)
     parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
     parser.add_argument("--verify", action="store_true")
-    parser.add_argument("--bound", action="store_true")
     parser.add_argument("--docs", type=Path, help="put the table into this page")
     given = parser.parse_args()
     for name in given.only:
         require_choice("--only", name, tuple(suite()))
-        if given.bound:
-            bound(suite()[name])
     if given.docs is not None:
         put_between(given.docs, f"\n{table()}\n", MARKS)
     if given.verify:

@@ -147,26 +147,6 @@ def differential_evolution(objective: Objective, seed: int) -> None:
     )
 
 
-def evosax(name: str, objective: Objective, seed: int) -> None:
-    """Run a strategy of evosax."""
-    import jax
-
-    from stickslip.optim.instances.exports import as_evosax
-
-    algorithms = require("evosax.algorithms", "this method", "optimisers")
-    middle, fitness = as_evosax(objective)
-    with jax.numpy_dtype_promotion("standard"):
-        strategy = getattr(algorithms, name)(population_size=POPULATION, solution=middle)
-        params = strategy.default_params.replace(std_init=SIGMA)
-        key, first = jax.random.split(jax.random.key(seed))
-        begin = objective.to_unit(next(_starts(objective, seed)))
-        state = strategy.init(first, begin, params)
-        while True:
-            key, asking, telling = jax.random.split(key, 3)
-            population, state = strategy.ask(asking, state, params)
-            state, _ = strategy.tell(telling, population, fitness(population), state, params)
-
-
 def pymoo(module: str, name: str, how: dict[str, int], objective: Objective, seed: int) -> None:
     """Run an algorithm of pymoo."""
     from stickslip.optim.instances.exports import as_pymoo
@@ -174,20 +154,6 @@ def pymoo(module: str, name: str, how: dict[str, int], objective: Objective, see
     algorithm = getattr(require(f"pymoo.algorithms.{module}", "this method", "optimisers"), name)
     minimize = require("pymoo.optimize", "this method", "optimisers").minimize
     minimize(as_pymoo(objective), algorithm(**how), ("n_gen", MANY), seed=seed + 1)
-
-
-def nevergrad(objective: Objective, seed: int) -> None:
-    """Run nevergrad's TwoPointsDE; its NGOpt (1.0.12) raises TypeError with NumPy 2.4 here."""
-    from stickslip.optim.instances.exports import as_nevergrad
-
-    library = require("nevergrad", "this method", "optimisers")
-    where, function = as_nevergrad(objective)
-    where.random_state = np.random.RandomState(seed)
-    with warnings.catch_warnings(action="ignore"):  # its own
-        search = library.optimizers.TwoPointsDE(where, budget=objective.budget or MANY)
-        while True:
-            asked = search.ask()
-            search.tell(asked, function(asked.value))
 
 
 def optuna(objective: Objective, seed: int) -> None:
@@ -231,18 +197,12 @@ METHODS = {
                partial(scipy_local, "COBYLA", {"maxiter": 10**6}), "scipy", "native", most=40),
         Method("de", "differential evolution, 32 points", differential_evolution,
                "scipy", "penalty", batch=POPULATION),
-        Method("evosax-cma-es", "covariance matrix adaptation, 32 points",
-               partial(evosax, "CMA_ES"), "evosax", "penalty", batch=POPULATION),
-        Method("evosax-snes", "separable natural evolution, 32 points",
-               partial(evosax, "SNES"), "evosax", "penalty", batch=POPULATION),
         Method("pymoo-isres", "evolution with stochastic ranking, 64 offspring",
                partial(pymoo, "soo.nonconvex.isres", "ISRES", {"n_offsprings": 64}),
                "pymoo", "native", batch=64),
         Method("pymoo-nsga2", "NSGA-II, 40 points",
                partial(pymoo, "moo.nsga2", "NSGA2", {"pop_size": 40}),
                "pymoo", "native", batch=64, goals=(2, 9)),
-        Method("nevergrad-de", "two-point differential evolution, 30 points", nevergrad,
-               "nevergrad", "penalty"),
         Method("optuna-tpe", "tree-structured Parzen estimators", optuna,
                "optuna", "penalty", goals=(1, 9), most=16),
         Method("random", "uniform random points, 64 at once", random_search,

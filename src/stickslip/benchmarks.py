@@ -28,7 +28,7 @@ BENCHMARKS = {
     "peers": "the same walks in MuJoCo",
     "policies": "the trained policies of the package",
     "size": "lines, flags, and files that a call enters",
-    "suite": "best known values and bounds of the suite",
+    "suite": "best known values of the suite",
     "tasks": "returns on each task",
     "throughput": "environment steps a second",
     "tradeoff": "the biped's speed against accuracy",

@@ -8,8 +8,7 @@ from stickslip.optim import BudgetSpent, suite
 from tests.optim.instances.toys import LEAST, toy
 
 QUICK = {"cma": "cma", "slsqp": "", "cobyla": "", "de": "", "random": "", "pymoo-isres": "pymoo"}
-DEAR = {"trust-constr": "", "nevergrad-de": "nevergrad", "optuna-tpe": "optuna",
-        "evosax-cma-es": "evosax", "evosax-snes": "evosax"}  # fmt: skip
+DEAR = {"trust-constr": "", "optuna-tpe": "optuna"}
 SEVERAL = {"pymoo-nsga2": "pymoo", "random": ""}
 
 
