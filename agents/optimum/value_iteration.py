@@ -8,7 +8,7 @@ process is to the real one.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Generic, NamedTuple, Protocol, TypeVar
 
@@ -22,8 +22,6 @@ from stickslip.dynamics.pytrees import register_pytree
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool, Float, Int
 
 State = TypeVar("State")
@@ -73,14 +71,6 @@ class Process(Protocol[State]):
         ...
 
 
-class Counts(NamedTuple):
-    """Numbers of transitions that end the process, and of others that leave the grid."""
-
-    ended: int
-    outside: int
-    all: int
-
-
 @register_pytree
 @dataclass(frozen=True)
 class Transitions:
@@ -94,14 +84,6 @@ class Transitions:
     share: Float[Array, "blocks block actions rank"]
     reward: Float[Array, "blocks block actions"]
     grid: Grid
-    counts: Counts = field(metadata={"static": True})
-
-
-class Values(NamedTuple):
-    """The greatest return from each node in as many steps as sweeps."""
-
-    value: Float[Array, " nodes"]
-    sweeps: int
 
 
 def transitions(process: Process[State], outside: float, *, progress: bool = False) -> Transitions:
@@ -124,7 +106,7 @@ def transitions(process: Process[State], outside: float, *, progress: bool = Fal
     base = np.full((padded, count), STOPS, np.int32)
     share = np.zeros((padded, count, grid.rank), kind)
     reward = np.zeros((padded, count), kind)
-    ended = left = done = 0
+    done = 0
     with Bar("transitions", grid.size, "node", progress, large=True) as bar:
         for index, sheet in enumerate(grid.sheets):
             nodes = sheet.coordinates().astype(kind)
@@ -134,21 +116,18 @@ def transitions(process: Process[State], outside: float, *, progress: bool = Fal
                 size, here = len(part), slice(done, done + len(part))
                 filled = np.concatenate([part, np.repeat(part[-1:], block - size, 0)])
                 found = _from_nodes(process, index, filled, outside)
-                found = [np.asarray(one)[:size] for one in found]
-                base[here], share[here], reward[here] = found[:3]
-                ended, left = ended + int(np.sum(found[3])), left + int(np.sum(found[4]))
+                base[here], share[here], reward[here] = (np.asarray(one)[:size] for one in found)
                 done += size
                 bar.advance(size)
     parts = (jnp.asarray(one.reshape(-1, block, *one.shape[1:])) for one in (base, share, reward))
-    counts = Counts(ended, left, grid.size * count)
-    return Transitions(next(parts), next(parts), next(parts), grid, counts)
+    return Transitions(*parts, grid)
 
 
 @jax.jit
 def _from_nodes(
     process: Process[State], sheet: int, nodes: Float[Array, "n rank"], outside: float
-) -> tuple[Array, Array, Array, Array, Array]:
-    """Base, share, reward, ended and left of nodes [n] under all actions, each [n, actions]."""
+) -> tuple[Array, Array, Array]:
+    """Base, share and reward of nodes [n] under all actions, each [n, actions]."""
 
     def one(node: Float[Array, " rank"], action: Float[Array, " act"]):
         at = Place(jnp.asarray(sheet, jnp.int32), node)
@@ -157,7 +136,7 @@ def _from_nodes(
         left = cell.outside & ~ended
         reward = reward + jnp.where(left, jnp.asarray(outside, reward.dtype), 0)
         base = jnp.where(ended | left, STOPS, cell.base)
-        return base, cell.share, reward, ended, left
+        return base, cell.share, reward
 
     count = len(process.actions)
     each = jnp.repeat(nodes, count, 0), jnp.tile(process.actions, (len(nodes), 1))
@@ -165,27 +144,16 @@ def _from_nodes(
     return jax.tree.map(lambda leaf: leaf.reshape(len(nodes), count, *leaf.shape[1:]), found)
 
 
-def finite_horizon(
-    table: Transitions,
-    steps: int,
-    *,
-    start: Values | None = None,
-    report: Callable[[Values], None] | None = None,
-    progress: bool = False,
-) -> Values:
-    """The most that can be earned from each node in `steps` steps. start: of an earlier call, to
-    resume from. report: called with the values every TOGETHER sweeps."""
+def finite_horizon(table: Transitions, steps: int, *, progress: bool = False) -> Array:
+    """The most that can be earned from each node in `steps` steps [nodes]."""
     steps = require_integer("steps", steps, high=MOST_SWEEPS)
-    now = Values(jnp.zeros(table.grid.size), 0) if start is None else start
-    now = now._replace(value=jnp.asarray(now.value, table.reward.dtype))
-    with Bar("sweeps", steps, "sweep", progress, at=min(now.sweeps, steps)) as bar:
-        while now.sweeps < steps:
-            count = min(TOGETHER, steps - now.sweeps)
-            now = Values(_sweep(table, now.value, count), now.sweeps + count)
-            if report is not None:
-                report(now)
+    value, done = jnp.zeros(table.grid.size, table.reward.dtype), 0
+    with Bar("sweeps", steps, "sweep", progress) as bar:
+        while done < steps:
+            count = min(TOGETHER, steps - done)
+            value, done = _sweep(table, value, count), done + count
             bar.advance(count)
-    return now
+    return value
 
 
 @jax.jit

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
+import jax
+import numpy as np
+
 from stickslip.agents.evaluation.players import controller_of, given_flags, places_of, read_named
 from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
 from stickslip.agents.machine import machine_by_name, machine_of_env
-from stickslip.agents.optimum.file import digest_of
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics.checks import require_kind, shown
@@ -184,3 +187,19 @@ def _corners(axes: Axes) -> list[dict[str, float]]:
     corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
     corners.append(tuple(list(one)[-1] for one in ends))
     return [dict(zip(axes, one, strict=True)) for one in dict.fromkeys(corners) if one]
+
+
+def digest_of(*parts: object) -> str:
+    """Digest of static things by their repr and of pytrees by structure and numbers."""
+    found = hashlib.sha256()
+    for part in parts:
+        leaves, structure = jax.tree.flatten(part)
+        found.update(repr(structure).encode())
+        for leaf in leaves:
+            if isinstance(leaf, jax.Array | np.ndarray | np.generic | float | int):
+                array = np.asarray(leaf)
+                found.update(f"{array.dtype} {array.shape}".encode())
+                found.update(array.tobytes())
+            else:
+                found.update(repr(leaf).encode())
+    return found.hexdigest()

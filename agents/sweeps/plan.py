@@ -19,8 +19,7 @@ import numpy as np
 from jax.core import Tracer
 
 from stickslip.agents.evaluation.rollout import STEP_BYTES, episode_key, rollout
-from stickslip.agents.optimum.file import digest_of
-from stickslip.agents.sweeps.cases import Case
+from stickslip.agents.sweeps.cases import Case, digest_of
 from stickslip.dynamics.checks import (
     memory_limit,
     require_integer,

@@ -16,7 +16,7 @@ OUTSIDE = -9.0
 
 def solved(cells: int):
     process = Balance.of(cells)
-    return process, finite_horizon(transitions(process, OUTSIDE), 60).value
+    return process, finite_horizon(transitions(process, OUTSIDE), 60)
 
 
 def by_hand(process, values, x: float, depth: int) -> tuple[float, set[float]]:

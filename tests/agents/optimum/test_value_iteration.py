@@ -10,30 +10,16 @@ from stickslip.agents.optimum.value_iteration import (
     finite_horizon,
     transitions,
 )
-from tests.agents.optimum.processes import Balance, Chain, DoubleIntegrator
+from tests.agents.optimum.processes import Chain, DoubleIntegrator
 
 
 def test_a_chain_has_the_values_counted_by_hand(dtype):
     table = transitions(Chain.of(dtype), -50.0)
     found = finite_horizon(table, 4)
     # From the place 5 - n the prize is n moves away; place 5 itself is where one step more ends it.
-    assert found.value.dtype == dtype
-    assert found.value.tolist() == [0.0, 1.5, 1.625, 1.75, 1.875, 2.0]
-    longer = finite_horizon(table, 5)
-    assert longer.value.tolist()[0] == 2 - 5 * 0.125
-    assert table.counts.ended == 3  # from 4 rightwards, from 5 without moving and rightwards
-    assert table.counts.outside == 1  # from 0 leftwards
-    assert table.counts.all == 18
-
-
-def test_going_on_gives_the_same_bits_as_going_through(dtype):
-    table = transitions(Balance.of(40, dtype=dtype), -9.0)
-    kept = []
-    whole = finite_horizon(table, 35, report=kept.append)
-    assert [one.sweeps for one in kept] == [10, 20, 30, 35]
-    again = finite_horizon(table, 35, start=kept[1])
-    assert again.sweeps == 35
-    np.testing.assert_array_equal(again.value, whole.value)
+    assert found.dtype == dtype
+    assert found.tolist() == [0.0, 1.5, 1.625, 1.75, 1.875, 2.0]
+    assert finite_horizon(table, 5).tolist()[0] == 2 - 5 * 0.125
 
 
 def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_the_cells(float64):
@@ -43,7 +29,7 @@ def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_t
     exact = -np.einsum("ni,ij,nj->n", at, DoubleIntegrator.of(16).riccati(steps), at)
     for cells in (32, 64):
         process = DoubleIntegrator.of(cells, float64)
-        value = finite_horizon(transitions(process, -1e3), steps).value
+        value = finite_horizon(transitions(process, -1e3), steps)
         places = jax.vmap(process.place)(jnp.asarray(at))
         found = jax.vmap(lambda place, p=process, v=value: p.grid.read(v, p.grid.cell(place)))
         errors.append(np.max(np.abs(found(places) - exact)))
