@@ -1,8 +1,8 @@
 """A process that makes runs for another one and can be killed at any time.
 
 `serve` runs in it: pickled tasks come in on standard input, pickled messages go out on standard
-output; what optimisers print goes to standard error. It ends with its input or, on Linux, with its
-parent, also from within C code.
+output; what optimisers print goes to standard error. It ends with its input, between two runs, and
+on Linux with its parent, also from within C code.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ STEP = 1.0
 """Longest time that counts between two polls [s]: while this process is halted, none does."""
 DIES_WITH_PARENT = 1
 """Linux's PR_SET_PDEATHSIG."""
-NEXT, LOST = "next", "lost"
+COMPILING, LOST = "compiling", "lost"
+"""A stage of a run; the message that stands for the end of the process."""
 TRIED = 6
 """Evaluations of a trial before the first run, besides two batches."""
 MESSAGE = 200
@@ -77,16 +78,6 @@ class Event(NamedTuple):
     point: np.ndarray | None = None
 
 
-class Ending(NamedTuple):
-    """End of a run: an outcome and a message, the last event, counters, the instance's digest."""
-
-    outcome: str
-    message: str
-    last: Event
-    counts: dict[str, int]
-    digest: str = ""
-
-
 class Worker:
     """A process for one run at a time.
 
@@ -102,29 +93,28 @@ class Worker:
     def run(self, task: Task, stop: Callable[[], bool]) -> Run:
         """Make the run. StoppedError where `stop` returns True."""
         self._send(task)
-        stages = iter((("compiling", MAKING), ("a trial", self._limit), ("the run", self._limit)))
-        doing, allowed = next(stages)
-        events, used = list[Event](), 0.0
+        doing, events, used = COMPILING, list[Event](), 0.0
         while True:
             before, message = time.monotonic(), None
             with suppress(Empty):
                 message = self._messages.get(timeout=POLL)
             used += min(time.monotonic() - before, STEP)
+            allowed = MAKING if doing == COMPILING else self._limit
+            if isinstance(message, Run):
+                return message
             if isinstance(message, Event):
                 events.append(message)
-            elif isinstance(message, Ending):
-                return _run_of(task, events, message)
-            elif message == NEXT:
-                (doing, allowed), used = next(stages), 0.0
             elif message == LOST:
                 why = f"its process ended with code {self.close()} in {doing}"
-                return _failed(task, events, "died", why)
+                return run_of(task, events, "died", why)
+            elif isinstance(message, str):
+                doing, used = message, 0.0
             if stop():
                 self.close()
                 raise StoppedError
             if used > allowed:
                 self.close()
-                return _failed(task, events, "timed out", f"stopped after {allowed:g} s of {doing}")
+                return run_of(task, events, "timed out", f"stopped after {allowed:g} s of {doing}")
 
     def close(self) -> int | None:
         """Kill the process; its exit code, negative for a signal."""
@@ -171,27 +161,30 @@ def _forward(pipe: IO[bytes], messages: SimpleQueue[object]) -> None:
         messages.put(LOST)
 
 
-def _failed(task: Task, events: list[Event], outcome: str, why: str) -> Run:
-    """A run without an end: its last event is what is known."""
-    last = events[-1] if events else Event()
-    return _run_of(task, events, Ending(outcome, why, last, dict.fromkeys(COUNTED, 0)))
-
-
-def _run_of(task: Task, events: list[Event], ending: Ending) -> Run:
-    rows = [*events, ending.last]
+def run_of(
+    task: Task,
+    events: list[Event],
+    outcome: str,
+    message: str = "",
+    record: Record | None = None,
+    digest: str = "",
+) -> Run:
+    """A run by its events, the last of which is its end. record: its counters, if they are known;
+    without it the run has no end of its own, and its last event stands for it."""
+    rows = events if record else [*events, events[-1] if events else Event()]
     return Run(
         instance=task.instance,
         method=task.method.name,
         seed=task.seed,
-        outcome=ending.outcome,
-        message=ending.message,
+        outcome=outcome,
+        message=message,
         inside=task.method.inside,
-        counts=ending.counts,
-        digest=ending.digest,
+        counts={name: int(getattr(record, name, 0)) for name in COUNTED},
+        digest=digest,
         evaluations=np.array([row.evaluations for row in rows], np.int64),
         seconds=np.array([row.seconds for row in rows], float),
         values=np.array([row.value for row in rows], float),
-        point=ending.last.point,
+        point=rows[-1].point,
     )
 
 
@@ -206,28 +199,20 @@ def serve() -> None:
         signal.signal(one, signal.SIG_IGN)  # the parent decides
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    tasks: SimpleQueue[bytes] = SimpleQueue()
-    Thread(target=_listen, args=(tasks,), daemon=True).start()
 
     def send(message: object) -> None:
         pickle.dump(message, out)
         out.flush()
 
-    while True:
-        task: Task = pickle.loads(tasks.get())
-        _compile(task.instance, task.method.batch)
-        send(NEXT)
-        _try_out(task.instance, task.method)
-        send(NEXT)
-        send(run_task(task, send))
-
-
-def _listen(tasks: SimpleQueue[bytes]) -> None:
-    """Take tasks; end the process where there are no more."""
-    with suppress(EOFError, OSError, pickle.UnpicklingError):
+    with suppress(EOFError):
         while True:
-            tasks.put(pickle.load(sys.stdin.buffer))
-    os._exit(0)
+            task: Task = pickle.loads(pickle.load(sys.stdin.buffer))
+            send(COMPILING)
+            _compile(task.instance, task.method.batch)
+            send("a trial")
+            _try_out(task.instance, task.method)
+            send("the run")
+            send(run_task(task, send))
 
 
 @cache
@@ -269,6 +254,7 @@ class EventRecord(Record):
 
     instance: Instance = field(kw_only=True)
     send: Callable[[Event], None] = field(kw_only=True)
+    events: list[Event] = field(default_factory=list)
     last: Event = field(default_factory=Event)
     _started: float = field(default_factory=time.process_time)
     _level: float = np.inf
@@ -305,17 +291,17 @@ class EventRecord(Record):
         level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
         if level < self._level:
             self._level = level
+            self.events.append(self.last)
             self.send(self.last)
 
 
-def run_task(task: Task, send: Callable[[Event], None]) -> Ending:
+def run_task(task: Task, send: Callable[[Event], None]) -> Run:
     """Make the run, sending events on the way."""
     one = instance(task.instance)
     record = EventRecord(instance=one, send=send)
     limits = {name: getattr(task, name) for name in ("budget", "seconds", "outside", "seed")}
     outcome, message = _outcome(task, one.objective(record=record, **limits))
-    counts = {name: int(getattr(record, name)) for name in COUNTED}
-    return Ending(outcome, message, record.end(), counts, one.digest())
+    return run_of(task, [*record.events, record.end()], outcome, message, record, one.digest())
 
 
 def _outcome(task: Task, objective: Objective) -> tuple[str, str]:

@@ -120,7 +120,7 @@ def transitions(process: Process[State], outside: float, *, progress: bool = Fal
                 done += size
                 bar.advance(size)
     parts = (jnp.asarray(one.reshape(-1, block, *one.shape[1:])) for one in (base, share, reward))
-    return Transitions(*parts, grid)
+    return Transitions(next(parts), next(parts), next(parts), grid)
 
 
 @jax.jit

@@ -21,15 +21,16 @@ def test_events_are_steps_of_the_gap_and_the_end_has_the_best():
 
     events = []
     (method,) = methods_of({"walks": walks})
-    ending = run_task(Task(NAME, method, 0, 100, None), events.append)
-    assert (ending.outcome, ending.counts["values"]) == ("ended", 30)
+    run = run_task(Task(NAME, method, 0, 100, None), events.append)
+    assert (run.outcome, run.counts["values"]) == ("ended", 30)
+    assert run.evaluations[:-1].tolist() == [one.evaluations for one in events]
     assert [one.evaluations for one in events] == sorted({one.evaluations for one in events})
     assert np.all(np.diff([one.value for one in events]) < 0)
-    assert ending.last.value == pytest.approx(BEST, rel=1e-6)
-    assert ending.last.evaluations == 30
-    np.testing.assert_array_equal(ending.last.point, known.x)
+    assert run.best == pytest.approx(BEST, rel=1e-6)
+    assert run.evaluations[-1] == 30
+    np.testing.assert_array_equal(run.point, known.x)
     assert suite()[NAME].value(events[-1].point)[0][0] == pytest.approx(events[-1].value)
-    assert all(one.seconds <= ending.last.seconds for one in events)
+    assert all(one.seconds <= run.seconds[-1] for one in events)
 
 
 def test_time_is_the_processor_s_and_ends_a_run():
@@ -39,9 +40,9 @@ def test_time_is_the_processor_s_and_ends_a_run():
             objective(objective.from_unit(rng.random(objective.n)))
 
     (method,) = methods_of({"idles": idles})
-    ending = run_task(Task(NAME, method, 0, None, 0.05), lambda event: None)
-    assert ending.outcome == "spent"
-    assert 0.05 < ending.last.seconds < 1
+    run = run_task(Task(NAME, method, 0, None, 0.05), lambda event: None)
+    assert run.outcome == "spent"
+    assert 0.05 < run.seconds[-1] < 1
 
 
 def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monkeypatch):
