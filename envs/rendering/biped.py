@@ -60,7 +60,7 @@ def stretches_of(floor: Floor) -> tuple[Stretch, ...]:
     ends = [-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR]
     mus = np.broadcast_arrays(static, kinetic, np.empty(len(edges) + 1))[:2]
     return tuple(
-        Stretch(start, end, theme.floor_colour(mu), _words(mu, other))
+        Stretch(start, end, theme.floor_colour(mu), _words(mu, other), mu < theme.SLIPPERY)
         for (start, end), mu, other in zip(
             pairwise(ends), *map(np.ndarray.tolist, mus), strict=True
         )

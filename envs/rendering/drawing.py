@@ -11,7 +11,7 @@ import numpy as np
 class Part:
     """One shape: exactly one of bars, dots and outline.
 
-    role: its colour, by its name in theme.ROLES. bars: pairs of indices of points. dots: indices of
+    role: its colour, by its name in theme.DAY. bars: pairs of indices of points. dots: indices of
     points. outline: [k, 2] m in the axes of `body`. width: of a bar or a dot, in pixels. group:
     of a leg, None for shapes that are always there, see Drawing.active. edge: role of the edge.
     """
@@ -45,12 +45,13 @@ class GroundContact:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Ground from start to end [m] of one friction. words: its label."""
+    """Ground from start to end [m] of one friction. words: its label. icy: drawn with glints."""
 
     start: float
     end: float
     colour: str
     words: str
+    icy: bool = False
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ BAND = 46.0
 ARROW = {"head": 12.0, "barb": 10.0, "shaft": 3.6}
 LONGEST = 3.4
 """Longest arrow, in lengths of the weight's."""
+GLINTS = 26.0
 MARK = 5.0
 LABEL_ROOM = 46.0
 BADGE_WIDTH = 118.0
@@ -88,7 +89,7 @@ def aimed(drawing: Drawing, i: int, box: Box) -> Camera:
 def _legend(painter: Painter, drawing: Drawing, box: Box) -> None:
     left, y = box[0] + 12, box[3] - 18
     for role, words in drawing.legend:
-        painter.line([(left + 3, y), (left + 17, y)], theme.ROLES[role], 5.0)
+        painter.line([(left + 3, y), (left + 17, y)], theme.DAY[role], 5.0)
         painter.text(left + 26, y - 4, words, theme.SMALL, theme.MUTED)
         y -= 17
 
@@ -104,10 +105,22 @@ def _stretch(painter: Painter, drawing: Drawing, stretch: Stretch, camera: Camer
     bottom = camera.box[1]
     outline = np.concatenate([profile, [[profile[-1, 0], bottom], [profile[0, 0], bottom]]])
     painter.area(outline, stretch.colour)
+    if stretch.icy:
+        _glints(painter, profile, bottom, camera)
     painter.line(profile, theme.INK, 1.6)
     a, b = max(profile[0, 0], camera.box[0]), min(profile[-1, 0], camera.box[2])
     if b - a > 8 + painter.width_of(stretch.words, theme.LABEL):
         painter.text((a + b) / 2, bottom + 8, stretch.words, align="center")
+
+
+def _glints(painter: Painter, profile: np.ndarray, bottom: float, camera: Camera) -> None:
+    """Paint slanting strokes that stay where they are on the ice."""
+    top, offset = float(profile[:, 1].min()), float(camera.origin[0])
+    first, last = (floor((profile[k, 0] - offset) / GLINTS) for k in (0, -1))
+    for k in range(first, last):
+        x = offset + k * GLINTS
+        if k % 5 in (0, 1, 3) and x + top - bottom <= profile[-1, 0]:
+            painter.line([(x, bottom), (x + top - bottom, top)], (theme.PAGE, 0.5), 2.2, cap="butt")
 
 
 def _marks(painter: Painter, drawing: Drawing, i: int, camera: Camera) -> None:
@@ -197,7 +210,7 @@ def _ordered(drawing: Drawing, i: int) -> Iterator[tuple[Part, str]]:
 def _part(
     painter: Painter, drawing: Drawing, part: Part, shade: str, i: int, camera: Camera
 ) -> None:
-    fill, edge = theme.ROLES[shade + part.role], theme.ROLES[part.edge or "panel"]
+    fill, edge = theme.DAY[shade + part.role], theme.DAY[part.edge or "panel"]
     points = camera(drawing.points[i])
     for pair in part.bars:
         painter.line(points[list(pair)], edge, part.width + 2 * theme.CASING)
@@ -225,7 +238,7 @@ def draw_machine(axis: Axes, drawing: Drawing, i: int, scale: float) -> None:
     """Draw the machine of sample i on a matplotlib axis in metres; scale: points a pixel."""
     points = drawing.points[i]
     for part, shade in _ordered(drawing, i):
-        fill, edge = theme.ROLES[shade + part.role], theme.ROLES[part.edge or "panel"]
+        fill, edge = theme.DAY[shade + part.role], theme.DAY[part.edge or "panel"]
         width = scale * part.width
         for pair in part.bars:
             for colour, wide in ((edge, width + 2 * scale * theme.CASING), (fill, width)):

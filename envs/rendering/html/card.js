@@ -57,10 +57,10 @@ class Card {
 
   state(at) {
     const { ended, slips } = this.episode;
-    if (ended && at >= this.last - 1e-6) return [ended.toUpperCase(), "ink"];
+    if (ended && at >= this.last - 1e-6) return [ended.toUpperCase(), "ended"];
     if (!slips) return ["", "holds"];
     const [sticks, slipping] = this.episode.states;
-    return value(slips, at) > 0 ? [slipping, "slides-badge"] : [sticks, "holds"];
+    return value(slips, at) > 0 ? [slipping, "slides"] : [sticks, "holds"];
   }
 
   show(time) {
@@ -71,7 +71,7 @@ class Card {
     });
     const [word, tone] = this.state(at);
     this.badge.textContent = word;
-    this.badge.style.background = colour(tone);
+    this.badge.style.background = colour(`badge-${tone}`);
     this.badge.hidden = !word;
   }
 

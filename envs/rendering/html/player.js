@@ -3,7 +3,7 @@
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
 /** Inside another page the episode repeats. */
 const EMBEDDED = window.self !== window.top;
-const HINT = "Keys: space plays, ← → a step (with shift half a second), Home and End, − and + the speed.";
+const HINT = "Keys: space plays, ← → a step (with shift half a second), Home and End, − and + the speed, D dark or light.";
 
 class Player {
   constructor(home, charts, episodes) {
@@ -62,6 +62,13 @@ class Player {
     for (const card of this.cards) card.drawStrip(this.end);
     for (const chart of this.charts) chart.resize();
     this.show();
+  }
+
+  recolour() {
+    for (const card of this.cards) card.recolour();
+    for (const chart of this.charts) chart.build();
+    this.fit();
+    this.tell();
   }
 
   show() {

@@ -37,14 +37,38 @@ Object.assign(Picture.prototype, {
       if (start >= end) continue;
       const points = this.profile(start, end);
       this.path([...points, [end, bottom], [start, bottom]], true);
+      context.save();
+      context.globalAlpha = Number(this.colour("ground-alpha"));
       context.fillStyle = stretch.colour;
       context.fill();
+      context.restore();
+      if (stretch.icy) this.drawGlints();
       this.path(points);
       context.lineWidth = 1.6;
       context.strokeStyle = this.colour("ink");
       context.stroke();
       this.label(stretch.words, start, end);
     }
+  },
+
+  /** Slanting strokes on what was filled last, which stay where they are on the ice. */
+  drawGlints() {
+    const { context, size, scale } = this;
+    const pitch = 26 / scale;
+    context.save();
+    context.clip();
+    context.strokeStyle = "rgb(255 255 255 / 45%)";
+    context.lineWidth = 2;
+    const first = Math.floor(this.x0 / pitch) - 4;
+    for (let i = first; i < first + size[0] / 26 + 8; i++) {
+      if (![0, 1, 3].includes(((i % 5) + 5) % 5)) continue;
+      const [x] = this.at(i * pitch, 0);
+      context.beginPath();
+      context.moveTo(x, size[1]);
+      context.lineTo(x + size[1] / 3, size[1] * (2 / 3));
+      context.stroke();
+    }
+    context.restore();
   },
 
   label(words, start, end) {

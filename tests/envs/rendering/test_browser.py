@@ -145,8 +145,21 @@ def test_nothing_sticks_out_sideways(opened: Callable[..., Chrome], width: int):
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
 
-def test_words_on_colours_can_be_read(opened: Callable[..., Chrome], two: str):
-    browser = opened(two)
+def test_night_by_the_system_and_by_the_button(opened: Callable[..., Chrome], two: str):
+    browser = opened(two, night=True)
+    colour = "return getComputedStyle(document.body).backgroundColor"
+    dark, picture = browser.execute_script(colour), browser.execute_script(PIXELS, 0)
+    browser.execute_script("document.getElementById('theme').click()")
+    assert browser.execute_script(colour) == "rgb(255, 255, 255)" != dark
+    assert browser.execute_script(PIXELS, 0) != picture
+    press(browser, "d")
+    assert browser.execute_script(colour) == dark
+    assert browser.get_log("browser") == []
+
+
+@pytest.mark.parametrize("night", [False, True])
+def test_words_on_colours_can_be_read(opened: Callable[..., Chrome], two: str, night: bool):
+    browser = opened(two, night=night)
     seen = {}
     for time in (0.0, 2.5, 10.0):
         browser.execute_script(

@@ -60,4 +60,5 @@ def test_patches_are_stretches_of_the_floor():
     floor = Patches(jnp.array([0.5]), jnp.array([0.3, 0.05]), jnp.array([0.3, 0.04]))
     first, second = stretches_of(floor)
     assert (first.end, second.start) == (0.5, 0.5)
+    assert (first.icy, second.icy) == (False, True)
     assert "0.05" in second.words
