@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from stickslip.cli import make_parser
+from stickslip.dynamics.biped import BipedParams
 from tests.documents import LANGUAGES, ROOT, Block, every_block, programs
 from tests.extras import SB3
 
@@ -121,6 +122,14 @@ def numbers(text: str) -> list[float]:
 def test_every_block_is_of_a_kind_that_is_looked_at():
     unknown = {one.language for one in every_block()} - LANGUAGES
     assert unknown == set()
+
+
+@pytest.mark.parametrize(
+    "block",
+    [pytest.param(b, id=f"{b.page}:{b.line}") for b in every_block() if b.language == "toml"],
+)
+def test_a_robots_file_on_a_page_is_read(block: Block):
+    assert BipedParams.from_file(block.code).validate()
 
 
 @pytest.mark.parametrize(

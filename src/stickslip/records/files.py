@@ -23,7 +23,9 @@ FILES = (".csv", ".json", ".parquet", ".html", ".htm", ".md", ".txt", ".png", ".
 REMAINS = re.compile(r"\.(.+)-[^-]{1,16}\.part", re.DOTALL)
 
 
-def write_whole(path: str | Path, content: bytes | str, *, overwrite: bool = True) -> Path:
+def write_whole(
+    path: str | os.PathLike[str], content: bytes | str, *, overwrite: bool = True
+) -> Path:
     """Write a file whole or not at all, see `writing`. Text is written as UTF-8."""
     with writing(path, overwrite=overwrite) as file:
         file.write(content.encode() if isinstance(content, str) else content)
@@ -31,7 +33,7 @@ def write_whole(path: str | Path, content: bytes | str, *, overwrite: bool = Tru
 
 
 @contextmanager
-def writing(path: str | Path, *, overwrite: bool = True) -> Iterator[IO[bytes]]:
+def writing(path: str | os.PathLike[str], *, overwrite: bool = True) -> Iterator[IO[bytes]]:
     """A file to write to, under a temporary name beside `path`, renamed once all of it is there.
 
     Where the body raises, nothing is left of it; an error of the system's that names no file or the

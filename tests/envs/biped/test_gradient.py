@@ -24,11 +24,9 @@ def return_of(x: dict[str, Any]) -> jax.Array:
     """Return of the first control steps, from a walk that has begun."""
     env, params = task(dtype="float64")
     robot = params.robot
-    heavier = replace(
-        robot,
-        inertia=jax.tree.map(lambda leaf: x["mass"] * leaf, robot.inertia),
-        total_mass=x["mass"] * robot.total_mass,
-    )
+    bare = robot.bare
+    bare = replace(bare, mass=x["mass"] * bare.mass, inertia=x["mass"] * bare.inertia)
+    heavier = replace(robot, bare=bare)
     params = replace(
         params,
         robot=heavier,
