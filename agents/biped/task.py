@@ -157,10 +157,10 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         drawn = replace(drawn, mean_rate=None, command_interval=None)
     place = replace(params.scene, floor=floor, payload=load).validate()
     given = parts(task.env, task.params) | {"scene": place, "randomisation": drawn}
-    path, bare = options["robot"], params.robot.bare
-    if path is None and not same_numbers(bare, BipedParams.from_bars()):
-        path = robot_text(vars(bare)) if options.get("changes") else None
-    own = own_robot(path, options.get("changes"))
+    path, numbers, bare = options["robot"], options.get("changes"), params.robot.bare
+    if path is None and numbers and not same_numbers(bare, BipedParams.from_bars()):
+        path = robot_text(vars(bare))
+    own = own_robot(path, numbers)
     given["robot"] = own.pop("robot", given["robot"])
     given["numbers"] = given["numbers"] | own | changed
     env, params = build(**given)
