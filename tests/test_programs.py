@@ -125,3 +125,30 @@ def test_a_cache_that_the_user_has_set_stays_as_it_is(tmp_path, monkeypatch):
             assert (tmp_path / "mine").exists() == used
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
+
+
+@pytest.mark.parametrize(("patience", "times"), [(0.0, 1), (600.0, 0)])
+def test_long_compilation_is_said_once(patience, times, monkeypatch, capsys):
+    monkeypatch.setattr(programs, "PATIENCE", patience)
+    monkeypatch.setattr(programs, "Timer", Immediate)
+    with compiled_programs(keep=False):
+        for factor in (2.5, 3.5):
+            jax.jit(lambda x, factor=factor: jnp.sin(factor * x))(1.0)
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("compiling")]
+    assert len(said) == times
+
+
+class Immediate:
+    """A timer that fires at once where its interval is zero, and never otherwise."""
+
+    daemon = False
+
+    def __init__(self, interval: float, function: Any):
+        self.interval, self.function = interval, function
+
+    def start(self) -> None:
+        if not self.interval:
+            self.function()
+
+    def cancel(self) -> None:
+        pass

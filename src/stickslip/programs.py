@@ -1,4 +1,5 @@
-"""JAX's compilation cache for the command line, with files that are checked.
+"""JAX's compilation cache for the command line, with files that are checked, and a line on
+standard error where compilation takes long.
 
 JAX writes its files in place and never looks whether they are whole. Here each begins with the
 digest of the rest and is renamed into place; one with another digest is deleted and compiled again.
@@ -12,8 +13,10 @@ import os
 import platform
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Timer
 from typing import TYPE_CHECKING, Any
 
+from stickslip.optim.progress import say_stage
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
@@ -28,11 +31,15 @@ SHORTEST = 0.1
 """Least compile time of a kept program [s]."""
 DIGEST = 32
 """Bytes of a file's digest."""
+COMPILED = "/jax/core/compile/backend_compile_duration"
+"""JAX's event: a scalar when a compilation begins, a duration when it ends."""
+PATIENCE = 2.0
+"""Compile time of a command after which it says so [s]."""
 
 
 @contextmanager
 def compiled_programs(keep: bool = True) -> Iterator[None]:
-    """Inside, JAX finds the programs that earlier commands compiled.
+    """Inside, JAX finds the programs that earlier commands compiled, and long compilation is told.
 
     Nothing is kept with keep=False, where the user has set a cache of JAX's, where STICKSLIP_CACHE
     is "off" and where no folder of the user's can be written; that is never an error.
@@ -43,11 +50,50 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
     own = bool(config.jax_compilation_cache_dir)
     folder = programs_folder(os.environ) if keep and not own else None
     store = None if folder is None else prepared(folder)
-    if store is None:
-        yield
-    else:
-        with kept_programs(store):
+    later = " (later commands reuse them)" if store or own else ""
+    with announced(f"compiling programs{later}"):
+        if store is None:
             yield
+        else:
+            with kept_programs(store):
+                yield
+
+
+@contextmanager
+def announced(line: str) -> Iterator[None]:
+    """Inside, say a line once, as soon as JAX has compiled for PATIENCE seconds in all."""
+    from jax import monitoring
+
+    left, running, said = PATIENCE, [], False
+
+    def say() -> None:
+        nonlocal said
+        if not said:
+            said = True
+            say_stage(line)
+
+    def begun(event: str, value: Any, **_: Any) -> None:
+        if event == COMPILED and not said:
+            timer = Timer(max(left, 0.0), say)
+            timer.daemon = True
+            running.append(timer)
+            timer.start()
+
+    def ended(event: str, duration_secs: float, **_: Any) -> None:
+        nonlocal left
+        if event == COMPILED and running:
+            running.pop().cancel()
+            left -= duration_secs
+
+    monitoring.register_scalar_listener(begun)
+    monitoring.register_event_duration_secs_listener(ended)
+    try:
+        yield
+    finally:
+        monitoring.unregister_scalar_listener(begun)
+        monitoring.unregister_event_duration_listener(ended)
+        for timer in running:
+            timer.cancel()
 
 
 def programs_folder(environment: Mapping[str, str]) -> Path | None:
