@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.table import AnyMeasures
-    from stickslip.agents.optimum.policy import StateMap
     from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy
     from stickslip.agents.sweeps.swept import Swept
@@ -229,10 +228,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
     def baseline(self, name: str, env: Env) -> AnyPlayer:
         """A baseline for an environment. ValueError for an unknown name."""
         raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
-
-    def state_map(self, env: Env, params: Params) -> StateMap[Any, Params]:
-        """Coordinates that later rewards of a task depend on. ValueError where there are none."""
-        raise ValueError(f"a {type(env).__name__} has no coordinates of its own; accepted: states=")
 
     # Evaluation.
 

@@ -43,7 +43,6 @@ LONG = {
     "recommend(": "every setting it tells of is a program",
     "check_walk(": "event-exact walks and their derivatives",
     "evaluate_task(": "whole episodes of a task",
-    "known(solution": "dynamic programming over an environment",
     "bound_every_drive(": "interval arithmetic over all drives",
     "bound_steady_reward(": "gaits at many rates",
     "done = sweep(": "a sweep",

@@ -106,7 +106,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     build = defined_in(TASK)
     training_task = defined_in(TASK)
     swept = defined_in(TASK)
-    state_map = defined_in("stickslip.agents.biped.state_map")
     baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)

@@ -1,0 +1,252 @@
+"""Value iteration and the policy that looks ahead, against optima that are known."""
+
+from dataclasses import dataclass, replace
+from itertools import product
+
+import hypothesis.strategies as st
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from hypothesis import given
+
+from benchmarks.optimum import (
+    Axis,
+    Grid,
+    Walk,
+    finite_horizon,
+    known,
+    look_ahead,
+    solve,
+    transitions,
+)
+from stickslip.agents import ComputedTorque
+from stickslip.agents.biped.task import from_anywhere
+from stickslip.agents.evaluation.rollout import play
+from stickslip.agents.evaluation.table import keep_of
+from stickslip.dynamics import Scene
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs import BipedEnv
+from stickslip.envs.biped.params import Randomisation
+
+ENV = BipedEnv(autoreset="disabled")
+UNEVEN = np.array([-1.0, -0.9, 0.2, 1.0, 4.0])
+EVEN = Axis(np.linspace(0.0, 2.0, 4))
+GRID = Grid(
+    ((Axis(UNEVEN), EVEN), (Axis(np.linspace(-1.0, 1.0, 3)), Axis(UNEVEN), Axis(UNEVEN + 5)))
+)
+
+
+def multilinear(sheet: int, a, b, c):
+    """Linear along every axis: what multilinear interpolation gives back."""
+    return 1 + 2 * a - b + 3 * a * b if sheet == 0 else a - b * c + 2 * a * b * c
+
+
+def values(dtype):
+    parts = [multilinear(sheet, *GRID.nodes(sheet).T) for sheet in range(2)]
+    return jnp.asarray(np.concatenate(parts), dtype)
+
+
+@jax.jit
+def read(values, sheet, at):
+    cell = GRID.cell(sheet, at)
+    return GRID.read(values, cell), cell.outside
+
+
+inside = st.floats(0.0, 1.0)
+
+
+@given(sheet=st.integers(0, 1), shares=st.tuples(inside, inside, inside))
+def test_functions_linear_along_every_axis_are_read_exactly(float64, sheet, shares):
+    ends = [(float(one.nodes[0]), float(one.nodes[-1])) for one in GRID.sheets[sheet]] + [(0, 0)]
+    at = [low + share * (high - low) for (low, high), share in zip(ends, shares, strict=False)]
+    found, outside = read(values(float64), sheet, jnp.asarray(at))
+    assert not outside
+    assert float(found) == pytest.approx(multilinear(sheet, *at), abs=1e-12)
+
+
+def test_a_periodic_axis_wraps_and_what_no_node_covers_is_outside(dtype):
+    axis = Axis(np.linspace(1.0, 3.0, 5), periodic=True)
+    index, share, _ = jax.vmap(axis.cell)(jnp.asarray([1.25, 3.25, -0.75, 101.25], dtype))
+    assert index.tolist() == [0] * 4
+    np.testing.assert_allclose(share, 0.5, atol=1e-4)
+    for at in (-1.1, 4.1, 1e30, float("inf"), float("nan")):
+        found, outside = read(values(dtype), 0, jnp.asarray([at, 0.0, 0.0], dtype))
+        assert outside
+        assert np.isfinite(found)
+
+
+class OneSheet:
+    """Processes whose states are coordinates."""
+
+    def state(self, sheet, at):
+        return at
+
+    def cell(self, state):
+        return self.grid.cell(0, state)
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Chain(OneSheet):
+    """Places 0 to 5 on a line; one step left or right, or none, for 1/8 a move. The right end pays
+    2 and ends, the left end has nothing beyond it."""
+
+    actions: jax.Array
+    grid: Grid
+    outside: float = -50.0
+
+    def step(self, state, action):
+        after = state + action
+        ended = after[0] > 4.5
+        reward = jnp.where(ended, 2.0, 0.0) - 0.125 * jnp.abs(action[0])
+        return after, reward.astype(state.dtype), ended
+
+
+def chain(dtype=jnp.float32):
+    line = Grid(((Axis(np.linspace(0.0, 5.0, 6)),),))
+    return Chain(jnp.asarray([[-1.0], [0.0], [1.0]], dtype), line)
+
+
+def test_a_chain_has_the_values_counted_by_hand(dtype):
+    table = transitions(chain(dtype))
+    found = finite_horizon(table, 4)
+    # From the place 5 - n the prize is n moves away; place 5 itself is where one step more ends it.
+    assert found.dtype == dtype
+    assert found.tolist() == [0.0, 1.5, 1.625, 1.75, 1.875, 2.0]
+    assert finite_horizon(table, 5).tolist()[0] == 2 - 5 * 0.125
+
+
+def test_a_grid_too_large_is_refused_with_its_size_before_it_exists():
+    wide = Axis(np.linspace(0.0, 1.0, 30_001))
+    with pytest.raises(ValueError, match="900,060,001 nodes with 3 actions"):
+        transitions(replace(chain(), grid=Grid(((wide, wide),))))
+
+
+@register_pytree
+@dataclass(frozen=True)
+class DoubleIntegrator(OneSheet):
+    """x' = x + h v, v' = v + h u; reward -h (x^2 + v^2 + u^2 / 4)."""
+
+    actions: jax.Array
+    grid: Grid
+    h: float = 0.2
+    outside: float = -1e3
+
+    def step(self, state, action):
+        x, v = state
+        reward = -self.h * (x**2 + v**2 + action[0] ** 2 / 4)
+        after = jnp.stack([x + self.h * v, v + self.h * action[0]])
+        return after, reward, jnp.zeros((), bool)
+
+    def riccati(self, steps):
+        """The matrix of -value of so many steps, in NumPy."""
+        A, B = np.array([[1, self.h], [0, 1]]), np.array([[0], [self.h]])
+        Q, R = self.h * np.eye(2), np.array([[self.h / 4]])
+        S = np.zeros((2, 2))
+        for _ in range(steps):
+            gain = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A)
+            S = Q + A.T @ S @ (A - B @ gain)
+        return S
+
+
+def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_the_cells(float64):
+    errors, at = [], np.mgrid[-1:1:9j, -1:1:9j].reshape(2, -1).T
+    for cells in (32, 64):
+        axes = Axis(np.linspace(-3.0, 3.0, cells + 1)), Axis(np.linspace(-4.0, 4.0, cells + 1))
+        tried = jnp.linspace(-6, 6, 81, dtype=float64)[:, None]
+        process = DoubleIntegrator(tried, Grid((axes,)))
+        exact = -np.einsum("ni,ij,nj->n", at, process.riccati(20), at)
+        value = finite_horizon(transitions(process), 20)
+        found = jax.vmap(lambda one, p=process, v=value: p.grid.read(v, p.cell(one)))
+        errors.append(np.max(np.abs(found(jnp.asarray(at)) - exact)))
+    assert errors[1] < 0.05 * np.max(np.abs(exact))
+    assert errors[0] / errors[1] > 3
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Balance(OneSheet):
+    """A pole without swing: x' = 1.5 x + u / 4, |u| <= 1. It earns 1 + x', so leaning to the right
+    pays, and falls where |x'| > 1, for -9. From |x| > 0.5 no action keeps it up: a border that lies
+    inside a cell, and close to where most is earned."""
+
+    actions: jax.Array
+    grid: Grid
+    outside: float = -9.0
+
+    def step(self, state, action):
+        after = 1.5 * state + action / 4
+        fell = jnp.abs(after[0]) > 1
+        return after, jnp.where(fell, -9.0, 1 + after[0]), fell
+
+
+def balance(cells: int):
+    lean = Grid(((Axis(np.linspace(-1.0, 1.0, cells + 1)),),))
+    process = Balance(jnp.linspace(-1, 1, 5)[:, None], lean)
+    return process, finite_horizon(transitions(process), 60)
+
+
+def by_hand(process, values, x: float, depth: int) -> tuple[float, set[float]]:
+    """The best of all sequences of actions, one by one, and with which actions such begin."""
+    found = {}
+    for sequence in product(np.asarray(process.actions)[:, 0], repeat=depth):
+        at, earned = x, 0.0
+        for action in sequence:
+            at = 1.5 * at + action / 4
+            if abs(at) > 1:
+                earned -= 9
+                break
+            earned += 1 + at
+        else:
+            earned += np.interp(at, process.grid.sheets[0][0].nodes, values)
+        found[sequence[0]] = max(earned, found.get(sequence[0], -np.inf))
+    best = max(found.values())
+    return best, {first for first, worth in found.items() if worth > best - 1e-4}
+
+
+@pytest.mark.parametrize("depth", [1, 4])
+def test_a_beam_that_keeps_every_path_finds_the_best_of_all(depth):
+    process, values = balance(6)
+    look = jax.jit(lambda x: look_ahead(process, values, x, depth, 5**3))
+    for x in np.random.default_rng(1).uniform(-0.7, 0.7, 20):
+        action, value = look(jnp.asarray([x], jnp.float32))
+        best, first = by_hand(process, values, float(np.float32(x)), depth)
+        assert float(value) == pytest.approx(best, abs=1e-4)
+        assert min(abs(float(action[0]) - one) for one in first) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"scene": "ice-patch"}, "floor: rewards depend on it"),
+        ({"randomisation": Randomisation(mass=(0.9, 1.1))}, "mass: rewards"),
+        ({"scene": "grip", "mark": 0.5, "mark_width": 0.07}, "mark: rewards"),
+    ],
+)
+def test_tasks_whose_rewards_depend_on_more_are_refused(changes, words):
+    with pytest.raises(ValueError, match=words):
+        Walk.of(ENV, ENV.make_params(**changes))
+
+
+def test_nodes_and_states_are_each_others_inverses():
+    walk = Walk.of(ENV, ENV.make_params(scene="slippery"))
+    for sheet, sign in enumerate((0, 1, -1)):
+        state = walk.state(jnp.int32(sheet), jnp.asarray([2.0, 3.5, 0.05], jnp.float32))
+        assert np.sign(float(state.biped.foot_velocity)) == sign
+        cell, offsets = walk.cell(state), walk.grid.offsets
+        assert offsets[sheet] <= int(cell.base) < offsets[sheet + 1]
+        assert not cell.outside
+
+
+@pytest.mark.long
+def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
+    scene = Scene.uniform(0.06, 0.05)
+    params = from_anywhere(ENV.make_params(mean_rate=6.0, scene=scene))
+    found = known(solve(Walk.of(ENV, params, 31, 0.6)), 48)
+    others = play(ENV, ComputedTorque(), params, range(48), keep_of)
+    assert not found.fell.any()
+    assert np.mean(others.fell) > 0.05
+    assert found.reward.mean() > 8.6
+    assert abs(found.expected.mean() - found.reward.mean()) < 0.02 * 10
+    assert not found.off_grid.any()
