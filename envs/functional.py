@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, Generic, ParamSpec, TypeAlias, TypeVar
 
@@ -25,7 +25,6 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.kernels.fused import fused, where_needed
-from stickslip.dynamics.pytrees import rebuilt
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,33 +83,16 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         readers = cls.readers
         return {k: readers[k](value) if k in readers else value for k, value in entries.items()}
 
-    episode_entries: tuple[str, ...] = ()
-    """Entries of the parameters that options of a reset may change."""
-
     option_names: tuple[str, ...] = ()
     """Arguments of `episode_params`."""
 
     def episode_params(self, params: Params, options: Mapping[str, Any]) -> Params:
-        """The parameters of an episode: these, changed by the options of a reset.
+        """Parameters whose `reset_env` starts as the options of a reset say; steps are the same.
 
         ValueError for an unknown name and for a value that `make_params` would not take.
         """
         require_known(options, self.option_names, "option of reset")
         return params
-
-    reset_only: tuple[str, ...] = ()
-    """Entries of the parameters and of their `randomisation` that no step reads."""
-
-    def read_by_steps(self, params: Params) -> Any:
-        """Parameters that a step reads: from the same state it is the same step where this is the
-        same. Steps do ask what is drawn, not the range."""
-        if not self.reset_only:
-            return params
-        drawn = params.randomisation  # type: ignore[attr-defined]
-        starts = [name for name in self.reset_only if hasattr(drawn, name)]
-        own = {name: getattr(params, name) for name in self.reset_only if hasattr(params, name)}
-        own["randomisation"] = replace(drawn, **dict.fromkeys(starts))
-        return rebuilt(params, **jax.tree.map(lambda _: 0.0, own))
 
     @property
     @abstractmethod

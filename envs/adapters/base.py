@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic
 import numpy as np
 from gymnasium import spaces
 
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind, shown
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
 from stickslip.envs.functional import FunctionalEnv, Params, State
 from stickslip.envs.params import horizon
@@ -88,20 +88,11 @@ class Compiled(Generic[State, Params]):
         return np.asarray(self.functional.check_action(actions, batch), self._envs.dtype)
 
     def _episode_params(self, options: Mapping[str, Any] | None) -> Params | None:
-        """The parameters that the options of a reset ask for; None where they ask for nothing."""
+        """The parameters of a start that options ask for; None where they ask for nothing."""
         if options is None:
             return None
         require_kind("options", options, Mapping, "None or a dict")
-        if not options:
-            return None
-        params = self.functional.episode_params(self.params, options)
-        bounds = (self.functional.observation_bounds(each) for each in (self.params, params))
-        if not all(map(np.array_equal, *bounds)):
-            raise ValueError(
-                f"options = {shown(dict(options))} would change what is observed; accepted: a "
-                "scene or track that leaves the observation as it is"
-            )
-        return params
+        return self.functional.episode_params(self.params, options) if options else None
 
 
 def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
@@ -112,12 +103,12 @@ def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
 
 
 class Pictures(Generic[Params]):
-    """A renderer for each environment, made when it is first asked for a picture, and anew for
-    episodes with parameters of their own. A copy makes its own."""
+    """A renderer for each environment, made when it is first asked for a picture. A copy makes its
+    own."""
 
     def __init__(self, env: FunctionalEnv[Any, Params], envs: PackedEnvs):
         self._env, self._envs = env, envs
-        self._renderers: dict[int, tuple[Params, Any]] = {}
+        self._renderers: dict[int, Any] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the renderers, which hold a canvas that cannot be copied."""
@@ -125,7 +116,7 @@ class Pictures(Generic[Params]):
 
     def reset(self) -> None:
         """Forget what was drawn before."""
-        for _, renderer in self._renderers.values():
+        for renderer in self._renderers.values():
             renderer.reset()
 
     def after(self, results: Results | None) -> tuple[np.ndarray, ...]:
@@ -144,7 +135,7 @@ class Pictures(Generic[Params]):
         if not self._envs.begun:
             raise ValueError("render without an episode; accepted: after reset()")
         params = self._envs.params
-        if index not in self._renderers or self._renderers[index][0] is not params:
-            self._renderers[index] = params, self._env.renderer(params)
+        if index not in self._renderers:
+            self._renderers[index] = self._env.renderer(params)
         state = self._envs.state_of(index)
-        return self._renderers[index][1].draw(self._env.picture(state, info, params))
+        return self._renderers[index].draw(self._env.picture(state, info, params))

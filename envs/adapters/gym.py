@@ -37,12 +37,9 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Begin an episode. options: what is different in this episode alone; see `help` of the
-        functional environment's class for their names. ValueError for unknown names and values.
-
-        How an episode starts is a number: other ones compile nothing but, the first time, the
-        reset. A scene or a track compiles a step the first time that its kind is asked for
-        (seconds), and nothing for other numbers of that kind.
+        """Begin an episode. options: how this episode starts; see `help` of the functional
+        environment's class for their names. ValueError for unknown names and values. Options
+        compile a reset the first time, and other numbers nothing.
         """
         params = self._episode_params(options)
         super().reset(seed=seed)

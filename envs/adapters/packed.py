@@ -5,7 +5,6 @@ One compiled call a step, of one array to one array: a call costs for each of th
 
 from __future__ import annotations
 
-from dataclasses import fields
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,7 +14,6 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs.adapters.packing import Codec, Columns, Results, Shared, row_of
 from stickslip.envs.functional import abstract_step, bare_step
 
@@ -34,46 +32,14 @@ COPIES = 4
 
 
 class _Program(NamedTuple):
-    """Static part: hashable, the key of the compiled functions. The parameters' numbers in
-    `entries` are passed at each call, all others are constants."""
+    """Static part: hashable, the key of the compiled functions."""
 
     env: FunctionalEnv
     shared: Shared
-    entries: tuple[str, ...]
-    own: Codec
-    """Codec of the entries."""
     carry: Codec
     """Codec of a key chain, as plain numbers, and a state."""
     numbers: int
     """Length of a row of `row_of`; it follows the carry, so that a step returns a single array."""
-
-    def params(self, own: Array | None) -> Any:
-        """The parameters; own: their packed entries."""
-        usual = self.shared.params()
-        if own is None:
-            return usual
-        return rebuilt(usual, **dict(zip(self.entries, self.own.unpack(own), strict=True)))
-
-
-class _Episodes:
-    """Episodes of one kind: the program that begins and steps them, and their parameters.
-
-    own: those that the program is passed, packed [words]; None where all are constants.
-    """
-
-    def __init__(self, program: _Program, params: Any):
-        self.program, self.params = program, params
-        entries = tuple(getattr(params, name) for name in program.entries)
-        self.own = program.own.pack(entries) if entries else None
-
-    @cached_property
-    def step(self) -> Callable[..., Array]:
-        """The compiled step."""
-        return _step_of(self.program)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without the compiled step, which does not pickle: a copy finds it again."""
-        return {name: value for name, value in vars(self).items() if name != "step"}
 
 
 class PackedEnvs:
@@ -86,34 +52,38 @@ class PackedEnvs:
 
     def __init__(self, env: FunctionalEnv, params: Any, num_envs: int):
         self.env, self.num_envs = env, num_envs
-        params = jax.tree.map(jnp.asarray, params)
-        self._shared = Shared(params)
-        obs, state, step = abstract_step(env, params)
+        self.params = jax.tree.map(jnp.asarray, params)
+        """The parameters that all environments step with."""
+        obs, state, step = abstract_step(env, self.params)
         self.columns, self.dtype = Columns(obs, step[5]), np.dtype(obs.dtype)
-        self._results = _signature((obs, *step[2:]))
         leaves = jax.tree.leaves((state, step[2:]))
         each = sum(leaf.size * leaf.dtype.itemsize for leaf in leaves)
         what = f"num_envs = {shown(num_envs)}"
         require_memory(what, "environments", num_envs, COPIES * each)
-        self._programs: dict[Any, _Program] = {}
-        self._usual = self._stepped = _Episodes(self._program((), params, state), params)
+        chain = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
+        carry = Codec.of((chain, state))
+        self._program = _Program(env, Shared(self.params), carry, self.columns.count)
         self._carry: Array | None = None
         self._seeded: np.ndarray = np.array(_chains(np.zeros(num_envs, np.uint32)))
         self._pending = np.ones(num_envs, bool)
+
+    @cached_property
+    def _step(self) -> Callable[..., Array]:
+        """The compiled step."""
+        return _step_of(self._program)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the compiled step, which does not pickle: a copy finds it again."""
+        return {name: value for name, value in vars(self).items() if name != "_step"}
 
     @property
     def begun(self) -> bool:
         """True if there has been a reset."""
         return self._carry is not None
 
-    @property
-    def params(self) -> Any:
-        """The parameters that all environments step with."""
-        return self._stepped.params
-
     def state_of(self, index: int) -> Any:
         """The functional state of an environment; after the first reset."""
-        return _state(self._stepped.program, np.asarray(self._carry)[:, index])
+        return _state(self._program, np.asarray(self._carry)[:, index])
 
     def seed(self, seeds: Sequence[int | None]) -> None:
         """Start the chain of every environment whose seed is not None; others keep theirs.
@@ -136,32 +106,22 @@ class PackedEnvs:
         """Begin episodes where a mask [n] is true, by default and at first everywhere; the
         observations [n, obs], 0 elsewhere.
 
-        parts: masks that do not overlap, each with the parameters of its episodes, as
-        `FunctionalEnv.episode_params` makes them; None for those that hold. What they change of the
-        steps holds until the next reset of all environments, and only a reset of all may change it:
-        ValueError otherwise, and where steps would return something else.
+        parts: masks that do not overlap, each with the parameters that its episodes start with, as
+        `FunctionalEnv.episode_params` makes them; None for the usual ones. ValueError where they
+        are no parameters of one episode.
         """
         everywhere = np.ones(self.num_envs, bool)
         parts = parts or ((everywhere, None),)
         wanted = np.any([mask for mask, _ in parts], axis=0)
         if not (self.begun or wanted.all()):
             parts, wanted = (*parts, (~wanted, None)), everywhere
-        stepped = self._usual if wanted.all() else self._stepped
-        begun = [stepped if params is None else self._episodes(params) for _, params in parts]
-        if len(parts) == 1 and wanted.all() and not self._step_alike(begun[0], stepped):
-            (stepped,) = begun
-        if not all(self._step_alike(one, stepped) for one in begun):
-            raise ValueError(
-                "options that change the steps of some environments; accepted: the same ones for "
-                "all of them, in a reset of all"
-            )
         chains, carry = self._chains(), self._carry
         obs = np.zeros((self.num_envs, self.columns.width), self.dtype)
-        for (mask, _), one in zip(parts, begun, strict=True):
+        for mask, params in parts:
             before = None if mask.all() else carry
-            carry, new = _begin(one.program, chains, one.own, mask, before)
+            carry, new = _begin(self._program, chains, params, mask, before)
             obs[mask] = np.asarray(new)[mask]
-        self._carry, self._stepped, self._pending = carry, stepped, self._pending & ~wanted
+        self._carry, self._pending = carry, self._pending & ~wanted
         return obs
 
     def step(self, actions: np.ndarray) -> Results:
@@ -170,67 +130,18 @@ class PackedEnvs:
 
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""
-        self._carry = self._stepped.step(self._carry, self._stepped.own, actions)
+        self._carry = self._step(self._carry, actions)
         words = np.array(np.asarray(self._carry)[-self.columns.count :])
         own = np.dtype(f"uint{8 * self.dtype.itemsize}")
         return words.astype(own, copy=False).view(self.dtype).T
-
-    def _episodes(self, params: Any) -> _Episodes:
-        """Episodes with other parameters. Options' entries are passed to their program always, so
-        that other numbers are the same program."""
-        params = jax.tree.map(jnp.asarray, params)
-        usual = self._usual.params
-        entries = tuple(
-            one.name
-            for one in fields(params)
-            if one.name in self.env.episode_entries
-            or Shared(getattr(params, one.name)) != Shared(getattr(usual, one.name))
-        )
-        own = _signature(tuple(getattr(params, name) for name in entries))
-        if (entries, own) not in self._programs:
-            try:
-                obs, state, step = abstract_step(self.env, params)
-                program = self._program(entries, params, state)
-            except (TypeError, ValueError) as error:
-                raise ValueError(
-                    "options: such an episode cannot be stepped; accepted: the numbers of one "
-                    "episode, not a batch"
-                ) from error
-            if _signature((obs, *step[2:])) != self._results:
-                raise ValueError(
-                    "options: observation or info of such episodes would have other entries; "
-                    "accepted: a scene or track that leaves them as they are"
-                )
-            self._programs[entries, own] = program
-        return _Episodes(self._programs[entries, own], params)
-
-    def _program(self, entries: tuple[str, ...], params: Any, state: Any) -> _Program:
-        """The program of parameters with these structures, and of such abstract states."""
-        chain = jax.eval_shape(lambda: jax.random.key_data(jax.random.key(0)))
-        own = Codec.of(tuple(getattr(params, name) for name in entries))
-        carry = Codec.of((chain, state))
-        return _Program(self.env, self._shared, entries, own, carry, self.columns.count)
-
-    def _step_alike(self, one: _Episodes, other: _Episodes) -> bool:
-        """True if the steps of one do for the other, once an episode has begun."""
-        if one is other:
-            return True
-        read = [Shared(self.env.read_by_steps(each.params)) for each in (one, other)]
-        return read[0] == read[1]
 
     def _chains(self) -> np.ndarray:
         """Current key of each environment [n, words]: newly seeded, or after the last step."""
         if self._carry is None:
             return self._seeded
-        carry = self._stepped.program.carry
+        carry = self._program.carry
         own = np.asarray(self._carry)[: carry.shapes[0][0]].T.astype(carry.dtypes[0])
         return np.where(self._pending[:, None], self._seeded, own)
-
-
-def _signature(tree: object) -> tuple[Any, ...]:
-    """Structure, shapes and types; hashable."""
-    leaves, structure = jax.tree.flatten(tree)
-    return structure, tuple((leaf.shape, str(leaf.dtype)) for leaf in leaves)
 
 
 @jax.jit
@@ -254,12 +165,13 @@ def _state(program: _Program, words: Integer[Array, " words"]) -> Any:
 def _begin(
     program: _Program,
     chains: Integer[Array, "n words"],
-    own: Integer[Array, " own"] | None,
+    params: Any,
     mask: Bool[Array, " n"],
     before: Integer[Array, "words n"] | None,
 ) -> tuple[Integer[Array, "words n"], Float[Array, "n obs"]]:
-    """Carry, packed with the environments last, and observations."""
-    params = program.params(own)
+    """Carry, packed with the environments last, and observations. params: None for the shared
+    ones; before: carry of the environments that go on, outside the mask."""
+    params = program.shared.params() if params is None else params
 
     def one(chain: Array) -> tuple[Array, Array]:
         both = jax.random.split(jax.random.wrap_key_data(chain))
@@ -273,10 +185,10 @@ def _begin(
 
 @lru_cache(maxsize=64)
 def _step_of(program: _Program) -> Callable[..., Array]:
-    """The compiled step: carry, own entries, or None, and actions to the carry."""
+    """The compiled step: carry and actions to the carry."""
 
-    def step(carry: Array, own: Array | None, actions: Float[Array, "n act"]) -> Array:
-        return jax.vmap(partial(_step_one, program), (-1, None, 0), -1)(carry, own, actions)
+    def step(carry: Array, actions: Float[Array, "n act"]) -> Array:
+        return jax.vmap(partial(_step_one, program), (-1, 0), -1)(carry, actions)
 
     return jax.jit(step)
 
@@ -285,14 +197,13 @@ def _step_of(program: _Program) -> Callable[..., Array]:
 def _step_one(
     program: _Program,
     carry: Integer[Array, " words"],
-    own: Integer[Array, " own"] | None,
     action: Float[Array, " act"],
 ) -> Integer[Array, " words"]:
     """One environment's step; carry: its packed column, its row of `row_of` at the end."""
     chain, state = program.carry.unpack(carry)
     after, subkey = jax.random.split(jax.random.wrap_key_data(chain))
     obs, state, reward, terminated, truncated, info = bare_step(
-        program.env, subkey, state, action, program.params(own)
+        program.env, subkey, state, action, program.shared.params()
     )
     chain = jnp.where(info["autoreset"], jax.random.key_data(after), chain)
     row = program.carry.words(row_of(obs, reward, terminated, truncated, info))

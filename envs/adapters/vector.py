@@ -66,9 +66,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """Begin episodes everywhere, or where options["reset_mask"] is true.
 
-        Other options are those of the single environment. How an episode starts holds for the
-        episodes that begin here. What changes the steps (a scene, a load, a track) takes a reset of
-        all environments and holds until the next one, for episodes that autoreset begins, too.
+        Other options are those of the single environment, for the episodes that begin here.
         """
         given = options
         if isinstance(options, Mapping):

@@ -25,7 +25,6 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.params import (
     CONTROL_PERIOD,
     OPTIONS,
-    START_ALONE,
     BipedEnvParams,
     episode_params,
     make_params,
@@ -124,13 +123,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | phase | rad | pi/2 to 3 pi/2 |
     | crank_rate | rad/s | finite |
     | mean_rate | rad/s | > 0 |
-    | scene | - | a Scene or a name; its friction is not drawn. Same outputs, same observation |
-    | payload | kg | >= 0, in place of the scene's |
-    | mass | - | > 0, a factor on every mass and inertia |
     | mark | m | > 0, where the task has a mark |
-
-    The first three and the last change the start alone. The others compile a step at the first use
-    of such a floor or load, and not again for other numbers.
 
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
@@ -160,8 +153,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     action_names = ("torque",)
     params_kind = BipedEnvParams
     option_names = OPTIONS
-    episode_entries = ("scene", "randomisation")
-    reset_only = START_ALONE
     readers: ClassVar = {"scene": scene_from_plain, "randomisation": ranges_from_plain}
 
     def __post_init__(self):

@@ -31,7 +31,7 @@ from stickslip.dynamics.pytrees import (
     require_one,
     settle,
 )
-from stickslip.dynamics.scene import PAYLOAD, Grip, Scene, scene_of
+from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.envs.params import (
     NON_NEGATIVE,
     POSITIVE,
@@ -56,7 +56,7 @@ SLACK = 1e-6
 """Tolerance of a phase at the end of its range, in single precision [rad]; least of what is > 0."""
 DRAWS: dict[str, dict[str, Any]] = {
     "friction": {"low": 0.0},
-    "mass": {"low": SLACK, "accepted": "a finite factor > 0"},
+    "mass": {"low": SLACK},
     "payload": {"low": 0.0},
     "mean_rate": {"low": SLACK, "accepted": "a finite rate > 0 [rad/s]"},
     "phase": {
@@ -68,8 +68,9 @@ DRAWS: dict[str, dict[str, Any]] = {
     "command_interval": {"low": SLACK},
     "mark": {"low": SLACK, "accepted": "a finite way > 0 [m]"},
 }
-"""The rule of every draw, and, where "accepted" is there, of the option that replaces it."""
-STARTS = tuple(name for name, rule in DRAWS.items() if "accepted" in rule)
+"""The rule of every draw."""
+OPTIONS = ("phase", "crank_rate", "mean_rate", "mark")
+"""Options of a reset: draws that no step reads."""
 
 
 @register_pytree
@@ -275,33 +276,17 @@ def make_params(
     ).validate()
 
 
-OPTIONS = ("scene", "payload", *STARTS)
-"""Options of a reset."""
-START_ALONE = ("phase", "crank_rate", "mean_rate", "command_interval", "mark")
-"""Draws that no step reads: commands to come are in the state."""
-
-
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
-    """The parameters changed by the options; what they set is not drawn."""
+    """The parameters with a start of their own, whatever is named, so that all options are one
+    program; what they set is not drawn."""
     require_known(options, OPTIONS, "option of reset")
-    drawn, scene = params.randomisation, params.scene
-    for name in STARTS:
-        if name in options:
-            value = require_one(name, options[name], **DRAWS[name])
-            drawn = replace(drawn, **{name: (value, value)})
-    if "scene" in options:
-        scene, drawn = scene_of(options["scene"]).validate(), replace(drawn, friction=None)
-    if "payload" in options:
-        payload = require_one("payload", options["payload"], **PAYLOAD)
-        scene, drawn = replace(scene, payload=payload), replace(drawn, payload=None)
-    # So that an episode has a start of its own whatever is named: one program for all of them.
+    given = {name: require_one(name, value, **DRAWS[name]) for name, value in options.items()}
     usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "mean_rate": params.mean_rate}
     usual |= {} if params.mark is None else {"mark": params.mark}
-    for name, value in usual.items():
-        if getattr(drawn, name) is None:
-            drawn = replace(drawn, **{name: (value, value)})
-    changes = {} if scene is params.scene else {"scene": scene}
-    return params.replace(randomisation=drawn, **changes)
+    drawn = params.randomisation
+    usual = {name: value for name, value in usual.items() if getattr(drawn, name) is None}
+    starts = {name: (value, value) for name, value in (usual | given).items()}
+    return params.replace(randomisation=replace(drawn, **starts))
 
 
 def scene_from_plain(scene: Any) -> Any:

@@ -15,13 +15,13 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_known,
 )
-from stickslip.dynamics.pytrees import compensated, rebuilt, require_one
+from stickslip.dynamics.pytrees import compensated, rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
-from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation, ground_of
+from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from stickslip.envs.ugv.state import (
     MOST_PREVIEW,
     Attitude,
@@ -44,7 +44,6 @@ from stickslip.optim.posture.criteria import (
     torque_left,
 )
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.posture.waypoints import waypoints_along
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -55,11 +54,8 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.ugv import UGVRenderer
 
 T = TypeVar("T")
-OPTIONS = ("track", "friction", "start_angles")
+OPTIONS = ("start_angles",)
 """Options of a reset."""
-ROUNDING = 1e-6
-"""Waypoints may lie so much further apart, relatively: the spacing is one that came out of others,
-rounded, and a track as long as the one before gets as many."""
 
 
 def _track(track: Any) -> Any:
@@ -144,11 +140,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     | option | unit | accepted |
     | --- | --- | --- |
     | start_angles | rad | rear and front, within the legs' range |
-    | friction | - | >= 0 |
-    | track | - | a Track or a name; the drive is as long as it, in steps of `spacing` at most |
-
-    The first changes the start alone. The others compile a step at the first use of such a ground
-    (seconds), and not again for other numbers.
 
     ## End
     Terminated, with the Status in info["status"]: OVERLAP (the wheel centres are closer than 2 r
@@ -180,19 +171,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
     option_names = OPTIONS
-    reset_only = ("start_angles",)
     readers: ClassVar = {"track": _track, "randomisation": _ranges, "solver": _solver}
-    episode_entries = (
-        "odometer",
-        "randomisation",
-        "friction",
-        "spacing",
-        "start",
-        "end",
-        "start_angles",
-        "given_penalty",
-        "failure_penalty",
-    )
 
     def __post_init__(self):
         super().__post_init__()
@@ -211,27 +190,12 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         """See FunctionalEnv; what the options set is not drawn."""
         self.check_params(params)
         require_known(options, OPTIONS, "option of reset")
-        drawn = params.randomisation
-        changes: dict[str, Any] = {}
-        if "friction" in options:
-            accepted = "a finite coefficient >= 0"
-            mu = require_one("friction", options["friction"], low=0, accepted=accepted)
-            changes["friction"], drawn = mu, replace(drawn, friction=None)
-        if "start_angles" in options:
-            changes["start_angles"] = options["start_angles"]
-            drawn = replace(drawn, start_angles=None)
-        if "track" in options:
-            track, drawn = ground_of(options["track"], replace(drawn, track=None))
-            spacing = float(params.spacing) * (1 + ROUNDING)
-            places = waypoints_along(track, params.vehicle, spacing, None, None)
-            first, last = float(places[0]), float(places[-1])
-            changes |= {"track": track, "start": first, "end": last}
-            changes["spacing"] = (last - first) / (len(places) - 1)
-        changed = params.replace(randomisation=drawn, **changes)
-        if {*options} <= {"start_angles"}:  # other entries keep their last digits
-            own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}
-            return rebuilt(params, **own)
-        return changed
+        if not options:
+            return params
+        drawn = replace(params.randomisation, start_angles=None)
+        changed = params.replace(randomisation=drawn, **options)
+        own = {name: getattr(changed, name) for name in ("randomisation", "start_angles")}
+        return rebuilt(params, **own)  # other entries keep their last digits
 
     @property
     def default_params(self) -> UGVEnvParams:

@@ -35,7 +35,7 @@ def test_a_picture_is_of_the_present_state_and_a_reset_clears_the_history():
     assert env.render().max() == 30
     env.reset()
     assert env.render().max() == 0
-    assert env._pictures._renderers[0][1].resets == 1
+    assert env._pictures._renderers[0].resets == 1
 
 
 def test_rendering_without_a_mode_warns_and_draws_nothing():

@@ -1,9 +1,9 @@
-"""Options of a reset in every adapter: of a start for one episode, of steps for all of a batch."""
+"""Options of a reset in every adapter: a start for the episodes that begin."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.checks import require_known
-from stickslip.dynamics.pytrees import register_pytree, require_one
+from stickslip.dynamics.pytrees import require_one
 from stickslip.envs import GymEnv, GymVectorEnv
 from tests.envs.toy import Toy
 from tests.extras import SB3
@@ -20,42 +20,24 @@ COUNT = 4
 STEPS = 40
 
 
-@register_pytree
-@dataclass(frozen=True)
-class PushedParams:
-    """start: where every episode begins, or None to draw it. wind: a push of its own, or None."""
+class PushedParams(NamedTuple):
+    """start: where every episode begins, or None to draw it."""
 
     control_period: Any = 0.1
     limit: Any = 7
-    gain: Any = 1.0
     start: Any = None
-    wind: Any = None
-
-    def _replace(self, **changes: Any) -> PushedParams:
-        return replace(self, **changes)
 
 
 @dataclass(frozen=True)
 class Pushed(Toy):
-    """The toy with a start that only a reset reads, a number that steps read, and a wind that is
-    another program."""
+    """The toy with a start that only a reset reads."""
 
-    episode_entries = ("start", "gain", "wind")
-
-    option_names = ("start", "gain", "wind", "limit", "winds")
+    option_names = ("start",)
 
     def episode_params(self, params, options):
         require_known(options, self.option_names, "option of reset")
-        numbers = {
-            name: require_one(name, value, accepted="a finite number")
-            for name, value in options.items()
-            if name != "winds"
-        }
-        several = {"wind": jnp.ones(3)} if "winds" in options else {}
-        return replace(params, **numbers, **several)
-
-    def read_by_steps(self, params):
-        return replace(params, start=None)
+        start = require_one("start", options["start"], accepted="a finite number")
+        return params._replace(start=start)
 
     def reset_env(self, key, params):
         obs, state = super().reset_env(key, params)
@@ -64,26 +46,9 @@ class Pushed(Toy):
             obs = self._observe(state)
         return obs, state
 
-    def step_env(self, state, action, params):
-        wind = 0.0 if params.wind is None else params.wind
-        return super().step_env(
-            state, jnp.stack([params.gain * action[0] + wind, action[1]]), params
-        )
-
 
 PARAMS = PushedParams()
-OPTIONS: list[dict[str, float]] = [
-    {},
-    {"start": 0.25},
-    {"start": -0.75},
-    {"gain": 0.5},
-    {"gain": 2.0, "start": 0.1},
-    {"wind": 0.125},
-    {"wind": -0.25, "gain": 1.5},
-    {"limit": 3},
-]
-STARTS = OPTIONS[:3]
-"""Those of a start alone."""
+OPTIONS: list[dict[str, float]] = [{}, {"start": 0.25}, {"start": -0.75}]
 
 
 class Single:
@@ -94,7 +59,7 @@ class Single:
         self.env, self.key = Pushed("disabled"), jax.random.key(seed)
 
     def reset(self, options: dict[str, float] | None = None) -> np.ndarray:
-        self.params = self.env.episode_params(PARAMS, options or {})
+        self.params = self.env.episode_params(PARAMS, options) if options else PARAMS
         self.key, key = jax.random.split(self.key)
         obs, self.state = self.env.reset(key, self.params)
         return np.asarray(obs)
@@ -117,9 +82,8 @@ def test_a_batch_with_options_is_as_many_single_environments(mode):
     random = np.random.default_rng(5)
     env = GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, mode)
     singles = [Single(seed) for seed in range(COUNT)]
-    held = OPTIONS[6]  # by the episodes that follow, too
-    obs, _ = env.reset(seed=0, options=held)
-    close(obs, [one.reset(held) for one in singles])
+    obs, _ = env.reset(seed=0, options=OPTIONS[1])
+    close(obs, [one.reset(OPTIONS[1]) for one in singles])
     over, ended = np.zeros(COUNT, bool), 0
     for step in range(STEPS):
         if step % 9 == 8 or (mode == "disabled" and over.any()):
@@ -127,18 +91,15 @@ def test_a_batch_with_options_is_as_many_single_environments(mode):
             options: Any = OPTIONS[random.integers(len(OPTIONS))]
             if mode == "disabled" and step % 2:
                 mask = over | (np.arange(COUNT) == step % COUNT)
-                options = {} if held else STARTS[random.integers(3)]
-            else:
-                held = {} if options in STARTS else options
             obs, _ = env.reset(options=options | {"reset_mask": mask})
             for i in map(int, np.flatnonzero(mask)):
-                close(obs[i], singles[i].reset(options or held))
+                close(obs[i], singles[i].reset(options))
             over = over & ~mask
         actions = pushes(random)
         obs, reward, terminated, truncated, infos = env.step(actions)
         for i, one in enumerate(singles):
             if mode == "next_step" and over[i]:
-                close(obs[i], one.reset(held))
+                close(obs[i], one.reset())
                 assert (reward[i], terminated[i], truncated[i]) == (0, False, False)
                 over[i] = False
                 continue
@@ -150,7 +111,7 @@ def test_a_batch_with_options_is_as_many_single_environments(mode):
             if ends and mode == "same_step":
                 close(infos["final_obs"][i], expected[0])
                 close(infos["final_info"]["episode_return"][i], expected[4]["episode_return"])
-                close(obs[i], one.reset(held))
+                close(obs[i], one.reset())
                 over[i] = False
             else:
                 close(obs[i], expected[0])
@@ -177,10 +138,9 @@ def test_stable_baselines3_gives_each_environment_its_own_options():
 
     env = SB3VecEnv(Pushed("same_step"), PARAMS, COUNT)
     singles = [Single(seed) for seed in range(COUNT)]
-    for given in ([{}, *OPTIONS[1:3], {}], OPTIONS[5], {}, [{"start": 0.1 * i} for i in range(4)]):
+    for given in ([*OPTIONS, {}], OPTIONS[1], {}, [{"start": 0.1 * i} for i in range(4)]):
         env.set_options(given)
         each = given if isinstance(given, list) else [given] * COUNT
-        held = OPTIONS[5] if given is OPTIONS[5] else {}
         close(env.reset(), [one.reset(o) for one, o in zip(singles, each, strict=True)])
         for _ in range(3):
             obs, reward, done, infos = env.step(np.full((COUNT, 2), 0.1, np.float32))
@@ -190,28 +150,15 @@ def test_stable_baselines3_gives_each_environment_its_own_options():
                 assert done[i] == bool(expected[2] | expected[3])
                 if done[i]:
                     close(infos[i]["terminal_observation"], expected[0])
-                close(obs[i], one.reset(held) if done[i] else expected[0])
-    env.set_options([OPTIONS[5], {}, {}, {}])
-    with pytest.raises(ValueError, match="the steps of some environments; accepted: the same"):
-        env.reset()
-
-
-def test_other_steps_of_some_environments_are_refused_and_the_episodes_go_on():
-    env = GymVectorEnv(Pushed("disabled"), PARAMS, COUNT, "disabled")
-    first, _ = env.reset(seed=0)
-    with pytest.raises(ValueError, match="the steps of some environments; accepted: the same"):
-        env.reset(options={"gain": 0.5, "reset_mask": np.arange(COUNT) == 1})
-    obs, *_ = env.step(np.zeros((COUNT, 2), np.float32))
-    assert np.array_equal(obs[:, 0], first[:, 0])
+                close(obs[i], one.reset() if done[i] else expected[0])
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"wnid": 1.0}, r"'wnid' is no option of reset; accepted: .*did you mean wind\?"),
-        ({"wind": np.nan}, r"wind = nan is not accepted; accepted: a finite number"),
-        ({"winds": 3}, r"such an episode cannot be stepped; accepted"),
-        (["wind"], r"options = \['wind'\]; accepted: None or a dict"),
+        ({"strat": 1.0}, r"'strat' is no option of reset; accepted: .*did you mean start\?"),
+        ({"start": np.nan}, r"start = nan is not accepted; accepted: a finite number"),
+        (["start"], r"options = \['start'\]; accepted: None or a dict"),
     ],
 )
 def test_bad_options_are_refused_and_the_episode_goes_on(options, message):
