@@ -247,10 +247,10 @@ class Walk:
         return pure_step(self.env, unused, state, action, self.params)[1:4]
 
     @property
-    def outside(self) -> float:
+    def outside(self) -> Array:
         """Less than a state off the grid is worth: a fall, and an episode walked backwards."""
         own = self.params
-        return -float(np.asarray(own.fall_penalty + own.tracking_weight * own.time_limit))
+        return -jnp.asarray(own.fall_penalty + own.tracking_weight * own.time_limit)
 
 
 @register_pytree

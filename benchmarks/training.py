@@ -3,7 +3,7 @@
     python -m benchmarks.training [--only NAME ...] [--out FILE]
     python -m benchmarks.training --redraw
 
-Trains five seeds a task with the JAX trainer, as a population; the policies play the task's own
+Trains five seeds a task with the JAX trainer; the policies play the task's own
 episodes at 16 points of the way. What the JSON has already, of the same definition and settings,
 is left as it is. --redraw writes the table of docs/training.md, the entries "learned" of the
 ladder's known.json and the table of docs/tasks.md.
@@ -35,14 +35,14 @@ from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.training.ppo import settings_of, train_population
+from stickslip.agents.training.ppo import PPOTrainer
+from stickslip.agents.training.trainer import settings_of
 from stickslip.agents.ugv.config import USUAL
 from stickslip.envs import TASKS, Randomisation, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
     from stickslip.agents.training.configuration import Configuration
-    from stickslip.agents.training.ppo import Population
     from stickslip.envs import TaskDefinition
     from stickslip.envs.tasks import Scale
 
@@ -96,27 +96,26 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
     time, compiling and evaluations aside."""
     config, (env, params) = configuration(task), task.make("same_step")
     test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)
-    settings = settings_of(config)
-    given = env, training_params(task, params, config), settings, SEEDS
-    train_population(*given, timesteps=settings[0].samples)  # compiles
-    spent, rows = np.zeros(2), []
-    begun = [now()]
-
-    def tell(population: Population) -> None:
-        spent[:] += now() - begun[0]
-        policies = [population.policy(member) for member in range(len(SEEDS))]
+    training, samples = training_params(task, params, config), settings_of(config)[0].samples
+    kinds = [replace(config, seed=seed) for seed in SEEDS]
+    PPOTrainer(config, env, training).advance(samples)  # compiles
+    trainers = [PPOTrainer(one, env, training) for one in kinds]
+    spent, rows, updates = np.zeros(2), [], -(-config.timesteps // samples)
+    for part in range(1, STRETCHES + 1):
+        begun = now()
+        for trainer in trainers:
+            trainer.advance(-(-updates * part // STRETCHES) * samples)
+        spent += now() - begun
+        policies = [trainer.policy() for trainer in trainers]
         played = [play(test, one, params, seen, keep_of).reward.mean() for one in policies]
-        rows.append((population.timesteps, *spent, [rounded(float(one)) for one in played]))
-        print(f"  {population.timesteps:>10,} steps, {spent[1]:.1f} s: {rows[-1][-1]}", flush=True)
-        begun[0] = now()
+        rows.append((trainers[0].timesteps, *spent, [rounded(float(one)) for one in played]))
+        print(f"  {rows[-1][0]:>10,} steps, {spent[1]:.1f} s: {rows[-1][-1]}", flush=True)
 
-    steps = TIMESTEPS[task.machine]
-    train_population(*given, timesteps=steps, stretches=STRETCHES, tell=tell)
     passed, wall, processor, returns = zip(*rows, strict=True)
     return {
         "digest": task.digest,
         "seeds": list(SEEDS),
-        "timesteps": steps,
+        "timesteps": config.timesteps,
         "config": config.digest,
         "steps": list(passed),
         "seconds": [round(one / len(SEEDS), 3) for one in wall],

@@ -39,7 +39,7 @@ FEWER = {
 """What a test makes less of; each stands in one program."""
 LONG = {
     LEARNS: "training",
-    "train_population(": "training",
+    "PPOTrainer(": "training",
     "recommend(": "every setting it tells of is a program",
     "check_walk(": "event-exact walks and their derivatives",
     "evaluate_task(": "whole episodes of a task",

@@ -2,8 +2,7 @@
 
 One update: `rollout` steps the environments, `advantages` judges what they did, `improve` takes
 gradient steps over minibatches of it. All that learning goes on from is a `Learner`; the
-environments stand in `Progress` beside it. The trainer and the population loop around these pure
-functions.
+environments stand in `Progress` beside it. The trainer loops around these pure functions.
 
 An action is mean(obs) + noise * normal numbers, and its probability is that of this sum; the
 environment clips it to [-1, 1]. So ratios of probabilities are exact where the clipping acts, too.
@@ -17,11 +16,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 import optax
 
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import weights_of
 from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
@@ -30,29 +27,18 @@ from stickslip.agents.training.trainer import (
     Now,
     Rates,
     Sizes,
-    Start,
     Tree,
     actor_and_critic,
     add_moments,
-    begin_episodes,
-    ended_in,
     network,
     no_moments,
-    same_step,
-    settings_from,
-    shapes_of,
 )
-from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.envs.collecting import Collected, Progress, collect
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from jax.typing import ArrayLike
     from jaxtyping import Array, Bool, Float
 
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.configuration import Configuration
     from stickslip.envs.functional import FunctionalEnv
 
 KEPT = ("obs", "action", "next_obs")
@@ -63,19 +49,9 @@ STEEPEST = 0.5
 """Length to which a gradient is shortened."""
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explained_variance")
-RETURN = "episode_return"
-"""Entry of info whose mean over the ended episodes a population keeps."""
-MOST_MEMBERS = 4096
-WEIGHT_BYTES = 4 * 4
-"""Bytes of a weight, its gradient and the optimiser's moments of it."""
 
 Carry = tuple[tuple[Layers, Layers], optax.OptState]
 """Carry of a gradient step: actor and critic, and the optimiser's state."""
-
-
-def settings_of(config: Configuration) -> tuple[Sizes, Rates]:
-    """Settings of a training configuration."""
-    return settings_from(Sizes, config), settings_from(Rates, config)
 
 
 class Learner(NamedTuple):
@@ -253,15 +229,13 @@ def policy_of(learner: Learner) -> MLPPolicy:
 
 
 _improve = jax.jit(improve, static_argnums=2)
-first_learner = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 
 
 class PPOTrainer(JAXTrainer[Learner, State, Params]):
     """Learns from rollouts. `stop` is asked twice an update."""
 
     losses = LOSSES
-    settings = staticmethod(settings_of)
-    first_learner = staticmethod(first_learner)
+    first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
     network_of = staticmethod(policy_of)
 
     def learnt(
@@ -274,96 +248,3 @@ class PPOTrainer(JAXTrainer[Learner, State, Params]):
             return None
         learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, key)
         return Learnt(learner, found, losses)
-
-
-class Population(NamedTuple):
-    """Members of a population during training; every leaf [members, ...]."""
-
-    learner: Learner
-    timesteps: int
-    """Steps of each member."""
-    losses: dict[str, Float[np.ndarray, "members updates"]]
-    """Losses of every update so far; "return": mean of the episodes that ended in it, or NaN."""
-
-    def policy(self, member: int) -> MLPPolicy:
-        """A member's policy, without exploration."""
-        return policy_of(jax.tree.map(lambda leaf: leaf[member], self.learner)).validate()
-
-
-def train_population(
-    env: FunctionalEnv[State, Params],
-    params: Params,
-    settings: tuple[Sizes, Rates],
-    seeds: Sequence[int],
-    *,
-    timesteps: int,
-    stretches: int = 1,
-    tell: Callable[[Population], object] = lambda population: None,
-) -> Population:
-    """Train one member a seed on an environment, each as `PPOTrainer` does.
-
-    params: of training episodes, shared by all. settings: sizes, and rates whose entries are
-    numbers or arrays [members]. timesteps: of each member; learning ends with the first update that
-    reaches it. tell: called after each of `stretches` parts of about equal length. ValueError for
-    bad numbers, and for what memory cannot hold.
-    """
-    sizes, rates = settings
-    env.check_params(params)
-    members = require_integer("len(seeds)", len(seeds), high=MOST_MEMBERS)
-    numbers = [require_integer("seed", seed, low=0, high=2**31 - 1) for seed in seeds]
-    updates = -(-require_integer("timesteps", timesteps, high=10**12) // sizes.samples)
-    parts = min(require_integer("stretches", stretches, high=10**6), updates)
-    env = same_step(env)
-    inputs, infos = shapes_of(env, params)
-    kept = 4 * (3 * inputs + 2 * len(env.action_names) + 8)
-    given = f"num_envs = {sizes.num_envs}, rollout_steps = {sizes.rollout_steps}"
-    require_memory(given, "samples", sizes.samples, kept)
-    given = f"{members} seeds with hidden = {sizes.hidden}, layers = {sizes.layers}"
-    weights = weights_of(inputs, sizes.hidden, sizes.layers, 1)
-    require_memory(given, "networks of an actor and a critic", 2 * members, WEIGHT_BYTES * weights)
-    all_rates = _spread(rates.validate(), members)
-    learners = [
-        first_learner(inputs, len(env.action_names), sizes, jax.random.key(seed))
-        for seed in numbers
-    ]
-    starts = [begin_episodes(env, params, sizes, seed) for seed in numbers]
-    rows: list[list[dict[str, float]]] = [[] for _ in numbers]
-    ends = {-(-updates * part // parts) for part in range(1, parts + 1)}
-    for index in range(updates):
-        share = jnp.float32(index * sizes.samples / timesteps)
-        for member, (learner, (progress, key)) in enumerate(zip(learners, starts, strict=True)):
-            own = all_rates[member]
-            now, draws = own.at(share), jax.random.fold_in(key, index)
-            found = rollout(env, params, sizes, now.noise, learner, progress, infos)
-            learners[member], losses = _improve(learner, found, sizes, own, now, draws)
-            starts[member] = Start(found.progress, key)
-            ended = ended_in(found, infos).get(RETURN, np.full(1, np.nan))
-            rows[member].append({**jax.device_get(losses), "return": ended.mean()})
-        if index + 1 in ends:
-            tell(_together(learners, (index + 1) * sizes.samples, rows))
-    return _together(learners, updates * sizes.samples, rows)
-
-
-def _together(
-    learners: Sequence[Learner], timesteps: int, rows: Sequence[Sequence[dict[str, float]]]
-) -> Population:
-    """The members' learners, and their losses of each update."""
-    learner = jax.tree.map(lambda *leaves: jnp.stack(leaves), *learners)
-    names = rows[0][0]
-    losses = {name: np.array([[row[name] for row in one] for one in rows]) for name in names}
-    return Population(learner, timesteps, losses)
-
-
-def _spread(rates: Rates, members: int) -> list[Rates]:
-    """The rates of each member. ValueError for arrays of another length."""
-
-    def one(value: ArrayLike) -> Array:
-        if np.shape(value) not in ((), (members,)):
-            raise ValueError(
-                f"rates of shape {np.shape(value)} with {members} seeds; accepted: numbers, or "
-                f"arrays of shape ({members},)"
-            )
-        return jnp.broadcast_to(jnp.asarray(value, jnp.float32), (members,))
-
-    spread = jax.tree.map(one, rates)
-    return [jax.tree.map(lambda leaf, i=i: leaf[i], spread) for i in range(members)]

@@ -15,7 +15,6 @@ environment whose derivatives are not all finite (at a grazing onset there is no
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -37,47 +36,19 @@ from stickslip.agents.training.trainer import (
     add_moments,
     network,
     no_moments,
-    settings_from,
 )
 from stickslip.dynamics.kernels.fused import fused, where_needed
-from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.collecting import Collected, Progress
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array
 
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trainer import Now
     from stickslip.envs.functional import FunctionalEnv
 
     Leaves = list[Array | None]
     Stepped = tuple[Array, State, Array, Array, Array, dict[str, Array]]
-
-
-@register_pytree
-@dataclass(frozen=True)
-class ShortRates(Rates):
-    """PPO's rates; `learning_rate` is the actor's, `gae_lambda` that of the critic's TD(lambda)."""
-
-    critic_pace: Float[Array, ""] | float = 1.0
-    """The critic's learning rate, in the actor's."""
-    target_memory: Float[Array, ""] | float = 0.2
-    """Share of the target critic that an update keeps."""
-
-
-def settings_of(config: Configuration) -> tuple[Sizes, ShortRates]:
-    """Settings of a training configuration: a rollout is the window that derivatives go through,
-    and epochs are the critic's passes over it."""
-    sizes = settings_from(Sizes, config, rollout_steps=config.horizon, epochs=config.critic_passes)
-    rates = settings_from(
-        ShortRates,
-        config,
-        noise=config.action_noise,
-        final_noise=config.final_action_noise,
-        gae_lambda=config.td_lambda,
-    )
-    return sizes, rates
 
 
 STEEPEST = 1.0
@@ -257,7 +228,7 @@ def improve(
     env: FunctionalEnv[State, Params],
     params: Params,
     sizes: Sizes,
-    rates: ShortRates,
+    rates: Rates,
     now: Now,
     learner: ShortLearner,
     progress: Progress[State],
@@ -332,7 +303,6 @@ class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
     asked after every update."""
 
     losses = LOSSES
-    settings = staticmethod(settings_of)
     first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
     network_of = staticmethod(policy_of)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
@@ -20,14 +20,8 @@ import numpy as np
 
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import (
-    Config,
-    Configuration,
-    require_divisor,
-    rule_of,
-)
-from stickslip.dynamics.checks import as_number, shown
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.agents.training.configuration import Config, Configuration
+from stickslip.dynamics.checks import shown
 from stickslip.envs.collecting import Progress, begin
 
 if TYPE_CHECKING:
@@ -35,13 +29,13 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
-    from stickslip.agents.untrusted import Rule
     from stickslip.envs.collecting import Collected
     from stickslip.envs.functional import FunctionalEnv
 
 ModelState: TypeAlias = "Mapping[str, np.ndarray | str | int]"
 """All that learning goes on from."""
 Tree = TypeVar("Tree")
+Settings = TypeVar("Settings", "Sizes", "Rates")
 Learner = TypeVar("Learner")
 """All that learning goes on from: a tree of arrays."""
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
@@ -78,8 +72,8 @@ class Trainer(ABC, Generic[Config, State, Params]):
         config: Config,
         env: FunctionalEnv[State, Params],
         params: Params,
-        report: Callable[[Update], None],
-        stop: Callable[[], bool],
+        report: Callable[[Update], None] = lambda update: None,
+        stop: Callable[[], bool] = lambda: False,
     ):
         """env, params: of training episodes. report: called after updates. stop: asked after every
         step, or every few that are one program; once true, learning ends and `stopped` is set.
@@ -121,30 +115,19 @@ class Trainer(ABC, Generic[Config, State, Params]):
         """True if every parameter is."""
 
 
-def _rule(name: str) -> Rule:
-    """Rule of the configuration's field of that name."""
-    return rule_of(Configuration.__dataclass_fields__[name])
-
-
-@dataclass(frozen=True)
-class Sizes:
+class Sizes(NamedTuple):
     """Static choices: the shapes of a program."""
 
-    num_envs: int = 1024
-    rollout_steps: int = 32
+    num_envs: int
+    rollout_steps: int
     """Steps of each environment in an update."""
-    batch_size: int = 4096
+    batch_size: int
     """Samples a gradient step; divides num_envs x rollout_steps."""
-    epochs: int = 4
-    """Passes over a rollout."""
-    hidden: int = 64
+    epochs: int
+    """Passes over a rollout; of SHAC's critic."""
+    hidden: int
     """Units a hidden layer, of the actor and of the critic."""
     layers: int = 2
-
-    def __post_init__(self):
-        for name, value in vars(self).items():
-            _rule(name).require(name, value)
-        require_divisor(self.batch_size, "rollout_steps", self.samples)
 
     @property
     def samples(self) -> int:
@@ -159,23 +142,21 @@ class Now(NamedTuple):
     noise: Float[Array, ""]
 
 
-@register_pytree
-@dataclass(frozen=True)
-class Rates:
-    """Numbers that do not change the compiled program: each may be an array [members].
+class Rates(NamedTuple):
+    """Numbers that do not change the compiled program, by the names of a configuration.
 
     The learning rate goes linearly from its first to its last value, the noise geometrically.
     """
 
-    learning_rate: Float[Array, ""] | float = 1e-3
-    final_learning_rate: Float[Array, ""] | float = 1e-4
-    noise: Float[Array, ""] | float = 0.22
-    """Standard deviation of exploration, the largest action being 1."""
-    final_noise: Float[Array, ""] | float = 0.03
-    discount: Float[Array, ""] | float = 0.99
-    """Discount of rewards, per control step."""
-    gae_lambda: Float[Array, ""] | float = 0.95
-    clip_range: Float[Array, ""] | float = 0.2
+    learning_rate: float = 1e-3
+    final_learning_rate: float = 1e-4
+    noise: float = 0.22
+    final_noise: float = 0.03
+    discount: float = 0.99
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+    critic_pace: float = 1.0
+    target_memory: float = 0.2
 
     def at(self, share: Float[Array, ""]) -> Now:
         """share: of the training done so far, 0 to 1."""
@@ -185,24 +166,25 @@ class Rates:
         rate, noise = (first + (last - first) * share for first, last in (rates, noises))
         return Now(rate, jnp.exp(noise))
 
-    def validate(self) -> Rates:
-        """These with lists as arrays, or ValueError naming what is no such number."""
-        found = {}
-        for name, value in vars(self).items():
-            rule = _rule(name)
-            limits = {"low": rule.low, "high": rule.high, "strict": rule.strict}
-            found[name] = as_number(name, value, **limits, accepted=rule.accepted)
-        return replace(self, **found)
+
+SHORT = {
+    "rollout_steps": "horizon",
+    "epochs": "critic_passes",
+    "noise": "action_noise",
+    "final_noise": "final_action_noise",
+    "gae_lambda": "td_lambda",
+}
+"""SHAC's settings in place of PPO's."""
 
 
-Settings = TypeVar("Settings", bound="Sizes | Rates")
+def settings_of(config: Configuration) -> tuple[Sizes, Rates]:
+    """Settings of a training configuration."""
+    names = SHORT if config.algorithm == "shac" else {}
 
+    def read(kind: type[Settings]) -> Settings:
+        return kind(*(getattr(config, names.get(one, one)) for one in kind._fields))
 
-def settings_from(kind: type[Settings], config: Configuration, **own: float) -> Settings:
-    """Those of a configuration, by the names of its fields; own: others."""
-    given: dict[str, Any] = {one.name: getattr(config, one.name) for one in fields(kind)}
-    given |= own
-    return kind(**given)
+    return read(Sizes), read(Rates)
 
 
 Layers = tuple[tuple["Array", "Array"], ...]
@@ -289,7 +271,6 @@ class Learnt(NamedTuple, Generic[Learner, State]):
 class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, Params]):
     """Learns in JAX on whichever platform it finds, by the functions of a subclass."""
 
-    settings: ClassVar[staticmethod[[Configuration], tuple[Sizes, Rates]]]
     first_learner: ClassVar[staticmethod[[int, int, Sizes, Array], Any]]
     """First learner from `inputs` observed numbers, `outputs` actions, sizes and a key."""
     network_of: ClassVar[staticmethod[[Any], MLPPolicy]]
@@ -298,7 +279,7 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
     def build(self) -> None:
         """See Trainer."""
         self.env, seed = same_step(self.env), self.config.seed
-        self._sizes, self._rates = self.settings(self.config)
+        self._sizes, self._rates = settings_of(self.config)
         inputs, self._infos = shapes_of(self.env, self.params)
         given = inputs, len(self.env.action_names), self._sizes, jax.random.key(seed)
         self._learner: Learner = self.first_learner(*given)

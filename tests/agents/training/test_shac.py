@@ -20,7 +20,7 @@ from stickslip.agents.training.shac import (
 from stickslip.agents.training.trainer import Sizes, begin_episodes
 from tests.agents.mass import MassConfig, MassEnv, MassMachine, MassParams
 
-SIZES = Sizes(num_envs=6, rollout_steps=5, batch_size=15, hidden=4, layers=1)
+SIZES = Sizes(num_envs=6, rollout_steps=5, batch_size=15, epochs=4, hidden=4, layers=1)
 EASY = MassParams(mu=0.0, mu_patch=0.0)
 """No friction: every walk is smooth."""
 
