@@ -34,7 +34,12 @@ from jax.core import Tracer
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Bool, Float, Int
+
+    Scalar = Float[Array, ""]
+    """One number."""
+    Integer = Int[Array, ""]
+    Flag = Bool[Array, ""]
 
 Result = TypeVar("Result")
 Number = jax.Array | np.ndarray | np.number[Any] | int | float
@@ -158,7 +163,7 @@ def all_finite(*trees: Any) -> jax.Array:
     return finite
 
 
-def clock(time: Float[Array, ""], step: Float[Array, ""]) -> Float[Array, ""]:
+def clock(time: Scalar, step: Scalar) -> Scalar:
     """time + step without the roundings of earlier steps: (n + 1) step where time is n step.
 
     n is found from the time itself: within a rounding, and up to 2^21 in single precision. Any

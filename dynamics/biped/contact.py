@@ -20,12 +20,13 @@ from stickslip.dynamics.scene import OUTPUTS, Floor, Grip, Patches, Scene, Smoot
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int, Real
+    from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
     from stickslip.dynamics.biped.joints import DifferencedInertia
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Fidelity
+    from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
     Coefficients = ReducedInertia | DifferencedInertia
     from jax.typing import DTypeLike
@@ -43,23 +44,23 @@ every foot before the normal force is 0, one of 1e3 m at about 1e-4 of the weigh
 class Motion(NamedTuple):
     """Accelerations and ground force at one instant."""
 
-    crank_acceleration: Float[Array, ""]
-    foot_acceleration: Float[Array, ""]
-    friction_force: Float[Array, ""]
-    normal_force: Float[Array, ""]
-    solvability: Float[Array, ""]
+    crank_acceleration: Scalar
+    foot_acceleration: Scalar
+    friction_force: Scalar
+    normal_force: Scalar
+    solvability: Scalar
     """> 0 where the motion has one solution; else (Painleve) the numbers are of sticking."""
-    torque: Float[Array, ""]
+    torque: Scalar
     """Torque of the motor, given or needed [N m]."""
 
 
 def ground_force(
     model: BipedModel | BipedParams,
     inertia: Coefficients,
-    crank_rate: Float[Array, ""],
-    alpha: Float[Array, ""],
-    a1: Float[Array, ""] | None = None,
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    crank_rate: Scalar,
+    alpha: Scalar,
+    a1: Scalar | None = None,
+) -> tuple[Scalar, Scalar]:
     """Friction and normal force of a motion (MODEL 1.4); a1 None: the foot does not accelerate."""
     square = crank_rate**2
     normal = model.total_mass * model.gravity + inertia.Y * alpha + inertia.dY * square
@@ -70,17 +71,17 @@ def ground_force(
 def motor_torque(
     model: BipedModel | BipedParams,
     inertia: Coefficients,
-    crank_rate: Float[Array, ""],
-    alpha: Float[Array, ""],
-    a1: Float[Array, ""],
-) -> Float[Array, ""]:
+    crank_rate: Scalar,
+    alpha: Scalar,
+    a1: Scalar,
+) -> Scalar:
     """Torque that a motion needs (MODEL 1.4)."""
     accelerating = inertia.M * alpha + inertia.P_crank * a1
     return accelerating + inertia.dM * crank_rate**2 / 2 + model.gravity * inertia.Y_crank
 
 
 def sticking(
-    model: BipedModel, inertia: Coefficients, crank_rate: Float[Array, ""], torque: Float[Array, ""]
+    model: BipedModel, inertia: Coefficients, crank_rate: Scalar, torque: Scalar
 ) -> Motion:
     """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
     net_torque = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * inertia.Y_crank
@@ -93,11 +94,11 @@ def sticking(
 def moving(
     model: BipedModel,
     inertia: Coefficients,
-    crank_rate: Float[Array, ""],
-    torque: Float[Array, ""],
-    mode: Float[Array, ""],
-    mu_kinetic: Float[Array, ""],
-    slides: Bool[Array, ""] | None = None,
+    crank_rate: Scalar,
+    torque: Scalar,
+    mode: Scalar,
+    mu_kinetic: Scalar,
+    slides: Flag | None = None,
 ) -> Motion:
     """The motion in a given mode: f = -mode mu_k N with both accelerations free, or sticking.
 
@@ -126,11 +127,11 @@ def moving(
 def prescribed(
     model: BipedModel,
     inertia: Coefficients,
-    crank_rate: Float[Array, ""],
-    alpha: Float[Array, ""],
-    mode: Float[Array, ""],
-    mu_kinetic: Float[Array, ""],
-    slides: Bool[Array, ""] | None = None,
+    crank_rate: Scalar,
+    alpha: Scalar,
+    mode: Scalar,
+    mu_kinetic: Scalar,
+    slides: Flag | None = None,
 ) -> Motion:
     """A prescribed crank motion, its foot in a given mode: eq. (31) at rest, eq. (34) sliding.
 
@@ -144,9 +145,7 @@ def prescribed(
     return Motion(alpha, a1, friction, normal, jnp.ones_like(alpha), torque)
 
 
-def mode_of(
-    still: Motion, foot_velocity: Float[Array, ""], mu_static: Float[Array, ""]
-) -> Float[Array, ""]:
+def mode_of(still: Motion, foot_velocity: Scalar, mu_static: Scalar) -> Scalar:
     """Contact mode: the velocity's direction, or at rest the friction cone's result (eq. 32).
 
     `still` is the sticking motion. A foot at rest whose friction would leave the cone slides
@@ -162,24 +161,22 @@ def mode_of(
 def ankle_moment(
     robot: BipedModel | BipedParams,
     moment: GroundMoment,
-    crank_rate: Float[Array, ""],
-    crank_acceleration: Float[Array, ""],
-    foot_acceleration: Float[Array, ""],
-) -> Float[Array, ""]:
+    crank_rate: Scalar,
+    crank_acceleration: Scalar,
+    foot_acceleration: Scalar,
+) -> Scalar:
     """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30)."""
     turning = moment.L * crank_acceleration + moment.dL * crank_rate**2
     return turning + robot.gravity * moment.X - foot_acceleration * moment.Y
 
 
-def fall_under(model: BipedModel, normal_force: Float[Array, ""]) -> Int[Array, ""]:
+def fall_under(model: BipedModel, normal_force: Scalar) -> Integer:
     """TOPPLE, or LIFT_OFF: the Status where the zero-moment point leaves the foot."""
     loaded = normal_force > LIFTED * model.total_mass * model.gravity
     return jnp.where(loaded, Status.TOPPLE, Status.LIFT_OFF)
 
 
-def zero_moment_point(
-    moment_of_ground: Float[Array, ""], normal_force: Float[Array, ""]
-) -> Float[Array, ""]:
+def zero_moment_point(moment_of_ground: Scalar, normal_force: Scalar) -> Scalar:
     """Zero-moment point, from the ankle forwards [m]; 0 where there is no force."""
     pressed = normal_force > 0
     return jnp.where(pressed, moment_of_ground / jnp.where(pressed, normal_force, 1.0), 0.0)
@@ -188,13 +185,11 @@ def zero_moment_point(
 class Friction(NamedTuple):
     """Friction coefficients [-] where the foot stands."""
 
-    mu_static: Float[Array, ""]
-    mu_kinetic: Float[Array, ""]
+    mu_static: Scalar
+    mu_kinetic: Scalar
 
 
-def patch_at(
-    floor: Floor, position: Float[Array, ""], direction: Float[Array, ""]
-) -> Int[Array, ""]:
+def patch_at(floor: Floor, position: Scalar, direction: Scalar) -> Integer:
     """Index of the patch under a floor position [m]; on an edge, the one it moves into."""
     if not isinstance(floor, Patches):
         return jnp.zeros_like(position, jnp.int32)
@@ -205,11 +200,11 @@ def patch_at(
 
 @overload
 def friction_on(
-    floor: Uniform | Patches | Smoothed, patch: Int[Array, ""], dtype: DTypeLike
+    floor: Uniform | Patches | Smoothed, patch: Integer, dtype: DTypeLike
 ) -> Friction: ...
 @overload
-def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None: ...
-def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Friction | None:
+def friction_on(floor: Floor, patch: Integer, dtype: DTypeLike) -> Friction | None: ...
+def friction_on(floor: Floor, patch: Integer, dtype: DTypeLike) -> Friction | None:
     """The coefficients on one patch; None on a floor without slip."""
     if isinstance(floor, Grip):
         return None
@@ -222,14 +217,12 @@ def friction_on(floor: Floor, patch: Int[Array, ""], dtype: DTypeLike) -> Fricti
     return Friction(static[patch], kinetic[patch])
 
 
-def smoothed_direction(floor: Smoothed, velocity: Float[Array, ""]) -> Float[Array, ""]:
+def smoothed_direction(floor: Smoothed, velocity: Scalar) -> Scalar:
     """Smoothed sign of the sliding velocity, between -1 and 1."""
     return jnp.tanh(velocity / jnp.asarray(floor.slip_speed, velocity.dtype))
 
 
-def edge_ahead(
-    floor: Patches, patch: Int[Array, ""], direction: Float[Array, ""], dtype: DTypeLike
-) -> Float[Array, ""]:
+def edge_ahead(floor: Patches, patch: Integer, direction: Scalar, dtype: DTypeLike) -> Scalar:
     """Floor position of the edge the foot moves towards [m]; infinite past the outermost."""
     edges = jnp.asarray(floor.edges, dtype)
     infinite = jnp.full((1,), jnp.inf, dtype)
@@ -240,13 +233,13 @@ def edge_ahead(
 class Torque(NamedTuple):
     """The motor's torque is given."""
 
-    torque: Float[Array, ""]
+    torque: Scalar
 
 
 class CrankMotion(NamedTuple):
     """The crank's acceleration is given; the motor's torque follows from it."""
 
-    crank_acceleration: Float[Array, ""]
+    crank_acceleration: Scalar
 
 
 Drive = Torque | CrankMotion
@@ -262,7 +255,7 @@ class System(NamedTuple):
     max_rate: Array | None = None
     """Crank rate beyond which a walk ends as a RUNAWAY [rad/s]; None: no such end."""
 
-    def still(self, inertia: Coefficients, crank_rate: Float[Array, ""]) -> Motion:
+    def still(self, inertia: Coefficients, crank_rate: Scalar) -> Motion:
         """The motion with the foot held at rest."""
         model, drive = self.model, self.drive
         if isinstance(drive, Torque):
@@ -273,10 +266,10 @@ class System(NamedTuple):
     def motion(
         self,
         friction: Friction | None,
-        mode: Float[Array, ""],
+        mode: Scalar,
         inertia: Coefficients,
-        crank_rate: Float[Array, ""],
-        foot_velocity: Float[Array, ""],
+        crank_rate: Scalar,
+        foot_velocity: Scalar,
     ) -> Motion:
         """The motion in a mode; on a smoothed floor the velocity takes the mode's place.
 
@@ -301,32 +294,32 @@ class System(NamedTuple):
 class ForwardDynamics(NamedTuple):
     """Accelerations and forces under a torque at one instant."""
 
-    crank_acceleration: Float[Array, ""]
+    crank_acceleration: Scalar
     """[rad/s^2]"""
-    foot_acceleration: Float[Array, ""]
+    foot_acceleration: Scalar
     """[m/s^2]"""
-    friction_force: Float[Array, ""]
+    friction_force: Scalar
     """Friction force on the foot, forwards [N]."""
-    normal_force: Float[Array, ""]
+    normal_force: Scalar
     """Normal force on the foot, upwards [N]."""
-    zmp: Float[Array, ""] | None
+    zmp: Scalar | None
     """Zero-moment point from the ankle, forwards [m]; None with outputs="state"."""
-    mode: Int[Array, ""]
+    mode: Integer
     """0 sticks, +1 slides forwards, -1 slides backwards."""
-    status: Int[Array, ""]
+    status: Integer
     """A Status: ok, slip onset (at rest but outside the cone), topple, lift-off, ..."""
     joint_forces: Float[Array, " 68"] | None = None
     """Joint forces in the order of JOINT_FORCES [N] with outputs="joints"."""
-    torque: Float[Array, ""] | None = None
+    torque: Scalar | None = None
     """Torque of the motor, given or needed [N m]."""
 
 
 def at_instant(
     system: System,
     friction: Friction | None,
-    theta: Float[Array, ""],
-    crank_rate: Float[Array, ""],
-    foot_velocity: Float[Array, ""],
+    theta: Scalar,
+    crank_rate: Scalar,
+    foot_velocity: Scalar,
     outputs: str = "forces",
 ) -> ForwardDynamics:
     """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
@@ -358,12 +351,8 @@ def at_instant(
 
 
 def _status(
-    model: BipedModel,
-    motion: Motion,
-    zmp: Float[Array, ""] | None,
-    onset: Bool[Array, ""],
-    numbers: tuple[object, ...],
-) -> Int[Array, ""]:
+    model: BipedModel, motion: Motion, zmp: Scalar | None, onset: Flag, numbers: tuple[object, ...]
+) -> Integer:
     """The Status of one instant, the gravest status last. zmp None: toppling is not checked.
 
     numbers: all that was given and all that came out.
@@ -380,15 +369,15 @@ def _status(
 class InverseDynamics(NamedTuple):
     """Torque and forces of a prescribed motion; forces on the foot, ground frame."""
 
-    torque: Float[Array, ""]
+    torque: Scalar
     """Motor torque between hip and crank [N m]."""
-    friction_force: Float[Array, ""]
-    normal_force: Float[Array, ""]
-    zmp: Float[Array, ""]
+    friction_force: Scalar
+    normal_force: Scalar
+    zmp: Scalar
     """Zero-moment point from the ankle, forwards [m]."""
     joint_forces: Any
     """Joint forces [68] in the order of JOINT_FORCES [N] with outputs="joints"; else None."""
-    status: Int[Array, ""]
+    status: Integer
     """A Status: OK, NO_SOLUTION where the linkage cannot close, or NON_FINITE."""
 
 

@@ -32,28 +32,29 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Chebyshev, Table
+    from stickslip.dynamics.pytrees import Scalar
 
 
 class ReducedInertia(NamedTuple):
     """M, P, Y of MODEL 1.4 and their derivatives by the crank angle; all depend on it alone."""
 
-    M: Float[Array, ""]
+    M: Scalar
     """sum m (X'^2 + y'^2) + I phi'^2 [kg m^2]"""
-    dM: Float[Array, ""]
-    P: Float[Array, ""]
+    dM: Scalar
+    P: Scalar
     """sum m X' [kg m]"""
-    dP: Float[Array, ""]
-    Y: Float[Array, ""]
+    dP: Scalar
+    Y: Scalar
     """sum m y' [kg m]; gravity times Y is the slope of the potential energy"""
-    dY: Float[Array, ""]
+    dY: Scalar
 
     @property
-    def P_crank(self) -> Float[Array, ""]:
+    def P_crank(self) -> Scalar:
         """Coefficient of a1 in the crank's equation: P, since derivatives are exact."""
         return self.P
 
     @property
-    def Y_crank(self) -> Float[Array, ""]:
+    def Y_crank(self) -> Scalar:
         """Coefficient of gravity in the crank's equation: Y."""
         return self.Y
 
@@ -61,12 +62,12 @@ class ReducedInertia(NamedTuple):
 class GroundMoment(NamedTuple):
     """Terms of the ground's moment about the ankle (eq. 30)."""
 
-    L: Float[Array, ""]
+    L: Scalar
     """Angular momentum about the ankle per crank rate: sum m (X y' - y X') + I phi' [kg m^2]"""
-    dL: Float[Array, ""]
-    X: Float[Array, ""]
+    dL: Scalar
+    X: Scalar
     """sum m X [kg m]"""
-    Y: Float[Array, ""]
+    Y: Scalar
     """sum m y [kg m]"""
 
 
@@ -104,9 +105,7 @@ def body_masses(params: BipedParams) -> Float[Array, " 24"]:
     return jnp.where(at_hip, mass + params.payload, mass)[LINK_OF_BODY]
 
 
-def _momenta(
-    params: BipedParams, theta: Float[Array, ""]
-) -> tuple[tuple[Float[Array, ""], ...], Float[Array, "24 2"]]:
+def _momenta(params: BipedParams, theta: Scalar) -> tuple[tuple[Scalar, ...], Float[Array, "24 2"]]:
     """Generalised momenta per unit crank rate, M, P, Y, L, and the centres of mass [m]."""
 
     (centres, _), (velocity, turning) = jax.jvp(
@@ -127,15 +126,15 @@ class ExactInertia:
 
     params: BipedParams
 
-    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+    def at(self, theta: Scalar) -> ReducedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
         return reduced_inertia(self.params, theta)
 
-    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+    def moment_at(self, theta: Scalar) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return ground_moment(self.params, theta)
 
-    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
         """L and its slope alone, at `theta` [rad]."""
         return ground_moment(self.params, theta)[:2]
 
@@ -150,17 +149,17 @@ class TableInertia:
     moments: Float[Array, "pieces 3 powers"]
     """L and the mass moments sum m X, sum m y"""
 
-    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+    def at(self, theta: Scalar) -> ReducedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
         (M, P, Y), (dM, dP, dY) = _evaluate(self.momenta, theta)
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
-    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+    def moment_at(self, theta: Scalar) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad]."""
         (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta)
         return GroundMoment(L, dL, X, Y)
 
-    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
         """L and its slope alone, at `theta` [rad]."""
         (L,), (dL,) = _evaluate(self.moments[:, :1], theta)
         return L, dL
@@ -204,7 +203,7 @@ def _nodes_and_transform(degree: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _evaluate(
-    coefficients: Float[Array, "pieces n powers"], theta: Float[Array, ""]
+    coefficients: Float[Array, "pieces n powers"], theta: Scalar
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Values and slopes of the n polynomials of one table at `theta` (Horner's rule)."""
     pieces, _, powers = coefficients.shape
@@ -230,18 +229,18 @@ class SeriesInertia:
     moments: Float[Array, "degrees 4"]
     """L, its slope, and the mass moments sum m X, sum m y"""
 
-    def at(self, theta: Float[Array, ""]) -> ReducedInertia:
+    def at(self, theta: Scalar) -> ReducedInertia:
         """M, P, Y and slopes at `theta` [rad]; along a straight line beyond the series' reach."""
         (*values, dM, dP, dY), beyond = _clenshaw(self.momenta, theta)
         slopes = (dM, dP, dY)
         M, P, Y = (value + slope * beyond for value, slope in zip(values, slopes, strict=True))
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
-    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+    def moment_at(self, theta: Scalar) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return GroundMoment(*_clenshaw(self.moments, theta)[0])
 
-    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
         """L and its slope alone, at `theta` [rad]."""
         L, dL = _clenshaw(self.moments[:, :2], theta)[0]
         return L, dL
@@ -294,8 +293,8 @@ def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _clenshaw(
-    coefficients: Float[Array, "degrees k"], theta: Float[Array, ""]
-) -> tuple[Float[Array, " k"], Float[Array, ""]]:
+    coefficients: Float[Array, "degrees k"], theta: Scalar
+) -> tuple[Float[Array, " k"], Scalar]:
     """Sums of the series at `theta` (Clenshaw's recurrence), and how far beyond its reach that is
     [rad]: there they are those of its reach's end.
 

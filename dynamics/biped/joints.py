@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.pytrees import Scalar
 
     Pin = tuple[int, int]
     """Link that a joint force acts on, and link that it comes from."""
@@ -101,7 +102,7 @@ class LinkMotion(NamedTuple):
 
 
 def link_motion(
-    params: BipedParams, theta: Float[Array, ""], difference_step: float | None = None
+    params: BipedParams, theta: Scalar, difference_step: float | None = None
 ) -> LinkMotion:
     """Motion of all links at crank angle `theta` [rad] of the supporting leg.
 
@@ -112,7 +113,7 @@ def link_motion(
     if difference_step is None:
         one = jnp.ones_like(theta)
 
-        def slope(angle: Float[Array, ""]):
+        def slope(angle: Scalar):
             return jax.jvp(lambda at: centres_and_angles(params, at), (angle,), (one,))
 
         (places, slopes), (_, curvatures) = jax.jvp(slope, (theta,), (one,))
@@ -123,7 +124,7 @@ def link_motion(
     return LinkMotion(*centres, *angles, now.pins, now.hip_pins)
 
 
-def _differences(params: BipedParams, theta: Float[Array, ""], step: float):
+def _differences(params: BipedParams, theta: Scalar, step: float):
     """Eqs. (23)-(25) with D = `step` [rad], first order in D.
 
     q' = (q(theta + D) - q(theta)) / D and q'' = (q(theta + 2D) - 2 q(theta + D) + q(theta)) / D^2;
@@ -183,15 +184,15 @@ class DifferencedInertia(NamedTuple):
     two are the virtual power of the exact geometry, P and Y the differenced momenta.
     """
 
-    M: Float[Array, ""]
-    dM: Float[Array, ""]
+    M: Scalar
+    dM: Scalar
     """Twice the coefficient of w^2 in the crank's equation."""
-    P: Float[Array, ""]
-    dP: Float[Array, ""]
-    Y: Float[Array, ""]
-    dY: Float[Array, ""]
-    P_crank: Float[Array, ""]
-    Y_crank: Float[Array, ""]
+    P: Scalar
+    dP: Scalar
+    Y: Scalar
+    dY: Scalar
+    P_crank: Scalar
+    Y_crank: Scalar
 
 
 @register_pytree
@@ -206,7 +207,7 @@ class JointInertia:
     params: BipedParams
     difference_step: float | None = field(default=None, metadata={"static": True})
 
-    def at(self, theta: Float[Array, ""]) -> ReducedInertia | DifferencedInertia:
+    def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
         """M, P, Y and slopes at `theta` [rad]; DifferencedInertia with a difference_step."""
         _, torque, (friction, normal, _) = _solution(*self._motion_and_loads(theta))
         six = ReducedInertia(
@@ -221,21 +222,21 @@ class JointInertia:
             return six
         return DifferencedInertia(*six, P_crank=torque[SLIDE], Y_crank=torque[GRAVITY])
 
-    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+    def moment_at(self, theta: Scalar) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad] (eq. 30)."""
         moment = _ground_balance(*self._motion_and_loads(theta))[2]
         return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
 
-    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
         """L and its slope alone, at `theta` [rad]."""
         return self.moment_at(theta)[:2]
 
     def joint_forces(
         self,
-        theta: Float[Array, ""],
-        crank_rate: Float[Array, ""],
-        crank_acceleration: Float[Array, ""],
-        foot_acceleration: Float[Array, ""],
+        theta: Scalar,
+        crank_rate: Scalar,
+        crank_acceleration: Scalar,
+        foot_acceleration: Scalar,
     ) -> Float[Array, " 68"]:
         """All joint forces [N] of a motion, in the order of JOINT_FORCES."""
         motion, loads = self._motion_and_loads(theta)
@@ -243,7 +244,7 @@ class JointInertia:
         u = jnp.stack([crank_acceleration, crank_rate**2, foot_acceleration, gravity])
         return _solution(motion, (loads @ u)[..., None])[0][:, 0]
 
-    def _motion_and_loads(self, theta: Float[Array, ""]) -> tuple[LinkMotion, Array]:
+    def _motion_and_loads(self, theta: Scalar) -> tuple[LinkMotion, Array]:
         motion = link_motion(self.params, theta, self.difference_step)
         return motion, _loads(self.params, motion)
 

@@ -20,7 +20,7 @@ from stickslip.dynamics.pytrees import float_type, run_once, same_rank
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.pytrees import Number, Numeric
+    from stickslip.dynamics.pytrees import Number, Numeric, Scalar
 
 Linkage = Any
 """A BipedParams: its module imports this one."""
@@ -71,7 +71,7 @@ class Kinematics(NamedTuple):
     """Pins of both legs, each [2, 2] m, supporting leg first."""
     hip_pins: Float[Array, "3 2"]
     """A, B and D [m]."""
-    closure: Float[Array, ""]
+    closure: Scalar
     """Least closing margin of the loops [-]: negative where the linkage cannot close."""
 
 
@@ -79,7 +79,7 @@ class _Leg(NamedTuple):
     origins: Float[Array, "13 2"]
     directions: Float[Array, "13 2"]
     pins: LegPins
-    closure: Float[Array, ""]
+    closure: Scalar
 
 
 def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
@@ -116,19 +116,19 @@ def centres_and_angles(
     return _bodies(params, *_legs(params, theta))
 
 
-def closing_margin(params: Linkage, theta: Real[Number, ""]) -> Float[Array, ""]:
+def closing_margin(params: Linkage, theta: Real[Number, ""]) -> Scalar:
     """Least closing margin of the loops [-] at one crank angle [rad], as `Kinematics.closure`."""
     support, swing = _legs(params, theta)
     return jnp.minimum(support.closure, swing.closure)
 
 
-def step_length(params: Linkage) -> Float[Array, ""]:
+def step_length(params: Linkage) -> Scalar:
     """Distance from one foothold to the next without slip [m]: 8 crank lengths by default."""
     support, swing = _legs(params, jnp.asarray(SUPPORT_END, float_type(params)))
     return _to_ground(support, swing.pins.E - support.pins.E)[0]
 
 
-def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
+def exchange_mismatch(params: Linkage) -> Scalar:
     """Deviation of the exchange of support from impact-free [-]; 0 for a symmetric Chebyshev curve.
 
     The largest, over both ends of the support phase, of the other foot's height over the ground and
@@ -136,13 +136,13 @@ def exchange_mismatch(params: Linkage) -> Float[Array, ""]:
     the crank's own centre of mass off its axis, in crank lengths, since the arms change places.
     """
 
-    def other_foot(theta: Float[Array, ""]) -> Float[Array, " 3"]:
+    def other_foot(theta: Scalar) -> Float[Array, " 3"]:
         support, swing = _legs(params, theta)
         ankle = _to_ground(support, swing.pins.E - support.pins.E)
         along, up = _to_ground(support, swing.directions[0])
         return jnp.stack([*(ankle / params.crank), jnp.arctan2(up, along)])
 
-    def mismatch(theta: Float[Array, ""]) -> Float[Array, ""]:
+    def mismatch(theta: Scalar) -> Scalar:
         place, rate = jax.jvp(other_foot, (theta,), (jnp.ones_like(theta),))
         return jnp.max(jnp.abs(jnp.stack([place[1], place[2], *rate])))
 
@@ -253,7 +253,7 @@ def _to_ground(support: _Leg, vectors: Float[Array, "*any 2"]) -> Float[Array, "
     return jnp.stack([c * x + s * y, c * y - s * x], axis=-1)
 
 
-def _leg(params: Linkage, angle: Float[Array, ""]) -> _Leg:
+def _leg(params: Linkage, angle: Scalar) -> _Leg:
     """One leg and the hip in the hip frame, for its own crank angle."""
     zero = jnp.zeros_like(angle)
     A = jnp.stack([zero, zero])
@@ -295,7 +295,7 @@ def _leg(params: Linkage, angle: Float[Array, ""]) -> _Leg:
 
 def _meet(
     p: Float[Array, " 2"], q: Float[Array, " 2"], from_p: Numeric, from_q: Numeric, *, side: int
-) -> tuple[Float[Array, " 2"], Float[Array, ""]]:
+) -> tuple[Float[Array, " 2"], Scalar]:
     """The point at the given distances from p and q, left (side=1) or right of the way p to q.
 
     Also the closing margin: the squared height of the triangle over its base squared, which is
@@ -309,7 +309,7 @@ def _meet(
     return p + along * base + side * _root(margin) * normal, margin
 
 
-def _root(square: Float[Array, ""]) -> Float[Array, ""]:
+def _root(square: Scalar) -> Scalar:
     """Square root, 0 below 0, with a finite derivative everywhere."""
     inside = square > 0
     return jnp.where(inside, jnp.sqrt(jnp.where(inside, square, 1.0)), 0.0)

@@ -47,10 +47,9 @@ from stickslip.dynamics.pytrees import (
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float
-
     from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
     from stickslip.dynamics.biped.joints import DifferencedInertia
+    from stickslip.dynamics.pytrees import Flag, Scalar
 
 
 Inertia = JointInertia | ExactInertia | TableInertia | SeriesInertia
@@ -99,11 +98,11 @@ class BipedModel:
     """Inertia functions of the robot with its payload, without the load."""
     unit: Inertia | None = field(init=False, repr=False)
     """Those of 1 kg at the hip's centre, where the load has a payload."""
-    own_mass: Float[Array, ""] = field(init=False, repr=False)
-    step_length: Float[Array, ""] = field(init=False, repr=False)
-    closes: Bool[Array, ""] = field(init=False, repr=False)
+    own_mass: Scalar = field(init=False, repr=False)
+    step_length: Scalar = field(init=False, repr=False)
+    closes: Flag = field(init=False, repr=False)
     """The linkage closes at every crank angle."""
-    symmetric: Bool[Array, ""] = field(init=False, repr=False)
+    symmetric: Flag = field(init=False, repr=False)
     """Support can be exchanged without an impact."""
 
     def __post_init__(self):
@@ -147,7 +146,7 @@ class BipedModel:
         return LoadedInertia(self.fitted, self.unit, self.load.mass_factor, self.load.payload)
 
     @property
-    def total_mass(self) -> Float[Array, ""]:
+    def total_mass(self) -> Scalar:
         """All 24 bodies, payload and load [kg]."""
         if self.load is None:
             return self.own_mass
@@ -155,17 +154,17 @@ class BipedModel:
         return scaled if self.load.payload is None else scaled + self.load.payload
 
     @property
-    def gravity(self) -> Float[Array, ""]:
+    def gravity(self) -> Scalar:
         """[m/s^2]"""
         return jnp.asarray(self.bare.gravity)
 
     @property
-    def heel(self) -> Float[Array, ""]:
+    def heel(self) -> Scalar:
         """The foot's edge behind the ankle [m]."""
         return jnp.asarray(self.bare.heel)
 
     @property
-    def toe(self) -> Float[Array, ""]:
+    def toe(self) -> Scalar:
         """The foot's edge before the ankle [m]."""
         return jnp.asarray(self.bare.toe)
 
@@ -233,22 +232,22 @@ class LoadedInertia:
 
     empty: Inertia
     unit: Inertia | None
-    mass_factor: Float[Array, ""]
-    payload: Float[Array, ""] | None
+    mass_factor: Scalar
+    payload: Scalar | None
 
-    def at(self, theta: Float[Array, ""]) -> ReducedInertia | DifferencedInertia:
+    def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
         return self._sum("at", theta)
 
-    def moment_at(self, theta: Float[Array, ""]) -> GroundMoment:
+    def moment_at(self, theta: Scalar) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return self._sum("moment_at", theta)
 
-    def spin_at(self, theta: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
         """L and its slope alone, at `theta` [rad]."""
         return self._sum("spin_at", theta)
 
-    def _sum(self, part: str, theta: Float[Array, ""]) -> Any:
+    def _sum(self, part: str, theta: Scalar) -> Any:
         """Values of a method of the inertia functions."""
         values = getattr(self.empty, part)(theta)
         scaled = jax.tree.map(lambda value: self.mass_factor * value, values)

@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.pytrees import Scalar
+
     Either = Array | np.ndarray
     """Array of the module that computes: jax.numpy or numpy."""
 
@@ -264,7 +266,7 @@ class BipedParams:
         require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
 
 
-def own_time(params: BipedParams) -> Float[Array, ""]:
+def own_time(params: BipedParams) -> Scalar:
     """The robot's own unit of time, sqrt(crank / gravity) [s]: 55.3 ms for the default one.
 
     Robots of any size with the same ratios of lengths and of masses walk alike in it, under torques

@@ -27,11 +27,12 @@ from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Array, Float, Int
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, System
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Integrator
+    from stickslip.dynamics.pytrees import Flag, Integer, Scalar
     from stickslip.dynamics.scene import Scene
 
 
@@ -57,7 +58,7 @@ class BipedState:
     time: Numeric = 0.0
 
     @property
-    def crank_angle(self) -> Float[Array, ""]:
+    def crank_angle(self) -> Scalar:
         """The crank's angle with no wrapping: phase + pi steps [rad]."""
         phase = jnp.asarray(self.phase)
         return phase + np.pi * jnp.asarray(self.steps).astype(phase.dtype)
@@ -100,7 +101,7 @@ class BipedState:
         return self
 
 
-def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Float[Array, ""]:
+def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Scalar:
     """Floor position of the supporting ankle [m]: steps by step length, plus slide."""
     length = params.step_length if isinstance(params, BipedModel) else step_length(params)
     return jnp.asarray(state.steps).astype(length.dtype) * length + state.foot_position
@@ -120,16 +121,16 @@ class Contact:
     kinds (EventKind) and crank angles of the switches, unused entries of kind NONE.
     """
 
-    friction_force: Float[Array, ""]
-    normal_force: Float[Array, ""]
-    zmp: Float[Array, ""] | None
-    mode: Int[Array, ""]
-    status: Int[Array, ""]
-    switches: Int[Array, ""]
-    slide_distance: Float[Array, ""]
-    torque: Float[Array, ""]
-    work: Float[Array, ""]
-    positive_work: Float[Array, ""]
+    friction_force: Scalar
+    normal_force: Scalar
+    zmp: Scalar | None
+    mode: Integer
+    status: Integer
+    switches: Integer
+    slide_distance: Scalar
+    torque: Scalar
+    work: Scalar
+    positive_work: Scalar
     joint_forces: Float[Array, " 68"] | None
     events: Events | None
 
@@ -164,7 +165,7 @@ class Trajectory:
         return jax.tree.map(lambda leaf: leaf[-1], self.states)
 
     @property
-    def status(self) -> Status | Int[Array, ""]:
+    def status(self) -> Status | Integer:
         """The most severe Status of the walk; an integer inside a trace."""
         gravest = jnp.max(self.contacts.status)
         return Status(int(gravest)) if is_concrete(gravest) else gravest
@@ -196,35 +197,33 @@ PHASE_SLACK = 1e-3
 class Walk(NamedTuple):
     """The integrator's running state within one call."""
 
-    phase: Float[Array, ""]
-    crank_rate: Float[Array, ""]
-    foot_position: Float[Array, ""]
-    foot_velocity: Float[Array, ""]
-    steps: Int[Array, ""]
-    patch: Int[Array, ""]
-    left: Float[Array, ""]
+    phase: Scalar
+    crank_rate: Scalar
+    foot_position: Scalar
+    foot_velocity: Scalar
+    steps: Integer
+    patch: Integer
+    left: Scalar
     """Time still to go; the call ends at 0 or at a terminal status."""
-    aim: Float[Array, ""]
+    aim: Scalar
     """Length of the next trial."""
-    size: Float[Array, ""] | None
+    size: Scalar | None
     """The adaptive integrator's step where nothing cuts it short; None for fixed steps."""
-    target: Int[Array, ""]
+    target: Integer
     """Kind of event that the next trial is aimed at."""
-    breakaway: Float[Array, ""]
+    breakaway: Scalar
     """Direction of sliding that has begun at velocity zero, else 0."""
-    status: Int[Array, ""]
-    switches: Int[Array, ""]
-    slide_distance: Float[Array, ""]
-    work: Float[Array, ""]
-    positive_work: Float[Array, ""]
-    trials: Int[Array, ""]
+    status: Integer
+    switches: Integer
+    slide_distance: Scalar
+    work: Scalar
+    positive_work: Scalar
+    trials: Integer
     log: Events | None
     """The events so far, where they are recorded; their times are still to go."""
 
 
-def mode_at(
-    system: System, friction: Friction | None, walk: Walk, inertia: Coefficients
-) -> Float[Array, ""]:
+def mode_at(system: System, friction: Friction | None, walk: Walk, inertia: Coefficients) -> Scalar:
     """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
     if friction is None or isinstance(system.scene.floor, Smoothed):
         return jnp.zeros_like(walk.phase)
@@ -274,7 +273,7 @@ def start(spec: Integrator, system: System, state: BipedState) -> Walk:
     return on_its_patch(system, walk)
 
 
-def on_its_patch(system: System, walk: Walk, where: Bool[Array, ""] | bool = True) -> Walk:
+def on_its_patch(system: System, walk: Walk, where: Flag | bool = True) -> Walk:
     """The walk with its patch looked up by the foot's place on the floor, where `where`."""
     floor = system.scene.floor
     if not isinstance(floor, Patches):
@@ -285,28 +284,24 @@ def on_its_patch(system: System, walk: Walk, where: Bool[Array, ""] | bool = Tru
     return walk._replace(patch=jnp.where(where, found, walk.patch))
 
 
-def within_turn(
-    spec: EventExact, size: Float[Array, ""], rate: Float[Array, ""]
-) -> Float[Array, ""]:
+def within_turn(spec: EventExact, size: Scalar, rate: Scalar) -> Scalar:
     """A step no longer than `size` in which the crank turns by no more than allowed."""
     turn = jax.lax.stop_gradient(jnp.abs(rate) * size)
     return size * jnp.minimum(1.0, spec.max_turn / jnp.maximum(turn, spec.max_turn))
 
 
-def bounds(dtype: DTypeLike) -> tuple[Float[Array, ""], Float[Array, ""]]:
+def bounds(dtype: DTypeLike) -> tuple[Scalar, Scalar]:
     """Ends of the support phase in the working precision."""
     return jnp.asarray(SUPPORT_START, dtype), jnp.asarray(SUPPORT_END, dtype)
 
 
-def supports(phase: Float[Array, ""]) -> Bool[Array, ""]:
+def supports(phase: Scalar) -> Flag:
     """True if the leg carries the weight at this crank angle, or nearly."""
     low, high = bounds(phase.dtype)
     return (phase > low - PHASE_SLACK) & (phase < high + PHASE_SLACK)
 
 
-def hand_over(
-    system: System, walk: Walk, exchange: Bool[Array, ""], landed: Bool[Array, ""] | None = None
-) -> Walk:
+def hand_over(system: System, walk: Walk, exchange: Flag, landed: Flag | None = None) -> Walk:
     """Pass the support to the other foot where `exchange`, or end the walk there.
 
     landed: where the patch is looked up; default: at the exchange.
@@ -327,7 +322,7 @@ def hand_over(
     return on_its_patch(system, walk, exchange if landed is None else landed)
 
 
-def note(walk: Walk, happens: Bool[Array, ""], kind: Int[Array, ""] | EventKind) -> Walk:
+def note(walk: Walk, happens: Flag, kind: Integer | EventKind) -> Walk:
     """Count an event, and write it down where events are recorded."""
     kind = jnp.full_like(walk.status, kind)
     log = walk.log

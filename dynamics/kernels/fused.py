@@ -40,13 +40,15 @@ if TYPE_CHECKING:
     from jax.extend.core import ClosedJaxpr, JaxprEqn
     from jaxtyping import Array, Bool, Int
 
+    from stickslip.dynamics.pytrees import Flag
+
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
     Fixed = tuple[Hashable, ...]
     Needed = tuple[bool, ...]
     """True for each result, or each argument, that is needed."""
     Less = tuple["_Kernel", Needed] | None
-    Flag = Bool[Array, ""]
+    Flag = Flag
     Flags = Bool[Array, " members"]
 
 BLOCK, LARGE_BLOCK = 64, 128
@@ -362,10 +364,7 @@ def compacting_while(
 
 
 def where_needed(
-    needed: Bool[Array, ""],
-    function: Callable[..., Carry],
-    args: tuple[object, ...],
-    otherwise: Carry,
+    needed: Flag, function: Callable[..., Carry], args: tuple[object, ...], otherwise: Carry
 ) -> Carry:
     """function(*args) where `needed`, else `otherwise`; in a batch in which no member needs it,
     nothing is computed.

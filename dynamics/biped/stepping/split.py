@@ -60,7 +60,9 @@ from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Array
+
+    from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
@@ -99,13 +101,13 @@ class Trial(NamedTuple):
     taken: Taken
     event: Event
     """The first event inside, if there is one."""
-    size: Float[Array, ""] | None
+    size: Scalar | None
     """Next step of the adaptive integrator; None for fixed steps."""
-    accepted: Bool[Array, ""]
+    accepted: Flag
     """Move to the end; else aim again at the event."""
-    switches: Bool[Array, ""]
+    switches: Flag
     """The end is the event (accepted then, too)."""
-    status: Int[Array, ""]
+    status: Integer
     """Terminal if the model does not hold where the trial starts, or the step is none."""
 
     def kept(self, system: System) -> Any:
@@ -127,7 +129,7 @@ class _Pending(NamedTuple):
 
     walk: Walk
     trial: Trial
-    going: Bool[Array, ""]
+    going: Flag
 
 
 def _round(spec: RK4Split | EventExact, system: System, pending: _Pending) -> _Pending:

@@ -20,29 +20,30 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, Motion, System
     from stickslip.dynamics.biped.model import BipedModel
     from stickslip.dynamics.biped.state import Walk
+    from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
-    Sampled = Sequence[Float[Array, ""]]
+    Sampled = Sequence[Scalar]
     """Samples at the start, the middle and the end of a trial step."""
 
 
 class Taken(NamedTuple):
     """Result of one step, with the quantities that event detection needs."""
 
-    phase: Float[Array, ""]
-    crank_rate: Float[Array, ""]
-    foot_position: Float[Array, ""]
-    foot_velocity: Float[Array, ""]
+    phase: Scalar
+    crank_rate: Scalar
+    foot_position: Scalar
+    foot_velocity: Scalar
     end: Motion
     """The motion at the end."""
     inertia: Coefficients
     """There."""
     middle: Midpoint
-    work: Float[Array, ""] | None
+    work: Scalar | None
     """Work of the motor [J], where its torque is not given."""
     errors: Float[Array, " 4"]
     """Estimated errors of theta, rate, slide and velocity, 0 where there are no estimates."""
@@ -51,11 +52,11 @@ class Taken(NamedTuple):
 class Midpoint(NamedTuple):
     """Quantities at a step's middle that event detection needs."""
 
-    crank_acceleration: Float[Array, ""]
-    foot_acceleration: Float[Array, ""]
-    normal_force: Float[Array, ""]
-    solvability: Float[Array, ""]
-    cone_margin: Float[Array, ""]
+    crank_acceleration: Scalar
+    foot_acceleration: Scalar
+    normal_force: Scalar
+    solvability: Scalar
+    cone_margin: Scalar
     """Margin of the static friction cone [N]."""
 
 
@@ -76,11 +77,11 @@ def midpoint(friction: Friction | None, motion: Motion) -> Midpoint:
 class Beginning(NamedTuple):
     """Mode and length of a trial."""
 
-    step: Float[Array, ""]
-    mode: Float[Array, ""]
-    near: Float[Array, ""]
+    step: Scalar
+    mode: Scalar
+    near: Scalar
     """The time within which the event that is aimed at is at once [s]."""
-    final: Bool[Array, ""]
+    final: Flag
     """The last trial allowed."""
 
 
@@ -98,11 +99,11 @@ class Samples(NamedTuple):
 class Event(NamedTuple):
     """First event of a trial, if there is one; fields as in Trial."""
 
-    kind: Int[Array, ""]
-    ending: Int[Array, ""]
-    time: Float[Array, ""]
-    happens: Bool[Array, ""]
-    reached: Bool[Array, ""]
+    kind: Integer
+    ending: Integer
+    time: Scalar
+    happens: Flag
+    reached: Flag
     """The trial's end is close enough to the event to be moved onto it."""
 
 
@@ -202,19 +203,19 @@ def _classical_stages(
 class Crossing(NamedTuple):
     """The first crossing of one event function, in fractions of the trial step."""
 
-    time: Float[Array, ""]
+    time: Scalar
     """When, infinite if there is none."""
-    close: Bool[Array, ""]
+    close: Flag
     """True if the step's end is so near that a correction to `time` keeps the order."""
 
 
 def first_crossing(
     samples: Sampled,
-    end_slope: Float[Array, ""],
-    targeted: Bool[Array, ""],
+    end_slope: Scalar,
+    targeted: Flag,
     nearness: float,
     reach: float,
-    start_slope: Float[Array, ""] | None = None,
+    start_slope: Scalar | None = None,
     *,
     dips: bool = False,
 ) -> Crossing:
@@ -249,22 +250,20 @@ def first_crossing(
     return Crossing(time, close)
 
 
-def _return(slope: Float[Array, ""], middle: Float[Array, ""]) -> Float[Array, ""]:
+def _return(slope: Scalar, middle: Scalar) -> Scalar:
     """Second zero of the parabola through zero at 0 with this slope and `middle` < 0 at 1/2; 0 if
     it does not rise."""
     rise = jnp.maximum(slope, 0.0) / 2
     return rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
 
 
-def parabola_slope(samples: Sampled) -> Float[Array, ""]:
+def parabola_slope(samples: Sampled) -> Scalar:
     """Slope at the end, per trial step, of the parabola through three samples."""
     start, middle, end = samples
     return start - 4 * middle + 3 * end
 
 
-def _first_root(
-    start: Float[Array, ""], linear: Float[Array, ""], square: Float[Array, ""]
-) -> Float[Array, ""]:
+def _first_root(start: Scalar, linear: Scalar, square: Scalar) -> Scalar:
     """Least positive root of start + linear s + square s^2 where it falls through zero."""
     discriminant = linear**2 - 4 * square * start
     positive = discriminant > 0
@@ -277,13 +276,8 @@ def _first_root(
 
 
 def status_at(
-    system: System,
-    walk: Walk,
-    first: Motion,
-    ground: Ground,
-    step: Float[Array, ""],
-    end: Sequence[Float[Array, ""]],
-) -> Int[Array, ""]:
+    system: System, walk: Walk, first: Motion, ground: Ground, step: Scalar, end: Sequence[Scalar]
+) -> Integer:
     """Status of a step: the model holds at its start, the step is valid.
 
     end: the numbers at its end, the crank angle first. The gravest word comes last, so that a step
@@ -307,31 +301,28 @@ def status_at(
 class Ground(NamedTuple):
     """Ground forces at one instant, from which the ends are detected."""
 
-    crank_rate: Float[Array, ""]
-    normal: Float[Array, ""]
-    solvability: Float[Array, ""]
-    moment: Float[Array, ""] | None
+    crank_rate: Scalar
+    normal: Scalar
+    solvability: Scalar
+    moment: Scalar | None
     """Moment of the ground's force about the ankle [N m]; None where toppling is not judged."""
 
 
 class Ending(NamedTuple):
     """An end and its margin at the start, the middle and the end of a trial step."""
 
-    status: Int[Array, ""]
+    status: Integer
     margins: tuple[Array, Array, Array]
 
 
-def lever_at(system: System, theta: Float[Array, ""]) -> GroundMoment | None:
+def lever_at(system: System, theta: Scalar) -> GroundMoment | None:
     """Terms of the ground's moment; None where toppling is not detected."""
     judged = system.scene.outputs != "state"
     return system.model.inertia.moment_at(theta) if judged else None
 
 
 def ground_of(
-    system: System,
-    crank_rate: Float[Array, ""],
-    motion: Motion | Midpoint,
-    lever: GroundMoment | None,
+    system: System, crank_rate: Scalar, motion: Motion | Midpoint, lever: GroundMoment | None
 ) -> Ground:
     """Ground forces of a motion, from which the ends are detected."""
     moment = None
@@ -342,7 +333,7 @@ def ground_of(
 
 
 def levers_of(
-    system: System, phases: Sequence[Float[Array, ""]], now: Coefficients, later: Coefficients
+    system: System, phases: Sequence[Scalar], now: Coefficients, later: Coefficients
 ) -> tuple[GroundMoment | None, ...]:
     """Moment terms at the start, middle and end of a trial step, with the inertia at its ends.
 
@@ -375,12 +366,12 @@ def levers_of(
     return first, middle, GroundMoment(L, dL, X, Y)
 
 
-def _off_foot(model: BipedModel, normal: Array, moment: Array) -> Bool[Array, ""]:
+def _off_foot(model: BipedModel, normal: Array, moment: Array) -> Flag:
     """True where the zero-moment point lies beyond the toe or the heel."""
     return (moment > model.toe * normal) | (-moment > model.heel * normal)
 
 
-def _status_now(system: System, at: Ground) -> Int[Array, ""]:
+def _status_now(system: System, at: Ground) -> Integer:
     """OK, or the most severe end at this instant."""
     status = jnp.zeros_like(at.normal, jnp.int32)
     if at.moment is not None:
@@ -417,7 +408,7 @@ def _edge_margins(system: System, normals: list[Array], moments: list[Array]) ->
     return [edge * force - sign * moment for force, moment in zip(normals, moments, strict=True)]
 
 
-def _ending(status: Status | Int[Array, ""], margins: list[Array]) -> Ending:
+def _ending(status: Status | Integer, margins: list[Array]) -> Ending:
     start, middle, end = margins
     return Ending(jnp.full_like(start, status, jnp.int32), (start, middle, end))
 
@@ -431,5 +422,5 @@ def _earlier(one: Ending, other: Ending) -> Ending:
         return jnp.where(by_middle, start, middle), jnp.where(by_middle, middle, end)
 
     (before, after), (before_other, after_other) = half(one), half(other)
-    sooner: Bool[Array, ""] = before * after_other >= before_other * after
+    sooner: Flag = before * after_other >= before_other * after
     return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)

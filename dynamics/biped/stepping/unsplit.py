@@ -28,16 +28,17 @@ from stickslip.dynamics.biped.stepping.stages import classical_step, ground_of, 
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Array
 
     from stickslip.dynamics.biped.contact import Motion, System
+    from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 
 def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
     """Run a call to its end in `substeps` equal steps, with the same work always."""
     size = system.duration / spec.substeps
 
-    def body(index: Int[Array, ""], walk: Walk) -> Walk:
+    def body(index: Integer, walk: Walk) -> Walk:
         after, running = size, walk.status <= Status.SLIP_ONSET
         if isinstance(spec, Euler):
             walk, after = _part(spec, system, walk, size)
@@ -55,9 +56,7 @@ def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
     return jax.lax.fori_loop(0, spec.substeps, body, walk)
 
 
-def _part(
-    spec: Unsplit, system: System, walk: Walk, step: Float[Array, ""]
-) -> tuple[Walk, Float[Array, ""]]:
+def _part(spec: Unsplit, system: System, walk: Walk, step: Scalar) -> tuple[Walk, Scalar]:
     """A step of length `step` up to a slide's stop; the walk there and the rest of the step."""
     friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
     inertia = system.model.inertia.at(walk.phase)
@@ -96,13 +95,8 @@ def _part(
 
 
 def _stopped(
-    spec: Unsplit,
-    walk: Walk,
-    first: Motion,
-    mode: Float[Array, ""],
-    reached: Walk,
-    step: Float[Array, ""],
-) -> tuple[Walk, Float[Array, ""], Bool[Array, ""]]:
+    spec: Unsplit, walk: Walk, first: Motion, mode: Scalar, reached: Walk, step: Scalar
+) -> tuple[Walk, Scalar, Flag]:
     """The step with its foot stopped where it would turn back; what is left; whether it stops."""
     slows = first.foot_acceleration * mode < 0
     until = -walk.foot_velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
@@ -129,7 +123,7 @@ def _at(walk: Walk, phase: Array, rate: Array, slide: Array, velocity: Array) ->
     return walk._replace(phase=phase, crank_rate=rate, foot_position=slide, foot_velocity=velocity)
 
 
-def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) -> Walk:
+def _uniformly_accelerated(walk: Walk, first: Motion, step: Scalar) -> Walk:
     """Accelerations constant during the step: eqs. (27) and (35), for crank and foot alike."""
     alpha, foot = first.crank_acceleration, first.foot_acceleration
     theta = walk.phase + step * (walk.crank_rate + step / 2 * alpha)
@@ -138,7 +132,7 @@ def _uniformly_accelerated(walk: Walk, first: Motion, step: Float[Array, ""]) ->
     return _at(walk, theta, rate, slide, velocity)
 
 
-def _semi_implicit(walk: Walk, first: Motion, step: Float[Array, ""]) -> Walk:
+def _semi_implicit(walk: Walk, first: Motion, step: Scalar) -> Walk:
     rate = walk.crank_rate + step * first.crank_acceleration
     velocity = walk.foot_velocity + step * first.foot_acceleration
     return _at(walk, walk.phase + step * rate, rate, walk.foot_position + step * velocity, velocity)
