@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.settings import Setting
     from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
     from stickslip.dynamics.pytrees import register_pytree
-    from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
+    from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
     from stickslip.dynamics.status import EventKind, Status
 else:
     __getattr__, __dir__ = loaded_when_used(
@@ -19,7 +19,7 @@ else:
             "biped.recommendation": ("PRESETS", "Recommendation", "recommend"),
             "biped.walk_check": ("WalkCheck", "check_walk"),
             "pytrees": ("register_pytree",),
-            "scene": ("Grip", "Patches", "Scene", "Smoothed", "Uniform"),
+            "scene": ("Grip", "Patches", "Scene", "Uniform"),
             "status": ("EventKind", "Status"),
         },
     )
@@ -32,7 +32,6 @@ __all__ = [
     "Recommendation",
     "Scene",
     "Setting",
-    "Smoothed",
     "Status",
     "Uniform",
     "WalkCheck",

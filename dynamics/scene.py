@@ -63,24 +63,7 @@ class Patches:
     mu_kinetic: Numeric
 
 
-@register_pytree
-@dataclass(frozen=True)
-class Smoothed:
-    """Friction that grows with the sliding speed, f = -mu_kinetic N tanh(v / slip_speed) [-, m/s].
-
-    Not dry friction, but everywhere differentiable in the state: there is no rest, no switching and
-    no static coefficient. A foot that dry friction would hold creeps, at slip_speed artanh(use)
-    where use = |f| / (mu_kinetic N) < 1. Explicit integrators need a step below
-    c slip_speed (1 - P^2 / (M m)) / (mu_kinetic g), c = 2 (Euler) or 2.78 (Runge-Kutta), or the
-    creep oscillates; the factor, because the crank gives way, is 0.12 to 0.61 by phase for the
-    default robot. The error against dry friction is proportional to slip_speed: docs/use.md.
-    """
-
-    mu_kinetic: Numeric
-    slip_speed: Numeric
-
-
-Floor = Grip | Uniform | Patches | Smoothed
+Floor = Grip | Uniform | Patches
 
 
 class SceneOptions(TypedDict, total=False):
@@ -96,7 +79,7 @@ class SceneOptions(TypedDict, total=False):
 class Scene:
     """A floor, the length of the walk, the payload and the outputs.
 
-    floor: Grip, Uniform, Patches or Smoothed. payload: mass [kg] added at the hip's centre, or None
+    floor: Grip, Uniform or Patches. payload: mass [kg] added at the hip's centre, or None
     for none (and nothing compiled for it). steps: "continuous" walking, or "one" step that ends at
     the exchange of support. outputs: "forces" (zero-moment point and its topple check), "state"
     (neither is computed; the biped is taken not to topple) or "joints" (forces, and those of all
@@ -145,13 +128,6 @@ class Scene:
         return cls._with(Patches, numbers, options)
 
     @classmethod
-    def smoothed(
-        cls, mu_kinetic: Numbers, slip_speed: Numbers = 0.01, **options: Unpack[SceneOptions]
-    ) -> Scene:
-        """Friction smoothed over sliding speeds of about slip_speed [m/s]; see Smoothed."""
-        return cls._with(Smoothed, {"mu_kinetic": mu_kinetic, "slip_speed": slip_speed}, options)
-
-    @classmethod
     def named(cls, name: str, **options) -> Scene:
         """One of SCENES by its name, with a scene's options.
 
@@ -170,7 +146,7 @@ class Scene:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
         require_choice("steps", self.steps, STEPS)
         require_choice("outputs", self.outputs, OUTPUTS)
-        accepted = "Grip(), Uniform(...), Patches(...) or Smoothed(...)"
+        accepted = "Grip(), Uniform(...) or Patches(...)"
         require_kind("floor", self.floor, get_args(Floor), accepted)
         numbers = {} if self.payload is None else {"payload": self.payload}
         numbers |= vars(self.floor)
@@ -179,7 +155,7 @@ class Scene:
             _check_patches(self.floor)
         for name, value in numbers.items():
             require_number(name, value, **RULES[name])
-        if isinstance(self.floor, Uniform | Smoothed):
+        if isinstance(self.floor, Uniform):
             require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
             _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
@@ -207,7 +183,6 @@ RULES: dict[str, dict[str, Any]] = {
     "edges": {"accepted": EDGES},
     "mu_static": FRICTION,
     "mu_kinetic": FRICTION,
-    "slip_speed": {"low": 0.0, "strict": True, "accepted": "a finite speed > 0 [m/s]"},
 }
 """Accepted range of each number of a scene."""
 

@@ -16,7 +16,7 @@ from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
 from stickslip.dynamics.machine_file import table_of
 from stickslip.dynamics.names import LENGTHS, SCENES
-from stickslip.dynamics.scene import Grip, Patches, Scene, Smoothed, Uniform
+from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.params import MARK, NUMBERS, BipedEnvParams, Randomisation
 from stickslip.envs.tasks.definition import task_by_name
@@ -58,7 +58,6 @@ UNITS = {
     "task.mark_width": "m",
     "scene.payload": "kg",
     "scene.edges": "m",
-    "scene.slip_speed": "m/s",
     "robot.mass": "kg",
     "robot.centre": "m",
     "robot.inertia": "kg m^2",
@@ -208,8 +207,6 @@ def floor_words(scene: Scene) -> str:
             return name
     if isinstance(floor, Uniform):
         return f"mu {float(floor.mu_static):g}/{float(floor.mu_kinetic):g}"
-    if isinstance(floor, Smoothed):
-        return f"smoothed mu {float(floor.mu_kinetic):g}"
     count = np.shape(floor.mu_static)[-1] if isinstance(floor, Patches) else 0
     return f"{count} patches"
 
@@ -309,6 +306,6 @@ def opened(params: BipedEnvParams, names: Collection[str]) -> BipedEnvParams:
     if scene is params.scene:
         return params
     drawn = params.randomisation
-    if isinstance(params.scene.floor, Grip | Smoothed) or "mu" in names:
+    if isinstance(params.scene.floor, Grip) or "mu" in names:
         drawn = replace(drawn, friction=None)
     return params.replace(scene=scene, randomisation=drawn)

@@ -30,7 +30,6 @@ from stickslip.dynamics.biped.params import BipedParams, own_time
 from stickslip.dynamics.biped.settings import (
     FIDELITIES,
     INTEGRATORS,
-    RK4,
     Chebyshev,
     Euler,
     EventExact,
@@ -38,7 +37,6 @@ from stickslip.dynamics.biped.settings import (
     Paper,
     Reduced,
     RK4Split,
-    SemiImplicitEuler,
     Setting,
     Table,
 )
@@ -66,7 +64,6 @@ __all__ = [
     "JOINT_FORCES",
     "LINKS",
     "PRESETS",
-    "RK4",
     "SUPPORT_END",
     "SUPPORT_START",
     "BipedModel",
@@ -88,7 +85,6 @@ __all__ = [
     "Recommendation",
     "Reduced",
     "ReducedInertia",
-    "SemiImplicitEuler",
     "Setting",
     "Table",
     "Trajectory",

@@ -6,7 +6,7 @@ slides forwards, -1 slides backwards.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax.numpy as jnp
 
@@ -16,7 +16,7 @@ from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, loaded_params, prepare
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.pytrees import Number, all_finite, float_type, rebuilt
-from stickslip.dynamics.scene import OUTPUTS, Floor, Grip, Patches, Scene, Smoothed, Uniform
+from stickslip.dynamics.scene import OUTPUTS, Floor, Grip, Patches, Scene, Uniform
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -98,17 +98,15 @@ def moving(
     torque: Scalar,
     mode: Scalar,
     mu_kinetic: Scalar,
-    slides: Flag | None = None,
 ) -> Motion:
     """The motion in a given mode: f = -mode mu_k N with both accelerations free, or sticking.
 
-    slides: whether it does, by default mode != 0; a friction law without rest always slides.
     Sliding is solvable while M m - P (P + mode mu_k Y) > 0; past that bound (Painleve) the
     equations have no solution or two, and sticking's numbers stand in beside solvability <= 0.
     """
     M, P, P_crank = inertia.M, inertia.P, inertia.P_crank
     mass, square = model.total_mass, crank_rate**2
-    slides = (mode != 0) if slides is None else slides
+    slides = mode != 0
     signed = mode * mu_kinetic
     net_torque = torque - inertia.dM * square / 2 - model.gravity * inertia.Y_crank
     drag = -inertia.dP * square - signed * (mass * model.gravity + inertia.dY * square)
@@ -131,13 +129,12 @@ def prescribed(
     alpha: Scalar,
     mode: Scalar,
     mu_kinetic: Scalar,
-    slides: Flag | None = None,
 ) -> Motion:
     """A prescribed crank motion, its foot in a given mode: eq. (31) at rest, eq. (34) sliding.
 
     The normal force is that of the crank's motion, so sliding always has one solution.
     """
-    slides = (mode != 0) if slides is None else slides
+    slides = mode != 0
     needed, normal = ground_force(model, inertia, crank_rate, alpha)
     friction = jnp.where(slides, -mode * mu_kinetic * normal, needed)
     a1 = jnp.where(slides, (friction - needed) / model.total_mass, 0.0)
@@ -198,28 +195,15 @@ def patch_at(floor: Floor, position: Scalar, direction: Scalar) -> Integer:
     return jnp.sum(passed, dtype=jnp.int32)
 
 
-@overload
-def friction_on(
-    floor: Uniform | Patches | Smoothed, patch: Integer, dtype: DTypeLike
-) -> Friction: ...
-@overload
-def friction_on(floor: Floor, patch: Integer, dtype: DTypeLike) -> Friction | None: ...
 def friction_on(floor: Floor, patch: Integer, dtype: DTypeLike) -> Friction | None:
     """The coefficients on one patch; None on a floor without slip."""
     if isinstance(floor, Grip):
         return None
     kinetic = jnp.asarray(floor.mu_kinetic, dtype)
-    if isinstance(floor, Smoothed):
-        return Friction(kinetic, kinetic)
     static = jnp.asarray(floor.mu_static, dtype)
     if isinstance(floor, Uniform):
         return Friction(static, kinetic)
     return Friction(static[patch], kinetic[patch])
-
-
-def smoothed_direction(floor: Smoothed, velocity: Scalar) -> Scalar:
-    """Smoothed sign of the sliding velocity, between -1 and 1."""
-    return jnp.tanh(velocity / jnp.asarray(floor.slip_speed, velocity.dtype))
 
 
 def edge_ahead(floor: Patches, patch: Integer, direction: Scalar, dtype: DTypeLike) -> Scalar:
@@ -264,24 +248,12 @@ class System(NamedTuple):
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
 
     def motion(
-        self,
-        friction: Friction | None,
-        mode: Scalar,
-        inertia: Coefficients,
-        crank_rate: Scalar,
-        foot_velocity: Scalar,
+        self, friction: Friction | None, mode: Scalar, inertia: Coefficients, crank_rate: Scalar
     ) -> Motion:
-        """The motion in a mode; on a smoothed floor the velocity takes the mode's place.
-
-        friction None: the foot cannot slip.
-        """
+        """The motion in a mode; friction None: the foot cannot slip."""
         if friction is None:
             return self.still(inertia, crank_rate)
-        model, drive, floor, slides = self.model, self.drive, self.scene.floor, None
-        if isinstance(floor, Smoothed):
-            mode = smoothed_direction(floor, foot_velocity)
-            slides = jnp.ones_like(mode, bool)
-        law = mode, friction.mu_kinetic, slides
+        model, drive, law = self.model, self.drive, (mode, friction.mu_kinetic)
         if isinstance(drive, Torque):
             return moving(model, inertia, crank_rate, drive.torque, *law)
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, *law)
@@ -323,18 +295,14 @@ def at_instant(
     outputs: str = "forces",
 ) -> ForwardDynamics:
     """Mode, motion and the requested `outputs`; friction None: the foot cannot slip."""
-    model, floor = system.model, system.scene.floor
+    model = system.model
     inertia = model.inertia.at(theta)
     motion = system.still(inertia, crank_rate)
     mode = jnp.zeros_like(motion.crank_acceleration)
     onset = jnp.zeros_like(mode, bool)
-    if isinstance(floor, Smoothed):
-        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
-        direction = smoothed_direction(floor, foot_velocity)
-        mode = jnp.where(jnp.abs(direction) > jnp.tanh(1.0), jnp.sign(direction), mode)
-    elif friction is not None:
+    if friction is not None:
         mode = mode_of(motion, foot_velocity, friction.mu_static)
-        motion = system.motion(friction, mode, inertia, crank_rate, foot_velocity)
+        motion = system.motion(friction, mode, inertia, crank_rate)
         onset = (foot_velocity == 0) & (mode != 0)
     zmp, joints = None, None
     accelerations = motion.crank_acceleration, motion.foot_acceleration

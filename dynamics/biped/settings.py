@@ -2,9 +2,9 @@
 
 Whatever the fidelity, the reduced equations (contact.py), the friction switching and the
 integrators are the same; it says where their coefficients M, P and Y come from. All integrators
-share the friction switching (`contact.mode_of`), the exchange of support and the statuses. The
-unsplit ones look at the floor at the beginning of each of their steps and take the step in that
-mode; RK4Split and EventExact stop at every switching instant.
+share the friction switching (`contact.mode_of`), the exchange of support and the statuses. Euler
+looks at the floor at the beginning of each of its steps and takes the step in that mode; RK4Split
+and EventExact stop at every switching instant.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ MOST_STEPS = 10**6
 """Inside one call; more is more than a call's time has places for in double precision."""
 
 
-def _require_counts(spec: Unsplit | RK4Split | EventExact, *counts: str) -> None:
+def _require_counts(spec: Euler | RK4Split | EventExact, *counts: str) -> None:
     """Check whole numbers and record_events."""
     for name in counts:
         require_integer(name, getattr(spec, name), high=MOST_STEPS)
@@ -127,9 +127,12 @@ def _require_counts(spec: Unsplit | RK4Split | EventExact, *counts: str) -> None
 
 
 @dataclass(frozen=True)
-class Unsplit:
-    """Fixed steps that switch, and end, at their ends only. Error of first order wherever they do.
+class Euler:
+    """The paper's: accelerations constant during a step (eqs. 27, 35), stopped at t_s (eq. 36).
 
+    Fixed steps that switch, and end, at their ends only, but for a slide that stops inside a step:
+    it ends there, and the rest of the step is taken from rest, so each step solves the motion
+    twice. Order 1.
     substeps: steps that one call of `step` is divided into. record_events: report what was switched
     in Contact.events; instants are those of the steps' ends.
     """
@@ -144,25 +147,6 @@ class Unsplit:
     def log_size(self) -> int:
         """The most events of one call: slip, stop, slip back and exchange in every substep."""
         return 4 * self.substeps
-
-
-@dataclass(frozen=True)
-class Euler(Unsplit):
-    """The paper's: accelerations constant during a step (eqs. 27, 35), stopped at t_s (eq. 36).
-
-    A slide that stops inside a step ends there, and the rest of the step is taken from rest, so
-    each step solves the motion twice. Order 1.
-    """
-
-
-@dataclass(frozen=True)
-class SemiImplicitEuler(Unsplit):
-    """Velocities first, positions with the new ones. Order 1; one solution of the motion a step."""
-
-
-@dataclass(frozen=True)
-class RK4(Unsplit):
-    """The classical Runge-Kutta step in one mode. Order 4 between switches, 1 across them."""
 
 
 @dataclass(frozen=True)
@@ -235,12 +219,10 @@ class EventExact:
         return self.max_steps
 
 
-Integrator = Unsplit | RK4Split | EventExact
+Integrator = Euler | RK4Split | EventExact
 
 INTEGRATORS: dict[str, Integrator] = {
     "euler": Euler(),
-    "semi_implicit": SemiImplicitEuler(),
-    "rk4": RK4(),
     "rk4_split": RK4Split(),
     "event_exact": EventExact(),
 }

@@ -22,15 +22,15 @@ from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.settings import (
+    Euler,
     Fidelity,
     Integrator,
-    Unsplit,
     integrator_of,
     require_fidelity,
 )
 from stickslip.dynamics.biped.state import BipedState, Contact, Trajectory, start
+from stickslip.dynamics.biped.stepping.euler import advance_euler
 from stickslip.dynamics.biped.stepping.split import advance
-from stickslip.dynamics.biped.stepping.unsplit import advance_unsplit
 from stickslip.dynamics.checks import (
     is_concrete,
     require_kind,
@@ -189,8 +189,8 @@ def stepped(
     max_rate = None if max_rate is None else jnp.asarray(max_rate, dtype)
     system = System(model, scene, drive, duration, max_rate)
     walk = start(spec, system, state)
-    if isinstance(spec, Unsplit):
-        walk = advance_unsplit(spec, system, walk)
+    if isinstance(spec, Euler):
+        walk = advance_euler(spec, system, walk)
     else:
         walk = advance(spec, system, walk)
     friction = friction_on(scene.floor, walk.patch, dtype)

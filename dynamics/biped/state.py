@@ -22,7 +22,7 @@ from stickslip.dynamics.pytrees import (
     require_broadcast,
     require_numeric,
 )
-from stickslip.dynamics.scene import Grip, Patches, Smoothed
+from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Integrator
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
-    from stickslip.dynamics.scene import Scene
 
 
 @register_pytree
@@ -224,8 +223,8 @@ class Walk(NamedTuple):
 
 
 def mode_at(system: System, friction: Friction | None, walk: Walk, inertia: Coefficients) -> Scalar:
-    """The mode that a step from here is taken in (eq. 32); always 0 on a smoothed floor."""
-    if friction is None or isinstance(system.scene.floor, Smoothed):
+    """The mode that a step from here is taken in (eq. 32)."""
+    if friction is None:
         return jnp.zeros_like(walk.phase)
     still = system.still(inertia, walk.crank_rate)
     mode = mode_of(still, walk.foot_velocity, friction.mu_static)
@@ -342,8 +341,3 @@ def note(walk: Walk, happens: Flag, kind: Integer | EventKind) -> Walk:
         status=jnp.where(slips, Status.SLIP_ONSET, walk.status).astype(jnp.int32),
         log=log,
     )
-
-
-def slips_freely(scene: Scene) -> bool:
-    """True if the floor has no switching of its own: no slip at all, or smoothed friction."""
-    return isinstance(scene.floor, Grip | Smoothed)

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel, BipedState
 from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.pytrees import all_finite, register_pytree
-from stickslip.dynamics.scene import Grip, Scene, Smoothed
+from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -186,9 +186,7 @@ def drawn_scene(drawn: Drawn, params: BipedEnvParams) -> Scene:
     scene, factor = params.scene, drawn.friction
     floor = jax.tree.map(lambda leaf: jnp.asarray(leaf, factor.dtype), scene.floor)
     if params.randomisation.friction is not None and not isinstance(floor, Grip):
-        scaled = {"mu_kinetic": factor * floor.mu_kinetic}
-        if not isinstance(floor, Smoothed):
-            scaled["mu_static"] = factor * floor.mu_static
+        scaled = {name: factor * getattr(floor, name) for name in ("mu_kinetic", "mu_static")}
         floor = replace(floor, **scaled)
     return Scene(floor, None, scene.steps, scene.outputs)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from stickslip.dynamics.scene import Grip, Patches, Smoothed, Uniform
+from stickslip.dynamics.scene import Grip, Patches
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Stretch
 from stickslip.envs.rendering.linkage import SOLE, Mechanism
@@ -48,8 +48,6 @@ def stretches_of(floor: Floor) -> tuple[Stretch, ...]:
     """One floor (not a batch) from left to right."""
     if isinstance(floor, Grip):
         return (Stretch(-FAR, FAR, theme.floor_colour(None), "no slip"),)
-    if isinstance(floor, Smoothed):
-        floor = Uniform(floor.mu_kinetic, floor.mu_kinetic)
     edges = np.asarray(floor.edges, float) if isinstance(floor, Patches) else np.empty(0)
     static, kinetic = (np.asarray(mu, float) for mu in (floor.mu_static, floor.mu_kinetic))
     if edges.ndim > 1 or static.ndim > (1 if isinstance(floor, Patches) else 0):

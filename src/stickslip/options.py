@@ -38,7 +38,7 @@ SETTINGS = {
 }
 """The presets of stickslip.dynamics.PRESETS."""
 FIDELITIES = ("joint", "reduced", "table", "chebyshev", "paper")
-INTEGRATORS = ("euler", "semi_implicit", "rk4", "rk4_split", "event_exact")
+INTEGRATORS = ("euler", "rk4_split", "event_exact")
 """The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS; docs/design.md."""
 NAMES = {
     "t": "time [s]",

@@ -13,7 +13,6 @@ GIVEN = {
     "friction": lambda: Scene.uniform([0.1, 0.3], [0.07, 0.3], payload=[0.1, 0.7]),
     "patches": lambda: Scene.patches([0.3, 0.7], [0.6, 0.1, 0.3], payload=0.1),
     "patches in NumPy": lambda: Scene.patches(np.array([0.3, 0.7]), np.array([0.6, 0.1, 0.3])),
-    "smoothed": lambda: Scene.smoothed([0.1, 0.3], [0.07, 0.3]),
     "vehicle": lambda: UGVParams(body_length=[0.83, 0.7], leg_length=np.array([0.3, 0.35])),
 }
 

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics import Patches, Scene, Smoothed, Status, Uniform
+from stickslip.dynamics import Patches, Scene, Status, Uniform
 from stickslip.dynamics.biped import (
     SUPPORT_END,
     SUPPORT_START,
@@ -125,8 +125,6 @@ def scene_of(kind: str, friction: Any) -> Scene:
         return Scene.grip()
     if kind == "uniform":
         return Scene(Uniform(a, a * b))
-    if kind == "smoothed":
-        return Scene(Smoothed(a, d))
     static = jnp.stack([a, a * b, d])
     return Scene(Patches(jnp.stack([c, c + d]), static, static * b))
 

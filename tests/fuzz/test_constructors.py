@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip import envs, optim
-from stickslip.dynamics import Grip, Patches, Scene, Smoothed, Uniform, biped, ugv
+from stickslip.dynamics import Grip, Patches, Scene, Uniform, biped, ugv
 from stickslip.dynamics.biped.simulation import require_kinds
 from tests.extras import MISSING
 
@@ -106,10 +106,8 @@ def long_plans() -> dict[str, Plan]:
     track = {"x": [0.0, 1.0], "y": [0.0, 0.0]}
     found = {
         "Scene.grip": Plan(Scene.grip, {}, SCENE),
-        "Scene.smoothed": Plan(Scene.smoothed, {"mu_kinetic": 0.5}, SCENE),
         "Scene.patches": Plan(Scene.patches, {"edges": [0.1], "mu_static": [0.5, 0.5]}, SCENE),
         "Scene": Plan(lambda **k: at_boundary(scene=Scene(**k)), {"floor": Grip()}, of=Scene),
-        "Smoothed": Plan(floor(Smoothed), {"mu_kinetic": 0.5, "slip_speed": 0.1}, of=Smoothed),
         "Patches": Plan(floor(Patches), edges, of=Patches),
         "BipedParams.from_bars": Plan(biped.BipedParams.from_bars),
         "BipedParams.replace": Plan(lambda **k: bare.replace(**k), {}, fields_of(bare)),

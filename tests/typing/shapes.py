@@ -39,9 +39,8 @@ FLOORS = {
     "grip": lambda: Scene.grip(),
     "uniform": lambda: Scene.uniform(0.06, 0.05, payload=1.0),
     "patches": lambda: Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5], outputs="joints"),
-    "smoothed": lambda: Scene.smoothed(0.05, outputs="state"),
 }
-INTEGRATORS = ("euler", "semi_implicit", "rk4", EventExact())
+INTEGRATORS = ("euler", EventExact())
 WALKS = [
     ("patches", RK4Split(2, record_events=True)),
     *((floor, "rk4_split") for floor in FLOORS),

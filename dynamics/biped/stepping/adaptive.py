@@ -63,7 +63,7 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
     def stage(slopes, index):
         theta, rate, slide, velocity, work = at_start + step * _weighted(tableau[index], slopes)
         inertia = system.model.inertia.at(theta)
-        motion = system.motion(friction, mode, inertia, rate, velocity)
+        motion = system.motion(friction, mode, inertia, rate)
         power = motion.torque * rate
         slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
         place = (theta, rate, slide, velocity, work)

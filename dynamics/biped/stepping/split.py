@@ -34,7 +34,6 @@ from stickslip.dynamics.biped.state import (
     hand_over,
     mode_at,
     note,
-    slips_freely,
 )
 from stickslip.dynamics.biped.stepping.adaptive import controlled, dormand_prince_step, is_noise
 from stickslip.dynamics.biped.stepping.stages import (
@@ -56,7 +55,7 @@ from stickslip.dynamics.biped.stepping.stages import (
 )
 from stickslip.dynamics.kernels.fused import compacting_while
 from stickslip.dynamics.kernels.jax_interface import jvp_in_front
-from stickslip.dynamics.scene import Patches
+from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -165,7 +164,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     inertia = system.model.inertia.at(walk.phase)
     begun = _begun(spec, system, walk, friction, inertia)
     step, mode = begun.step, begun.mode
-    first = system.motion(friction, mode, inertia, walk.crank_rate, walk.foot_velocity)
+    first = system.motion(friction, mode, inertia, walk.crank_rate)
     if isinstance(spec, EventExact):
         taken = dormand_prince_step(system, friction, mode, walk, step)
     else:
@@ -237,7 +236,7 @@ def _event(
     """The event that is aimed at, where it is at once; else the first one inside the step."""
     kind, crossing = _first_event(spec, system, begun, walk, first, samples, ending, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
-    if isinstance(spec, EventExact) and not slips_freely(system.scene):
+    if isinstance(spec, EventExact) and not isinstance(system.scene.floor, Grip):
         at_once |= is_noise(system, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
@@ -270,7 +269,7 @@ def _first_event(
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
     best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
     best = _earlier(ended, best)
-    if slips_freely(system.scene):
+    if isinstance(system.scene.floor, Grip):
         return best
     slides = mode != 0
     margins = [
@@ -374,7 +373,7 @@ def _switched(system: System, walk: Walk, trial: Trial) -> Walk:
     kind = jnp.where(trial.switches, trial.event.kind, EventKind.NONE)
     exchange = kind == EventKind.EXCHANGE
     bound = jnp.where(walk.phase > jnp.pi, high, low)
-    if not slips_freely(system.scene):
+    if not isinstance(system.scene.floor, Grip):
         walk = walk._replace(
             foot_velocity=jnp.where(kind == EventKind.STICK, 0.0, walk.foot_velocity),
             breakaway=jnp.where(

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 from stickslip.dynamics.biped.contact import CrankMotion, Torque, ankle_moment, fall_under
 from stickslip.dynamics.biped.inertia import GroundMoment
 from stickslip.dynamics.biped.state import supports
-from stickslip.dynamics.scene import Grip, Smoothed
+from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -112,7 +112,6 @@ class _Stages(NamedTuple):
 
     phase: Array
     crank_rate: Array
-    foot_velocity: Array | None
     inertia: Coefficients
     sum_rate: Array
     sum_alpha: Array
@@ -137,7 +136,7 @@ def classical_step(
         crank_rate=last.crank_rate,
         foot_position=slide,
         foot_velocity=velocity,
-        end=system.motion(friction, mode, last.inertia, last.crank_rate, velocity),
+        end=system.motion(friction, mode, last.inertia, last.crank_rate),
         inertia=last.inertia,
         middle=last.middle,
         work=None if last.sum_power is None else step * last.sum_power,
@@ -154,8 +153,7 @@ def _classical_stages(
     slide_weights = jnp.asarray([1 / 6, 1 / 6, 1 / 6, 0.0], dtype)
 
     def body(index, now: _Stages) -> _Stages:
-        velocity = walk.foot_velocity if now.foot_velocity is None else now.foot_velocity
-        motion = system.motion(friction, mode, now.inertia, now.crank_rate, velocity)
+        motion = system.motion(friction, mode, now.inertia, now.crank_rate)
         alpha, foot = motion.crank_acceleration, motion.foot_acceleration
         sum_rate = now.sum_rate + weights[index] * now.crank_rate
         sum_alpha = now.sum_alpha + weights[index] * alpha
@@ -167,12 +165,9 @@ def _classical_stages(
         sum_power = now.sum_power
         if sum_power is not None:
             sum_power = sum_power + weights[index] * motion.torque * now.crank_rate
-        if now.foot_velocity is not None:
-            velocity = walk.foot_velocity + step * shares[index] * foot
         return _Stages(
             phase=theta,
             crank_rate=rate,
-            foot_velocity=None if now.foot_velocity is None else velocity,
             inertia=system.model.inertia.at(theta),
             sum_rate=sum_rate,
             sum_alpha=sum_alpha,
@@ -188,7 +183,6 @@ def _classical_stages(
     begin = _Stages(
         phase=walk.phase,
         crank_rate=walk.crank_rate,
-        foot_velocity=walk.foot_velocity if isinstance(system.scene.floor, Smoothed) else None,
         inertia=inertia,
         sum_rate=zero,
         sum_alpha=zero,

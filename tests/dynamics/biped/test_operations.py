@@ -23,10 +23,9 @@ SCENES = {
     "grip": Scene.grip(),
     "uniform": Scene.uniform(0.06, 0.05),
     "patches": Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5]),
-    "smoothed": Scene.smoothed(0.05, 0.1),
 }
 NUMBERS = {"uniform": {"mu_static", "mu_kinetic"}, "patches": {"edges", "mu_static", "mu_kinetic"}}
-NUMBERS |= {"smoothed": {"mu_kinetic", "slip_speed"}, "grip": set()}
+NUMBERS |= {"grip": set()}
 """The floors' numbers, which the program names among its inputs."""
 
 each_program = pytest.mark.parametrize("name", SCENES)
@@ -60,11 +59,6 @@ def kinds(name: str) -> Counter[str]:
 
 def size(name: str) -> int:
     return sum(count for kind, count in kinds(name).items() if kind not in BOOKKEEPING)
-
-
-@each_program
-def test_only_smoothed_friction_compiles_a_hyperbolic_tangent(name):
-    assert ("tanh" in kinds(name)) == (name == "smoothed")
 
 
 @each_program

@@ -135,7 +135,7 @@ def test_a_scene_is_judged_by_its_floor():
     assert scene_class(Scene.patches([0.3], [0.5, 0.05])) == "ice"
     assert recommend(1e-2, Scene.uniform(0.3)) == recommend(1e-2, "stick-slip")
     with pytest.raises(ValueError, match="nothing is measured for it"):
-        scene_class(Scene.smoothed(0.3))
+        scene_class(Scene(floor=None))
 
 
 def test_presets_are_points_of_the_measured_front():

@@ -8,7 +8,7 @@ import pytest
 import stickslip  # noqa: F401
 from stickslip.dynamics import Scene, Setting
 from stickslip.dynamics.biped import BipedParams, EventExact, RK4Split
-from stickslip.envs import BipedEnv, Randomisation
+from stickslip.envs import BipedEnv
 from tests.envs.helpers import actions, mapped_rollout, rollout, task
 
 pytestmark = pytest.mark.long
@@ -32,7 +32,7 @@ def test_finer_settings_come_closer_to_the_finest(float64):
     exact = after_thirty_steps(BipedEnv(setting=FINE))
     missed = [
         np.abs(after_thirty_steps(BipedEnv(setting=setting), dtype="float64") - exact).max()
-        for setting in (Setting("table", "rk4", 0.02), Setting("table", "rk4_split", 0.005))
+        for setting in (Setting("table", "euler", 0.02), Setting("table", "rk4_split", 0.005))
     ]
     assert missed[1] < 1e-5 < missed[0]
 
@@ -56,21 +56,6 @@ def test_wrong_settings_are_refused_by_name(make, words):
     with pytest.raises(ValueError) as caught:  # noqa: PT011
         make()
     assert all(word in str(caught.value) for word in words)
-
-
-def test_a_smoothed_floor_is_walked_on_and_seen():
-    env = BipedEnv(see_friction=True)
-    scene = Scene.smoothed(0.05, 0.02)
-    params = env.make_params(scene=scene, randomisation=Randomisation(friction=(2.0, 2.0)))
-    key = jax.random.key(0)
-    observation, state = jax.jit(env.reset)(key, params)
-    assert observation[-2:] == pytest.approx(0.1)
-    _, state, _, over, _, info = jax.jit(env.step)(key, state, jnp.asarray([0.1]), params)
-    assert not bool(over)
-    assert float(state.biped.foot_velocity) != 0  # it creeps: nothing holds it
-    assert env.picture(state, jax.tree.map(np.asarray, info), params).mu_kinetic == pytest.approx(
-        0.1
-    )
 
 
 def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):

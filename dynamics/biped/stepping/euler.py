@@ -1,9 +1,8 @@
-"""Fixed steps that switch at their ends: the paper's Euler scheme, semi-implicit Euler, RK4.
+"""The paper's Euler scheme: fixed steps that switch at their ends.
 
 A step takes the mode that holds at its start. If a sliding foot would turn back within it, it is
-stopped where it does (eq. 36); Euler takes the rest of the step anew from rest, the others keep the
-crank's motion. Onset of sliding, exchange of support, patch edges and a walk's end wait for the
-step's end.
+stopped where it does (eq. 36), and the rest of the step is taken anew from rest. Onset of sliding,
+exchange of support, patch edges and a walk's end wait for the step's end.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import friction_on
-from stickslip.dynamics.biped.settings import RK4, Euler, Unsplit
+from stickslip.dynamics.biped.settings import Euler
 from stickslip.dynamics.biped.state import (
     Walk,
     bounds,
@@ -22,9 +21,9 @@ from stickslip.dynamics.biped.state import (
     mode_at,
     note,
     on_its_patch,
-    slips_freely,
 )
-from stickslip.dynamics.biped.stepping.stages import classical_step, ground_of, lever_at, status_at
+from stickslip.dynamics.biped.stepping.stages import ground_of, lever_at, status_at
+from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
@@ -34,15 +33,14 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 
-def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
+def advance_euler(spec: Euler, system: System, walk: Walk) -> Walk:
     """Run a call to its end in `substeps` equal steps, with the same work always."""
     size = system.duration / spec.substeps
 
     def body(index: Integer, walk: Walk) -> Walk:
-        after, running = size, walk.status <= Status.SLIP_ONSET
-        if isinstance(spec, Euler):
-            walk, after = _part(spec, system, walk, size)
-        walk, _ = _part(spec, system, walk, after)
+        running = walk.status <= Status.SLIP_ONSET
+        walk, rest = _part(system, walk, size)
+        walk, _ = _part(system, walk, rest)
         low, high = bounds(walk.phase.dtype)
         passed = running & ((walk.phase > high) | (walk.phase < low))
         walk = hand_over(system, note(walk, passed, EventKind.EXCHANGE), passed)
@@ -56,19 +54,13 @@ def advance_unsplit(spec: Unsplit, system: System, walk: Walk) -> Walk:
     return jax.lax.fori_loop(0, spec.substeps, body, walk)
 
 
-def _part(spec: Unsplit, system: System, walk: Walk, step: Scalar) -> tuple[Walk, Scalar]:
+def _part(system: System, walk: Walk, step: Scalar) -> tuple[Walk, Scalar]:
     """A step of length `step` up to a slide's stop; the walk there and the rest of the step."""
     friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
     inertia = system.model.inertia.at(walk.phase)
     mode = mode_at(system, friction, walk, inertia)
-    first = system.motion(friction, mode, inertia, walk.crank_rate, walk.foot_velocity)
-    if isinstance(spec, RK4):
-        taken = classical_step(system, friction, mode, walk, inertia, step)
-        reached, work = _at(walk, *taken[:4]), taken.work
-    elif isinstance(spec, Euler):
-        reached, work = _uniformly_accelerated(walk, first, step), None
-    else:
-        reached, work = _semi_implicit(walk, first, step), None
+    first = system.motion(friction, mode, inertia, walk.crank_rate)
+    reached = _uniformly_accelerated(walk, first, step)
     ground = ground_of(system, walk.crank_rate, first, lever_at(system, walk.phase))
     found = status_at(system, walk, first, ground, step, reached[:4])
     # A second part of no length and a walk that has ended change no status.
@@ -79,10 +71,9 @@ def _part(spec: Unsplit, system: System, walk: Walk, step: Scalar) -> tuple[Walk
     slips = runs & (walk.foot_velocity == 0) & (mode != 0)
     moved = note(walk, slips, EventKind.SLIP)
     rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
-    if not slips_freely(system.scene):
-        reached, rest, stops = _stopped(spec, walk, first, mode, reached, step)
-    if work is None:
-        work = first.torque * (reached.phase - walk.phase)
+    if not isinstance(system.scene.floor, Grip):
+        reached, rest, stops = _stopped(walk, first, mode, reached, step)
+    work = first.torque * (reached.phase - walk.phase)
     moved = _at(moved, *reached[:4])._replace(
         left=walk.left - (step - rest),
         slide_distance=walk.slide_distance + jnp.abs(reached.foot_position - walk.foot_position),
@@ -95,26 +86,17 @@ def _part(spec: Unsplit, system: System, walk: Walk, step: Scalar) -> tuple[Walk
 
 
 def _stopped(
-    spec: Unsplit, walk: Walk, first: Motion, mode: Scalar, reached: Walk, step: Scalar
+    walk: Walk, first: Motion, mode: Scalar, reached: Walk, step: Scalar
 ) -> tuple[Walk, Scalar, Flag]:
     """The step with its foot stopped where it would turn back; what is left; whether it stops."""
     slows = first.foot_acceleration * mode < 0
     until = -walk.foot_velocity / jnp.where(slows, first.foot_acceleration, 1.0)  # eq. (36)
     turned = (mode != 0) & (reached.foot_velocity * mode <= 0)
-    zero = jnp.zeros_like(step)
-    if isinstance(spec, Euler):
-        stops = slows & (mode * walk.foot_velocity > 0) & (until < step)
-        at_stop = _uniformly_accelerated(walk, first, jnp.where(stops, until, step))
-        reached = jax.tree.map(lambda a, b: jnp.where(stops, a, b), at_stop, reached)
-        rest = jnp.where(stops, step - until, zero)
-        stops = stops | turned
-    else:
-        stops, rest = turned, zero
-        path = walk.foot_velocity * until / 2  # until it stops, at the acceleration it starts with
-        path = jnp.where(slows & (mode * walk.foot_velocity > 0), path, zero)
-        reached = reached._replace(
-            foot_position=jnp.where(stops, walk.foot_position + path, reached.foot_position)
-        )
+    stops = slows & (mode * walk.foot_velocity > 0) & (until < step)
+    at_stop = _uniformly_accelerated(walk, first, jnp.where(stops, until, step))
+    reached = jax.tree.map(lambda a, b: jnp.where(stops, a, b), at_stop, reached)
+    rest = jnp.where(stops, step - until, jnp.zeros_like(step))
+    stops = stops | turned
     return reached._replace(foot_velocity=jnp.where(stops, 0.0, reached.foot_velocity)), rest, stops
 
 
@@ -130,9 +112,3 @@ def _uniformly_accelerated(walk: Walk, first: Motion, step: Scalar) -> Walk:
     slide = walk.foot_position + step * (walk.foot_velocity + step / 2 * foot)
     rate, velocity = walk.crank_rate + step * alpha, walk.foot_velocity + step * foot
     return _at(walk, theta, rate, slide, velocity)
-
-
-def _semi_implicit(walk: Walk, first: Motion, step: Scalar) -> Walk:
-    rate = walk.crank_rate + step * first.crank_acceleration
-    velocity = walk.foot_velocity + step * first.foot_acceleration
-    return _at(walk, walk.phase + step * rate, rate, walk.foot_position + step * velocity, velocity)
