@@ -135,10 +135,7 @@ def source(content: dict[str, Any]) -> str:
         [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
         for name, p in presets_of(content).items()
     ]
-    samples = [
-        [s["scene"], s["robots"], s["count"], three(s["sensitive"]), three(s["sensitivity"][1])]
-        for s in content["samples"]
-    ]
+    samples = [[s["scene"], s["robots"], s["count"]] for s in content["samples"]]
     return rows_json(
         {
             "costs_measured_on": where(content, "costs"),

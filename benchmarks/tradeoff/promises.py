@@ -12,7 +12,6 @@ import numpy as np
 
 from benchmarks.points import rank
 from benchmarks.report import code_of
-from benchmarks.tradeoff.amplification import amplification
 from benchmarks.tradeoff.population import (
     DEFAULT_LENGTH,
     DEFAULT_TIME,
@@ -23,10 +22,9 @@ from benchmarks.tradeoff.population import (
     both,
 )
 from stickslip.dynamics.biped import EventExact, RK4Split, Table, prepare, step
-from stickslip.dynamics.biped.params import own_time
 from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES, WALK_PER_RADIAN
 from stickslip.dynamics.biped.settings import Setting
-from stickslip.dynamics.biped.walk_check import SENSITIVE, Path, walk_errors
+from stickslip.dynamics.biped.walk_check import Path, walk_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,8 +34,6 @@ if TYPE_CHECKING:
 FINE = Table(64, 9)
 REFERENCE = EventExact(rtol=1e-12, atol=1e-15)
 """Integrator of the reference, in float64 on the table FINE."""
-SMOOTH = EventExact(rtol=1e-9, atol=1e-12, max_steps=256)
-"""Integrator of the sensitivity."""
 SHORTEST = 10
 """Walks that leave the model within fewer control periods are left out."""
 
@@ -100,23 +96,6 @@ def references(walks: Walks, integrator: EventExact = REFERENCE) -> Path:
         return jax.tree.map(np.asarray, jax.jit(jax.vmap(partial(march, integrator)))(*given))
 
 
-def sensitivities(walks: Walks) -> np.ndarray:
-    """Largest amplification along each walk while it is inside the model; one by one,
-    and NaN where it did not converge."""
-
-    def one(given):
-        model, scene, state, law, period = given
-        size = model.params.crank, own_time(model.params)
-        again = lambda state: march(SMOOTH, model, scene, state, law, period)  # noqa: E731
-        path, grown = amplification(again, state, *size)
-        most = jnp.max(jnp.where(path.status <= 1, grown, 0.0))
-        return jnp.where(path.status[-1] == 9, jnp.nan, most)
-
-    with jax.enable_x64(True):
-        given = arguments(walks, FINE, "float64")
-        return np.asarray(jax.jit(partial(jax.lax.map, one))(given))
-
-
 def walked(truth: Path) -> np.ndarray:
     """Number of control periods that each walk stays inside the model."""
     return np.sum(truth.status <= 1, axis=-1)
@@ -138,8 +117,6 @@ def errors(walks: Walks, paths: Path, truth: Path) -> np.ndarray:
 
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""
-DERIVED = 64
-"""Number of them that are differentiated."""
 CONTROL = 0.02
 """Control period [s]."""
 
@@ -196,12 +173,10 @@ def drawn(floor: str, count: int) -> tuple[Walks, Path, dict[str, np.ndarray]]:
 
 def samples(quick: bool) -> Iterator[dict[str, Any]]:
     """A row for each floor and kind of robots: what the walks are like."""
-    count, derived = (48, 8) if quick else (COUNT, DERIVED)
+    count = 48 if quick else COUNT
     for floor in FLOORS:
-        walks, truth, groups = drawn(floor, count)
+        _, truth, groups = drawn(floor, count)
         for robots, own in groups.items():
-            picked = jax.tree.map(lambda leaf, own=own: np.asarray(leaf)[own[:derived]], walks)
-            grown = sensitivities(picked)
             status = truth.status[own, -1]
             yield {
                 "scene": floor,
@@ -212,9 +187,6 @@ def samples(quick: bool) -> Iterator[dict[str, Any]]:
                 "left": float(np.mean(status > 1)),
                 "not_converged": float(np.mean(status == 9)),
                 "switches": float(np.median(truth.switches[own, -1])),
-                "derived": len(grown),
-                "sensitive": float(np.mean(~(grown <= SENSITIVE))),
-                "sensitivity": [_number(v) for v in np.nanquantile(grown, [0.5, 0.95, 1.0])],
             }
 
 

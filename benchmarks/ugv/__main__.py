@@ -38,7 +38,6 @@ class Promise(NamedTuple):
     place: str
     solver: str
     dtype: str
-    pieces_per_wave: int | None
     poses: int
     torque: tuple[float, float, float]
     contact: tuple[float, float, float]
@@ -60,7 +59,7 @@ def promises_of(rows: list[dict[str, Any]]) -> list[Promise]:
     """Promises of all rows; the two kinds of function are pooled, the worse of both counting."""
     found = [
         Promise(
-            *(row[name] for name in Promise._fields[:6]),
+            *(row[name] for name in Promise._fields[:5]),
             torque=tuple(row["torque"]),
             contact=tuple(row["contact"]),
             wrong=row["wrong"],
@@ -70,7 +69,7 @@ def promises_of(rows: list[dict[str, Any]]) -> list[Promise]:
     kinds: dict[tuple, list[Promise]] = {}
     for p in found:
         if p.ground in AS_FUNCTION:
-            kinds.setdefault(p[1:5], []).append(p)
+            kinds.setdefault(p[1:4], []).append(p)
     own = [p for p in found if p.ground not in AS_FUNCTION]
     return own + [_pooled(same) for same in kinds.values() if len(same) == len(AS_FUNCTION)]
 
@@ -96,8 +95,7 @@ def costs_of(rows: list[dict[str, Any]]) -> Callable[[Promise], dict[int, float]
         table.setdefault(key, {})[row["batch"]] = row["cost"]
 
     def costs(point: Promise) -> dict[int, float]:
-        ground = "spline" if point.pieces_per_wave else point.ground
-        return table.get((ground, point.solver, point.dtype), {})
+        return table.get((point.ground, point.solver, point.dtype), {})
 
     return costs
 
@@ -125,8 +123,7 @@ def source(content: dict[str, Any]) -> str:
     settings: dict[tuple, int] = {}
     promises, costs = [], {}
     for point, priced in recommended(content):
-        setting = (point.solver, point.dtype, point.pieces_per_wave)
-        index = settings.setdefault(setting, len(settings))
+        index = settings.setdefault((point.solver, point.dtype), len(settings))
         errors = [_numbers(errors) for errors in (point.torque, point.contact)]
         promises.append([point.ground, point.place, index, point.poses, *errors])
         costs |= {(point.ground, index, batch): cost for batch, cost in priced.items()}
@@ -141,7 +138,7 @@ def source(content: dict[str, Any]) -> str:
                 "everywhere": GROUND,
                 "vehicles": VEHICLES,
             },
-            "settings": [[called(solver)[1], *rest] for solver, *rest in settings],
+            "settings": [[called(solver)[1], dtype] for solver, dtype in settings],
             "promises": promises,
             "costs": [[*key, three(cost)] for key, cost in sorted(costs.items())],
         }
@@ -158,13 +155,12 @@ def table(content: dict[str, Any]) -> str:
     """Promises of each recommended setting, with its cost in the largest batch."""
     lines: dict[tuple, dict[str, Any]] = {}
     for point, priced in recommended(content):
-        key = point.ground, point.solver, point.dtype, point.pieces_per_wave
+        key = point.ground, point.solver, point.dtype
         line = lines.setdefault(
             key,
             {
                 "ground": point.ground,
                 "solver": point.solver,
-                "pieces a wave": point.pieces_per_wave or "-",
                 "type": point.dtype,
                 **dict.fromkeys(("torque, near", "torque, far", "contact, near"), "-"),
                 **dict.fromkeys(("contact, far", "cost [s]"), "-"),

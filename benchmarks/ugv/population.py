@@ -89,8 +89,6 @@ class Drawn(NamedTuple):
     shape: Any
     x: np.ndarray
     angles: np.ndarray
-    shortest: np.ndarray
-    """The ground's shortest wave [m], where it is made of waves."""
 
 
 def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool = False) -> Drawn:
@@ -110,12 +108,12 @@ def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool 
     hollow = random.uniform(over * HOLLOWEST, np.where(over, TOO_HOLLOW, HOLLOWEST))
     limits = Limits(r, hollow, random.uniform(over * STEEPEST / 2, STEEPEST))
     kind = _GROUNDS[AS_FUNCTION.get(ground, ground)]
-    shape, x, shortest = kind(random, limits, at, height, shifted)
+    shape, x = kind(random, limits, at, height, shifted)
     if ground in AS_FUNCTION:
         shape = Known(shape)
     part = random.uniform(0, 1, (count, 2))
     bottom, top = (np.asarray(v)[:, None] for v in (params.leg_angle_min, params.leg_angle_max))
-    return Drawn(params, shape, x, bottom + part * (top - bottom), shortest)
+    return Drawn(params, shape, x, bottom + part * (top - bottom))
 
 
 class Limits(NamedTuple):
@@ -179,7 +177,7 @@ def _closed(random, limits: Limits, at, height, shifted):
     )
     # A ditch and a ramp are longer: half the poses are at their far end.
     late = np.where((kind == 2) | (kind == 4), random.choice([0.0, 1.0], n) * second, 0.0)
-    return Together(shapes, height), at + beside + late, length
+    return Together(shapes, height), at + beside + late
 
 
 def _wave_numbers(random, limits: Limits, count=16):
@@ -204,12 +202,12 @@ def _wave_numbers(random, limits: Limits, count=16):
 
 
 def _waves(random, limits: Limits, at, height, shifted):
-    amplitudes, frequencies, phases, shortest = _wave_numbers(random, limits)
+    amplitudes, frequencies, phases, _ = _wave_numbers(random, limits)
     moved = np.where(shifted, 0.377 * limits.radius, 0.0)
     phases = np.mod(phases - 2 * np.pi * frequencies * moved[:, None], 2 * np.pi)
     numbers: Any = (amplitudes, frequencies, phases)
     shape = Waves(*numbers)
-    return Together((shape,), height), at + moved, shortest
+    return Together((shape,), height), at + moved
 
 
 def _spline(random, limits: Limits, at, height, shifted):
@@ -224,14 +222,10 @@ def _spline(random, limits: Limits, at, height, shifted):
     rows[..., 0] += height[:, None]
     at = at + np.where(shifted, 0.377 * r, 0.0)
     first = at - spacing * random.uniform(8, POINTS, n)
-    return splines(first[:, None] + spacing[:, None] * np.arange(POINTS + 1), rows), at, spacing
-
-
-def splines(knots: np.ndarray, rows: np.ndarray) -> Spline:
-    """Many splines as one pytree: knots [n, pieces + 1], coefficients [n, pieces, powers]."""
     heights, lows = in_two(rows[..., 0])
-    table = np.concatenate([heights[..., None], rows[..., 1:]], axis=-1)
-    return Spline(*in_two(knots), table, lows, even=True)
+    rows = np.concatenate([heights[..., None], rows[..., 1:]], axis=-1)
+    knots = first[:, None] + spacing[:, None] * np.arange(POINTS + 1)
+    return Spline(*in_two(knots), rows, lows, even=True), at
 
 
 def _through_points(random, limits: Limits, kind):

@@ -12,13 +12,12 @@ import numpy as np
 
 from benchmarks.points import rank
 from benchmarks.report import code_of
-from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw, splines
+from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import (
     Equilibrium,
     Pose,
     PoseSolver,
-    Setting,
     Track,
     UGVParams,
     equilibrium,
@@ -32,10 +31,6 @@ COUNT = 1 << 14
 BLOCK = 512
 QUANTILE, CONFIDENCE = 0.999, 0.95
 FRICTION = 0.8
-WAVE_PIECES = (4, 8, 16, 32, 64)
-"""Pieces of a table for the shortest wave."""
-TABLE = 256
-"""Pieces of every table that is measured: so all share one program."""
 SURE = 1e-15
 """[-]: smaller errors are not claimed."""
 SOLVERS = (
@@ -74,27 +69,17 @@ class Sample(NamedTuple):
 
 
 def promises(quick: bool) -> Iterator[dict[str, Any]]:
-    """A row for each class of ground, place, table and setting."""
+    """A row for each class of ground, place and setting."""
     count = 1 << 12 if quick else COUNT
     with jax.enable_x64(True):
         for ground in CLASSES[:1] if quick else CLASSES:
             for where in PLACES:
                 samples = [sample(ground, where, count, seed) for seed in (CHOSEN, HELD_OUT)]
-                for pieces in (None, *WAVE_PIECES) if ground == "waves" else (None,):
-                    tables = [one.drawn if pieces is None else tabulated(one.drawn, pieces)
-                              for one in samples]  # fmt: skip
-                    for solver in QUICK if quick else SOLVERS:
-                        for dtype in ("float64", "float32"):
-                            off = [errors(one, table, Setting(solver, dtype))
-                                   for one, table in zip(samples, tables, strict=True)]  # fmt: skip
-                            yield {
-                                "ground": ground,
-                                "place": where,
-                                "solver": code_of(solver),
-                                "dtype": dtype,
-                                "pieces_per_wave": pieces,
-                                **promised(*off),
-                            }
+                for solver in QUICK if quick else SOLVERS:
+                    for dtype in ("float64", "float32"):
+                        off = [errors(one, solver, dtype) for one in samples]
+                        names = {"ground": ground, "place": where, "solver": code_of(solver)}
+                        yield {**names, "dtype": dtype, **promised(*off)}
 
 
 def sample(ground: str, where: str, count: int, seed: int) -> Sample:
@@ -111,21 +96,23 @@ def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differenc
     shift = there.front.x - wanted.pose.front.x
     rear = there.rear._replace(x=there.rear.x - shift)
     found = moved._replace(pose=there._replace(rear=rear))
-    return differences(drawn.params, wanted, found, Setting(), partial(depths, drawn, wanted))
+    depth = partial(depths, drawn, wanted)
+    return differences(drawn.params, wanted, found, NEWTON, "float64", depth)
 
 
 def differences(
     params: UGVParams,
     truth: Equilibrium,
     got: Equilibrium,
-    setting: Setting,
+    solver: PoseSolver,
+    dtype: str,
     depth: Callable[[], np.ndarray],
 ) -> Differences:
     """Errors of concrete poses [n] against the default solver's in float64; whose status is wrong.
 
     A status differs for a reason where a margin (normal force and grip over weight, clearances over
     wheel radius, stretch) is within ten times the pose's own error, and where the ground enters a
-    wheel by less than the setting's precision tells (`depth_allowed`); depth: how deep it does [m],
+    wheel by less than the precision tells (`depth_allowed`); depth: how deep it does [m],
     asked for only where a status depends on it.
     """
     params = jax.tree.map(np.asarray, params)
@@ -140,15 +127,15 @@ def differences(
 
     torque = off(truth.torque, got.torque, weight * r)
     contact = off(truth.pose.rear.x, got.pose.rear.x, r)
-    unseen = np.isin(status, UNSEEN) & (setting.solver.samples == 0)
+    unseen = np.isin(status, UNSEEN) & (solver.samples == 0)
     error = np.maximum(torque, contact)
     near = _margin(truth, weight, r) <= 10 * error
     stretch = np.minimum(*(np.asarray(w.stretch) for w in (truth.pose.rear, truth.pose.front)))
-    edge = np.abs(stretch) <= 1e3 * float(jnp.finfo(setting.dtype).eps)
+    edge = np.abs(stretch) <= 1e3 * float(jnp.finfo(dtype).eps)
     hollow = (status == Status.HOLLOW_GROUND) | (own == Status.HOLLOW_GROUND)
     wrong = (status != own) & ~np.where(both, near, hollow & edge) & ~unseen
     if np.any(wrong & hollow):
-        shallow = np.asarray(depth()) <= _resolved(truth, r, setting)
+        shallow = np.asarray(depth()) <= _resolved(truth, r, dtype)
         wrong &= ~(hollow & shallow)
     return Differences(torque, contact, wrong, unseen)
 
@@ -165,17 +152,17 @@ def _margin(truth: Equilibrium, weight: np.ndarray, r: np.ndarray) -> np.ndarray
     )
 
 
-def _resolved(truth: Equilibrium, radius: np.ndarray, setting: Setting) -> np.ndarray:
-    """Penetration that the setting's precision cannot resolve [m]."""
+def _resolved(truth: Equilibrium, radius: np.ndarray, dtype: str) -> np.ndarray:
+    """Penetration that the precision cannot resolve [m]."""
     size = np.asarray(truth.pose.wheelbase) + 2 * radius
-    return np.asarray(depth_allowed(size.astype(setting.dtype)), float)
+    return np.asarray(depth_allowed(size.astype(dtype)), float)
 
 
-def errors(sample: Sample, ground: Drawn, setting: Setting) -> Differences:
+def errors(sample: Sample, solver: PoseSolver, dtype: str) -> Differences:
     """Differences of a setting from the reference, whose own rounding counts as the setting's."""
-    answers = answers_of(setting.solver, ground, setting.dtype)
+    answers = answers_of(solver, sample.drawn, dtype)
     depth = partial(depths, sample.drawn, sample.truth)
-    off = differences(sample.drawn.params, sample.truth, answers, setting, depth)
+    off = differences(sample.drawn.params, sample.truth, answers, solver, dtype, depth)
     own = sample.rounding
     return off._replace(
         torque=np.maximum(off.torque, np.nan_to_num(own.torque)),
@@ -213,16 +200,6 @@ def bound_index(count: int, quantile: float, confidence: float) -> int:
     return index
 
 
-def tabulated(drawn: Drawn, pieces_per_wave: int) -> Drawn:
-    """Each ground as a table about its pose, in float64, as `Setting.prepared` makes it."""
-    half = TABLE / 2 / pieces_per_wave * drawn.shortest
-
-    # The vehicle is behind its front contact.
-    middle = drawn.x - half / 2
-    knots, rows = _run_over(_table, (drawn.shape, middle, half))
-    return drawn._replace(shape=splines(knots, rows))
-
-
 def answers_of(solver: PoseSolver, drawn: Drawn, dtype: str = "float64") -> Equilibrium:
     """A solver's answers to all poses."""
     poses = drawn.params, drawn.shape, drawn.x, drawn.angles
@@ -246,12 +223,6 @@ def _depth(params: UGVParams, shape, placed: Pose) -> jax.Array:
     track, r = Track(shape, 0.0, 1.0), params.wheel_radius
     wheels = placed.rear, placed.front
     return jnp.maximum(*(penetration(track, wheel, r, NEWTON.samples) for wheel in wheels))
-
-
-def _table(shape, middle, half):
-    track = Track(shape, middle - half, middle + half)
-    made: Any = track.resampled(track.start, track.end, TABLE).shape
-    return made.knots, made.coefficients
 
 
 _PROGRAMS: dict[Any, Any] = {}

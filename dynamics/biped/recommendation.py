@@ -2,7 +2,7 @@
 
 Nothing is measured here. `python -m benchmarks.tradeoff --update` writes measured.json;
 docs/accuracy.md says how. Errors are for each simulated second, costs are seconds for each
-simulated second of each environment on the machine named in `Recommendation.measured_on`.
+simulated second of each environment.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ MEASURED = measured_beside(__file__)
 
 settings: fidelity, integrator, dt of the default robot [s], dtype. costs: scene, index of the
 setting, environments, seconds for each simulated second and environment. samples: scene, robots,
-walks, share of sensitive ones, amplification that 95 % keep. errors: scene, index, robots, bounds
+walks. errors: scene, index, robots, bounds
 of QUANTILES (null: infinite), share of walks that end otherwise than their reference. presets:
 name, index of the setting.
 """
@@ -63,11 +63,9 @@ DRAWN = (
     "random starts and torques (a proportional controller, one torque, a new torque every 1 to 5 "
     "periods) for 36 own times, sqrt(crank / gravity): the default robot's 2 s"
 )
-SECONDS = 2.0
-"""Durations for the default robot [s]."""
 NOT_COVERED = (
-    "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold: "
-    "see covers); longer walks; floors, torques and linkages outside these ranges; whether a walk "
+    "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold); "
+    "longer walks; floors, torques and linkages outside these ranges; whether a walk "
     "that leaves the model is said to leave it. For one's own walk: check_walk"
 )
 
@@ -81,10 +79,9 @@ class Recommendation:
     as far) that a share `quantile` of all walks of the population keeps; an upper bound with
     CONFIDENCE, out of `count` walks. typical_error: the bound for half of the walks. otherwise:
     share of the walks that left the model where their reference did not, or the other way round.
-    amplification, duration: what 95 % of the walks amplify a difference of their start by at most,
-    and their length [s]; see `covers`. population: what the promise is about, in words. cost:
-    seconds for each simulated second and environment, at `batch` environments. scene: the measured
-    kind of floor. robots: "default", or "any" for the worse of that and of random ones.
+    population: what the promise is about, in words. cost: seconds for each simulated second and
+    environment, at `batch` environments. scene: the measured kind of floor. robots: "default", or
+    "any" for the worse of that and of random ones.
     """
 
     setting: Setting
@@ -93,21 +90,11 @@ class Recommendation:
     quantile: float
     count: int
     otherwise: float
-    amplification: float
-    duration: float
     population: str
     cost: float
     scene: str
     robots: str
     batch: int
-
-    def covers(self, amplification: float, duration: float) -> bool:
-        """True if the promise is about a walk that amplifies what it starts with by so much in so
-        many seconds: no more and no longer than the measured ones.
-
-        The amplification is `WalkCheck.sensitivity`.
-        """
-        return amplification <= self.amplification and duration <= self.duration * (1 + 1e-9)
 
 
 _CLASSES = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
@@ -125,21 +112,18 @@ def promises(robots: str, quantile: float = 0.95, time: float = 1.0) -> Iterator
     kinds = ("default",) if robots == "default" else ("default", "others")
     place = QUANTILES.index(quantile)
     errors = {(scene, index, of): rest for scene, index, of, *rest in MEASURED["errors"]}
-    samples = {(scene, of): rest for scene, of, *rest in MEASURED["samples"]}
+    counts = {(scene, of): count for scene, of, count in MEASURED["samples"]}
     for scene, index, batch, cost in MEASURED["costs"]:
         bounds, shares = zip(*(errors[scene, index, kind] for kind in kinds), strict=True)
         worst = np.max(np.nan_to_num(np.array(bounds, float), nan=np.inf, posinf=np.inf), axis=0)
-        counts, _, grown = zip(*(samples[scene, kind] for kind in kinds), strict=True)
         setting = _SETTINGS[index]
         yield Recommendation(
             setting=replace(setting, dt=setting.dt * time),
             typical_error=float(worst[0, 0]) / time,
             promised_error=float(worst[place, 0]) / time,
             quantile=quantile,
-            count=min(counts),
+            count=min(counts[scene, kind] for kind in kinds),
             otherwise=max(shares),
-            amplification=max(grown),
-            duration=SECONDS * time,
             population=f"{POPULATION[robots]}; {KINDS[scene]}; {DRAWN}; not {NOT_COVERED}",
             cost=cost / time,
             scene=scene,

@@ -1,4 +1,4 @@
-"""One's own walk at a setting, beside the event-exact walk: error and sensitivity.
+"""One's own walk at a setting, beside the event-exact walk.
 
 `recommend` promises a share of walks of a population. What a single walk comes to, only that walk
 can tell: `check_walk` runs it.
@@ -14,9 +14,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import prepare
-from stickslip.dynamics.biped.params import BipedParams, own_time
+from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import EventExact, Setting, Table, precision
 from stickslip.dynamics.biped.simulation import (
@@ -34,20 +33,16 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from jaxtyping import Array, Bool, Float, Int
+    from jaxtyping import Float, Int
     from numpy.typing import ArrayLike
 
-    from stickslip.dynamics.pytrees import Number, Numbers, Numeric
+    from stickslip.dynamics.pytrees import Number, Numbers
     from stickslip.dynamics.scene import Scene
 
-SENSITIVE = 1e3
-"""Amplification above which a walk is called sensitive."""
 TIGHT = EventExact(rtol=1e-11, atol=1e-14)
 """The reference's integrator."""
 FINE = Table(64, 9)
 """The reference's inertia functions: exact to 1e-13 on the default robot."""
-NUDGE = 1e-4
-"""Distance between the starts of two compared walks [-], in own units."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +52,6 @@ class WalkCheck:
     angle_error [rad], slide_error [m]: the largest difference at the ends of the torques' periods,
     as long as the reference stays inside the model; infinite where the setting's walk ends earlier.
     status, reference_status: the gravest Status of each.
-    sensitivity [-]: the largest distance of the reference from one that begins `nudged`, over the
-    nudge. Above SENSITIVE = 1e3 the walk is `sensitive`: any change, of the last digit of a mass,
-    too, grows by so much, and no promise of `recommend` is worth much on it.
     """
 
     setting: Setting
@@ -67,12 +59,6 @@ class WalkCheck:
     slide_error: Float[np.ndarray, ""]
     status: Int[np.ndarray, ""]
     reference_status: Int[np.ndarray, ""]
-    sensitivity: Float[np.ndarray, ""]
-
-    @property
-    def sensitive(self) -> Bool[np.ndarray, ""]:
-        """True if the walk amplifies a difference of the start by more than SENSITIVE."""
-        return ~(self.sensitivity <= SENSITIVE)
 
 
 class Path(NamedTuple):
@@ -94,7 +80,7 @@ def check_walk(
     *,
     period: float | None = None,
 ) -> WalkCheck:
-    """Walk at a setting and event-exact at 1e-11 in float64: error and sensitivity.
+    """Walk at a setting and event-exact at 1e-11 in float64, and compare.
 
     params, scene, state, torque, duration [s]: as in `simulate`. torque: a number, [n] or a
     function of the state; setting: a name or a Setting. period: how long a torque is held [s]; by
@@ -116,37 +102,24 @@ def check_walk(
     if not callable(torque):
         require_held("torque", torque, count)
 
-    walk = partial(_walked, params, scene, torque, duration, count)
-    exact = Setting(FINE, TIGHT, setting.dt, "float64")
+    walk = partial(_walked, params, scene, state, torque, duration, count)
     integrator = setting.integrator_over(duration / count)
-    own, _ = walk(replace(setting, integrator=integrator), state)
-    truth, states = walk(exact, state)
-    with precision("float64"):
-        length, time = float(params.crank), float(own_time(params))
-        other, beside = walk(exact, nudged(state.astype("float64"), length, time))
-        grown = separation(states, beside, length)
-    inside = np.maximum(truth.status, other.status) <= Status.SLIP_ONSET
-    angle_error, slide_error = walk_errors(own, truth)
-    return WalkCheck(
-        setting=setting,
-        angle_error=angle_error,
-        slide_error=slide_error,
-        status=own.status[-1],
-        reference_status=truth.status[-1],
-        sensitivity=np.max(np.where(inside, np.asarray(grown), 0.0)),
-    )
+    own = walk(replace(setting, integrator=integrator))
+    truth = walk(Setting(FINE, TIGHT, setting.dt, "float64"))
+    errors = walk_errors(own, truth)
+    return WalkCheck(setting, *errors, own.status[-1], truth.status[-1])
 
 
 def _walked(
     params: BipedParams,
     scene: Scene,
+    state: BipedState,
     torque: Numbers | Callable[[BipedState], Number],
     duration: float,
     count: int,
     setting: Setting,
-    state: BipedState,
-) -> tuple[Path, BipedState]:
-    """The walk at a setting, in `count` calls, and its states as NumPy arrays."""
+) -> Path:
+    """The walk at a setting, in `count` calls."""
     law: Any = torque
     with precision(setting.dtype):
         numbers = jax.tree.map(np.asarray, (params, scene, None if callable(law) else law))
@@ -157,7 +130,7 @@ def _walked(
         walk = simulate(*given, law, duration, size, integrator=setting.integrator)
         states = jax.tree.map(lambda leaf: np.asarray(leaf)[1:], walk.states)
         status = np.maximum.accumulate(np.asarray(walk.contacts.status))
-    return Path(states.phase + np.pi * states.steps, states.foot_position, status), states
+    return Path(states.phase + np.pi * states.steps, states.foot_position, status)
 
 
 def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -173,30 +146,3 @@ def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
         return np.max(np.where(inside, off, 0.0), axis=-1)
 
     return largest(own.angle, truth.angle), largest(own.slide, truth.slide)
-
-
-NUDGE = 1e-4
-"""Distance between the starts of two compared walks [-], in own units."""
-
-
-def nudged(state: BipedState, length: Numeric, time: Numeric) -> BipedState:
-    """The state with phase, crank rate and the speed of a sliding foot changed by NUDGE each, in
-    the robot's own units: length [m], time [s]."""
-    velocity = jnp.asarray(state.foot_velocity)
-    inwards = jnp.where(jnp.asarray(state.phase) > (SUPPORT_START + SUPPORT_END) / 2, -1, 1)
-    return replace(
-        state,
-        phase=state.phase + NUDGE * inwards,
-        crank_rate=state.crank_rate + NUDGE / time,
-        foot_velocity=jnp.where(velocity != 0, velocity + NUDGE * length / time, velocity),
-    )
-
-
-def separation(one: BipedState, other: BipedState, length: Numeric) -> Float[Array, "..."]:
-    """Distance of two states in crank angle and slide / length, as a multiple of NUDGE [-].
-
-    The largest along two walks, one of which begins `nudged`, is about their amplification.
-    """
-    turned = jnp.asarray(one.phase) - other.phase
-    turned += np.pi * (jnp.asarray(one.steps) - other.steps).astype(turned.dtype)
-    return jnp.hypot(turned, (one.foot_position - other.foot_position) / length) / NUDGE

@@ -9,7 +9,7 @@ from stickslip.dynamics.names import TRACKS
 from stickslip.dynamics.ugv.odometer import Odometer, wheel_turns
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.poses import Pose, place, pose
-from stickslip.dynamics.ugv.recommendation import Recommendation, Setting, recommend
+from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
 from stickslip.dynamics.ugv.statics import (
     Equilibrium,
     Forces,
@@ -29,7 +29,6 @@ __all__ = [
     "Pose",
     "PoseSolver",
     "Recommendation",
-    "Setting",
     "Surface",
     "Track",
     "UGVParams",

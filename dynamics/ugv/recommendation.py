@@ -1,15 +1,13 @@
 """Settings recommended for an accuracy, from measured samples.
 
 `python -m benchmarks.ugv --update` measures and writes measured.json; docs/drives.md says
-how. Costs are seconds for each pose and its equilibrium on the machine named in
-`Recommendation.measured_on`.
+how. Costs are seconds for each pose and its equilibrium.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -18,16 +16,14 @@ from stickslip.dynamics.checks import (
     require_choice,
     require_integer,
     require_kind,
-    require_memory,
     require_number,
 )
 from stickslip.dynamics.measured import cheapest, in_nearest_batch, measured_beside
-from stickslip.dynamics.pytrees import settle
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
 from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.track import Track, track_of
+from stickslip.dynamics.ugv.track import Track
 from stickslip.dynamics.ugv.wheel import PoseSolver
 
 if TYPE_CHECKING:
@@ -38,10 +34,9 @@ MEASURED = measured_beside(__file__)
 status in their sample, not beaten by one of the same precision and checks in cost and in both
 promised errors.
 
-settings: solver, dtype, pieces of a table for the shortest wave. promises: ground, place, index of
-the setting, poses in the sample; errors of the torque over weight times radius [-] and of the rear
-contact in radii, each typical, promised and worst. costs: ground, index of the setting, poses at
-once, processor seconds for each pose.
+settings: solver, dtype. promises: ground, place, index of the setting, poses in the sample; errors
+of the torque over weight times radius [-] and of the rear contact in radii, each typical, promised
+and worst. costs: ground, index of the setting, poses at once, processor seconds for each pose.
 """
 GROUNDS = ("closed", "waves", "spline", "function")
 """Kinds of ground: a closed form, a sum of waves, a spline or table, a function
@@ -51,74 +46,24 @@ NEAR, FAR = 100.0, 20_000.0
 """Limits of near and far ground, in wheel radii from the origin: beyond FAR nothing is measured.
 Rounding grows with the coordinates."""
 DTYPES = ("float32", "float64")
-PIECE_BYTES = 512
-"""Working memory of a table for each piece while it is computed, about [bytes]."""
-
-
-@dataclass(frozen=True)
-class Setting:
-    """Solver, precision and table for a batch of poses. Static, hashable.
-
-    dtype: of the track and the numbers. pieces: of a table of quintics for each metre of the
-    track; None: the ground as it is.
-    """
-
-    solver: PoseSolver = field(default=PoseSolver())
-    dtype: str = "float64"
-    pieces: int | None = None
-
-    def __post_init__(self):
-        require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
-        require_choice("dtype", self.dtype, DTYPES)
-        if self.pieces is not None:
-            accepted = "None, or an integer >= 1"
-            pieces = require_integer("pieces", self.pieces, accepted=accepted)
-            settle(self, pieces=pieces)
-
-    def prepared(self, track: Track | str, params: UGVParams | None = None) -> Track:
-        """The track in this precision, and as a table where the setting has one.
-
-        The table reaches beyond the track's ends by the length of the vehicle (by default, the
-        default one) and is computed in float64, whatever its numbers become. Ground that is a
-        table or a spline stays what it is. Not for use inside a trace. ValueError for float64
-        without jax_enable_x64, and for a table that would not fit the memory limit.
-        """
-        track = track_of(track)
-        if jax.dtypes.canonicalize_dtype(self.dtype) != self.dtype:
-            raise ValueError("dtype = 'float64' without jax_enable_x64; accepted: 'float32'")
-        if self.pieces is None or isinstance(track.shape, Spline):
-            return track.astype(self.dtype)
-        margin = reach(UGVParams() if params is None else params)
-        first, last = float(track.start) - margin, float(track.end) + margin
-        # An integer may be too large for a float.
-        count = self.pieces * (last - first) if self.pieces < 2**53 else math.inf
-        require_memory(f"pieces = {self.pieces}", "pieces of a table", count, PIECE_BYTES)
-        with jax.enable_x64(True):
-            wide = track.astype("float64")
-            return wide.resampled(first, last, math.ceil(count)).astype(self.dtype)
-
-
-def reach(params: UGVParams) -> float:
-    """Greatest distance from the front contact at which a vehicle needs the ground [m]."""
-    lengths = (params.body_length, params.leg_length, params.wheel_radius)
-    body, leg, radius = (float(np.max(np.asarray(length))) for length in lengths)
-    return body + 2 * (leg + radius)
 
 
 @dataclass(frozen=True)
 class Recommendation:
-    """The cheapest measured setting whose promise meets a tolerance.
+    """The cheapest measured solver and precision whose promise meets a tolerance.
 
-    promised_error [-]: the worse of the torque's (over weight times wheel radius) and the rear
-    contact's (in wheel radii): with `confidence`, at most a part 1 - `quantile` of the poses of
-    the population has a larger one. typical_error: the median; worst_error: the largest that was
-    seen. poses: in the sample, each with a vehicle and ground of its own; none had a wrong status,
-    so that with 95 % confidence a part of at most 3 / poses has. population: where the poses
-    were drawn from: for others nothing is promised. cost: processor seconds for each pose and its
-    equilibrium, `batch` of them at once. ground, place: of the sample.
+    dtype: of the track (`Track.astype`) and of the numbers. promised_error [-]: the worse of the
+    torque's (over weight times wheel radius) and the rear contact's (in wheel radii): with
+    `confidence`, at most a part 1 - `quantile` of the poses of the population has a larger one.
+    typical_error: the median; worst_error: the largest that was seen. poses: in the sample, each
+    with a vehicle and ground of its own; none had a wrong status, so that with 95 % confidence a
+    part of at most 3 / poses has. population: where the poses were drawn from: for others nothing
+    is promised. cost: processor seconds for each pose and its equilibrium, `batch` of them at once.
+    ground, place: of the sample.
     """
 
-    setting: Setting
+    solver: PoseSolver
+    dtype: str
     typical_error: float
     promised_error: float
     worst_error: float
@@ -132,24 +77,20 @@ class Recommendation:
     confidence: float = MEASURED["confidence"]
 
 
-def promises(shortest: float = 1.0) -> Iterator[Recommendation]:
-    """Every measured setting, all without a wrong status in their sample.
-
-    shortest: frequency of the ground's shortest wave [cycles/m], by which tables have their pieces.
-    """
-    settings = [
-        Setting(PoseSolver(**of), dtype, n and max(1, math.ceil(n * shortest)))
-        for of, dtype, n in MEASURED["settings"]
-    ]
+def promises() -> Iterator[Recommendation]:
+    """Every measured setting, all without a wrong status in their sample."""
+    settings = [(PoseSolver(**of), dtype) for of, dtype in MEASURED["settings"]]
     drawn = MEASURED["population"]
     for ground, place, index, poses, torque, contact in MEASURED["promises"]:
         words = drawn["grounds"][ground], drawn["everywhere"], drawn["places"][place]
         population = "; ".join([*words, drawn["vehicles"]])
         typical, promised, worst = map(max, torque, contact)
+        solver, dtype = settings[index]
         for priced, of, batch, cost in MEASURED["costs"]:
             if (priced, of) == (ground, index):
                 yield Recommendation(
-                    setting=settings[index],
+                    solver=solver,
+                    dtype=dtype,
                     typical_error=typical,
                     promised_error=promised,
                     worst_error=worst,
@@ -182,9 +123,8 @@ def recommend(
 
     What is promised is a quantile over random vehicles, ground and postures, not a bound on every
     pose: Recommendation says which.
-    Tables are recommended only for a Track of waves, by its shortest one: elsewhere the ground's
-    finest feature is not known. Raises ValueError with the best promise if none meets the
-    tolerance, and for ground that nothing was measured on.
+    Raises ValueError with the best promise if none meets the tolerance, and for ground that nothing
+    was measured on.
     """
     rule = {"low": 0.0, "strict": True, "accepted": "a finite error > 0", "dtype": np.float64}
     require_number("tolerance", tolerance, **rule)
@@ -195,25 +135,16 @@ def recommend(
         require_choice("dtype", dtype, DTYPES)
     ground = ground_of(track)
     place = place_of(track, float(np.min(np.asarray(params.wheel_radius))))
-    waves = ground == "waves" and isinstance(track, Track)
     points = (
         point
-        for point in promises(_shortest_wave(track) if waves else 1.0)
+        for point in promises()
         if (point.ground, point.place) == (ground, place)
-        and dtype in (None, point.setting.dtype)
-        and (point.setting.solver.samples > 0 or not checks)
-        and (point.setting.pieces is None or waves)
+        and dtype in (None, point.dtype)
+        and (point.solver.samples > 0 or not checks)
     )
     refusal = f"no measured setting promises it on ground {ground!r}, {place} the origin"
     none = "other ground, precision or checks: no setting was free of wrong statuses here"
     return cheapest(in_nearest_batch(points, batch), tolerance, refusal, none)
-
-
-def _shortest_wave(track: Any) -> float:
-    """Frequency of the shortest wave that a ground has [cycles/m]."""
-    waves = track.shape
-    heard = np.asarray(waves.amplitudes) != 0
-    return float(np.max(np.where(heard, np.abs(np.asarray(waves.frequencies, float)), 0.0)))
 
 
 def ground_of(track: Track | str) -> str:

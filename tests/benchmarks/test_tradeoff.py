@@ -2,10 +2,8 @@
 
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -13,10 +11,7 @@ from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import promises
 from benchmarks.tradeoff.__main__ import cost_of
-from benchmarks.tradeoff.amplification import amplification
 from benchmarks.tradeoff.population import both
-from stickslip.dynamics.biped import BipedState
-from stickslip.dynamics.biped.walk_check import Path as Walked
 
 ROOT = Path(__file__).parents[2]
 
@@ -100,21 +95,3 @@ def test_the_command_measures_and_writes(tmp_path, monkeypatch):
     assert (tmp_path / "PICTURE.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "DATA.png").read_text())["costs_measured_on"]
     assert "| smooth |" in (tmp_path / "DOCUMENT.png").read_text()
-
-
-def test_the_amplification_is_the_largest_singular_value():
-    rng = np.random.default_rng(3)
-    matrix, length, time = rng.normal(size=(5, 2, 4)), 0.03, 0.055
-    state = BipedState(phase=2.0, crank_rate=3.0, foot_velocity=0.1).astype("float32")
-
-    def linear(state):
-        start = [state.phase, state.crank_rate * time, state.foot_position / length]
-        start = jnp.stack([*start, state.foot_velocity * time / length])
-        out = jnp.asarray(matrix, "float32") @ start
-        return Walked(out[:, 0], out[:, 1] * length, None)
-
-    for velocity, columns in ((0.1, 4), (0.0, 3)):
-        given = replace(state, foot_velocity=jnp.asarray(velocity, "float32"))
-        _, found = amplification(linear, given, length, time)
-        expected = np.linalg.norm(matrix[:, :, :columns], 2, axis=(1, 2))
-        np.testing.assert_allclose(found, expected, rtol=1e-5)

@@ -89,9 +89,6 @@ def test_a_promise_says_of_which_walks_how_many_and_what_it_leaves_out():
     assert "mu_static 0.02 to 0.5" in found.population
     assert "check_walk" in found.population
     assert 0 <= found.otherwise < 0.2
-    assert found.covers(100.0, found.duration)
-    assert not found.covers(1e3, found.duration)
-    assert not found.covers(100.0, 2 * found.duration)
 
 
 def test_more_walks_in_a_promise_make_it_no_cheaper():
@@ -102,9 +99,6 @@ def test_more_walks_in_a_promise_make_it_no_cheaper():
 def test_steps_errors_and_costs_scale_with_the_robots_own_time():
     robot = default_params("float32")
     small = replace(robot, crank=jnp.asarray(0.030 / 4))
-    assert recommend(1e-4, params=small).duration == pytest.approx(
-        1.0
-    )  # of 2 s for the default one
     one = recommend(1e-4, "ice", params=robot)
     two = recommend(2e-4, "ice", params=small)
     assert two.setting == replace(one.setting, dt=two.setting.dt)

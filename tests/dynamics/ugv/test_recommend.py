@@ -5,9 +5,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import Setting, Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import Waves
-from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.recommendation import (
     FAR,
     GROUNDS,
@@ -16,7 +15,6 @@ from stickslip.dynamics.ugv.recommendation import (
     ground_of,
     place_of,
     promises,
-    reach,
     recommend,
 )
 
@@ -31,11 +29,10 @@ def three_sines(x):
 SINES = Track.from_function(three_sines, 0.0, 10.0)
 
 
-def as_waves(scale: float = 1.0) -> Track:
-    """The three sines, all lengths scaled."""
+def as_waves() -> Track:
+    """The three sines as waves."""
     sizes, k = np.array([0.05, 0.02, 0.006]), np.array([2.0, 5.0, 9.0])
-    phases = np.array([0.3, 1.0, 2.0]) - np.pi / 2
-    return Track(Waves(scale * sizes, k / (2 * np.pi * scale), phases), 0.0, 10.0 * scale)
+    return Track(Waves(sizes, k / (2 * np.pi), np.array([0.3, 1.0, 2.0]) - np.pi / 2), 0.0, 10.0)
 
 
 def asked(tolerance: float, **options):
@@ -53,14 +50,14 @@ def asked(tolerance: float, **options):
 def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
     track = as_waves() if kind == "waves" else SINES
     found = recommend(tolerance, 16384, track, checks=False)
-    params, setting = UGVParams(), found.setting
+    params = UGVParams()
     random = np.random.default_rng(0)
     x = random.uniform(0, 10, 200)
     angles = random.uniform(params.leg_angle_min, params.leg_angle_max, (200, 2))
     with jax.enable_x64(True):
         truth = equilibrium(params, track.astype("float64"), x, angles)
-        given = (jnp.asarray(v, setting.dtype) for v in (x, angles))
-        own = equilibrium(params, setting.prepared(track), *given, solver=setting.solver)
+        given = (jnp.asarray(v, found.dtype) for v in (x, angles))
+        own = equilibrium(params, track.astype(found.dtype), *given, solver=found.solver)
     np.testing.assert_array_equal(own.status, truth.status)
     torque, contact = (
         np.max(np.abs(np.asarray(one, float) - np.asarray(other, float)))
@@ -81,8 +78,7 @@ def test_no_measured_setting_is_cheaper_and_promises_enough(ground, checks):
             point
             for point in promises()
             if (point.ground, point.place, point.batch) == (ground, "near", batch)
-            and (point.setting.solver.samples > 0 or not checks)
-            and point.setting.pieces is None
+            and (point.solver.samples > 0 or not checks)
         ]
         answers = [asked(t, batch=batch, track=ground, checks=checks) for t in TOLERANCES]
         assert any(found is not None for found in answers)
@@ -94,7 +90,6 @@ def test_no_measured_setting_is_cheaper_and_promises_enough(ground, checks):
                     found.typical_error <= found.promised_error <= min(found.worst_error, tolerance)
                 )
                 assert found.cost == min(p.cost for p in good)
-                assert found.setting.pieces is None
 
 
 def test_a_promise_names_its_sample_and_its_batch():
@@ -103,17 +98,9 @@ def test_a_promise_names_its_sample_and_its_batch():
         assert found.poses >= 10_000
         assert found.quantile >= 0.99
         assert "wheel radii from the origin" in found.population
-        assert (found.ground, found.setting.dtype) == (ground, "float64")
+        assert (found.ground, found.dtype) == (ground, "float64")
     assert recommend(1e-3, 2).batch == BATCHES[0]
     assert recommend(1e-3, 10**7).batch == BATCHES[-1]
-
-
-def test_a_table_has_its_pieces_by_the_shortest_wave():
-    found = {s: recommend(1e-5, 16384, as_waves(s), checks=False) for s in (1.0, 0.25)}
-    pieces = [one.setting.pieces for one in found.values()]
-    assert pieces[1] == pytest.approx(4 * pieces[0], abs=4)
-    assert found[1.0].promised_error == found[0.25].promised_error
-    assert recommend(1e-5, 16384, "waves", checks=False).setting.pieces is None
 
 
 @pytest.mark.parametrize(
@@ -146,32 +133,3 @@ def test_a_track_is_judged_by_how_its_ground_is_given_and_where():
     assert [place_of(track, 0.28) for track in (Track.step(), high)] == list(PLACES)
     assert place_of(Track.bump(end=0.27 * NEAR), 0.28) == "near"
     assert place_of(Track.bump(end=0.27 * FAR), 0.28) == "far"
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"solver": "newton"}, "solver = 'newton'; accepted: a PoseSolver"),
-        ({"dtype": "float46"}, r"did you mean float\d\d\?"),
-        ({"pieces": 0}, "pieces = 0; accepted: None, or an integer"),
-        ({"pieces": "8"}, "pieces = '8'"),
-    ],
-)
-def test_a_setting_refuses_what_it_does_not_know(options, message):
-    with pytest.raises(ValueError, match=message):
-        Setting(**options)
-
-
-def test_a_table_that_does_not_fit_is_refused_before_it_is_made(float64):
-    with pytest.raises(ValueError, match=r"pieces of a table, about .* bytes; accepted: what"):
-        Setting(pieces=10**400).prepared(Track.bump())
-
-
-def test_a_table_holds_the_whole_vehicle_at_both_ends(float64):
-    params = UGVParams(body_length=4.0, leg_length=1.5, wheel_radius=1.2)
-    track = Track.sinusoid(amplitude=0.1, wavelength=3.0)
-    table = Setting(pieces=64).prepared(track, params)
-    assert isinstance(table.shape, Spline)
-    assert Setting(pieces=4).prepared(table).shape.knots.shape == table.shape.knots.shape
-    x = np.array([track.start - reach(params), track.end + reach(params)])
-    np.testing.assert_allclose(table.height(x), track.height(x), atol=1e-9)
