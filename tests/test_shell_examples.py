@@ -22,7 +22,6 @@ from tests.test_examples import commands
 
 NOT_RUN = {
     r"^(pip|make|dask|python|uvx) ": "installs, starts a cluster, or measures",
-    r"bench throughput": "measures",
     r"--scheduler": "needs what a test of its own starts",
 }
 """What of a line says that it is left out, and why."""

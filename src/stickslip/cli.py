@@ -52,7 +52,6 @@ EXTRAS = {
     "distributed": "sweep",
     "filelock": "sweep",
     "onnx": "onnx",
-    "argcomplete": "completion",
 }
 """Optional packages and the extra that brings them."""
 
@@ -61,8 +60,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return the exit status: 0, 1 where nothing was found or a simulated machine
     did not get to the end, 2 for wrong input, 128 and a signal's number where one ended it (130
     after Ctrl-C), 141 where the reader of the output left before its end."""
-    if "_ARGCOMPLETE" in os.environ:  # a shell asks what may follow
-        _complete()
     prepare_streams()
     try:
         with handled(interrupt):
@@ -184,26 +181,6 @@ def prepare_streams() -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif getattr(stream, "errors", None) == "strict" and hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue]
-
-
-def _complete() -> None:
-    """Print what may follow the line in the environment, as a shell's script reads it, and leave.
-
-    argcomplete runs this program for each Tab, so commands have the flags of the machine that
-    stands on the line. An open quotation mark is no obstacle.
-    """
-    import argcomplete
-
-    line = os.environ.get("COMP_LINE", "")[: int(os.environ.get("COMP_POINT", "0") or 0)]
-    words = line.replace("'", " ").replace('"', " ").split()[1:]
-    argcomplete.autocomplete(make_parser(words), always_complete_options="long")
-
-
-def completion_command(flags: Mapping[str, Any]) -> None:
-    """Print the script that a shell is to read."""
-    import argcomplete
-
-    print(argcomplete.shellcode(["stickslip"], shell=flags["shell"]), end="")
 
 
 class _Version(argparse.Action):

@@ -173,21 +173,10 @@ COMMANDS = {
         },
     ),
     "bench": Command(
-        "measure: speed, accuracy, optimisers, this package beside others",
+        "races of optimisers on the suite's instances",
         "flags:bench_flags",
-        "benchmarks:bench_command",
-        {
-            "stickslip bench": "all benchmarks, and which of them run here",
-            "stickslip bench throughput --quick": "environment steps a second, in some minutes",
-        },
-        compiles=False,
-    ),
-    "completion": Command(
-        "what makes a shell complete commands, flags and names",
-        "flags:completion_flags",
-        "cli:completion_command",
-        {"stickslip completion bash >> ~/.bashrc": "in bash"},
-        json=False,
+        "races:bench_command",
+        {"stickslip bench optimisers methods": "names of the methods"},
         compiles=False,
     ),
 }
@@ -196,7 +185,6 @@ GROUPS = {
     "train": ("train", "demo"),
     "optimise": ("optimise",),
     "study": ("robot", "sweep", "reproduce", "bench"),
-    "shell": ("completion",),
 }
 """The commands by purpose, in the order of the help."""
 EXAMPLES = {

@@ -10,9 +10,9 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.machine import machine_by_name, machines
-from stickslip.agents.policy.shipped import shipped_names, shipped_titles
+from stickslip.agents.policy.shipped import shipped_titles
 from stickslip.envs.tasks.definition import TASKS
-from stickslip.parser import completes, flag_of, truth
+from stickslip.parser import flag_of, truth
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,12 +22,6 @@ if TYPE_CHECKING:
     from stickslip.agents.training.configuration import Configuration
     from stickslip.parser import Parser
 
-HOW = {
-    "bash": 'eval "$(stickslip completion bash)", in ~/.bashrc',
-    "zsh": 'eval "$(stickslip completion zsh)", in ~/.zshrc',
-    "fish": "stickslip completion fish | source, in ~/.config/fish/config.fish",
-}
-"""Place of the output of `stickslip completion` for each shell."""
 AXIS_VALUES = {
     "LOW:HIGH:N": "N values, evenly spaced",
     "LOW:HIGH:N:log": "the same, evenly spaced in the logarithm",
@@ -47,8 +41,6 @@ def train_flags(parser: Parser, machine: str) -> None:
     kind = machine_by_name(machine).configuration
     add_fields(parser, kind)
     parser.add_parts("changes", kind.PARTS)
-    if "--task" in parser._option_string_actions:
-        completes(parser._option_string_actions["--task"], TASKS)
 
 
 def add_fields(parser: Parser, kind: type[Configuration]) -> None:
@@ -96,7 +88,7 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     about = "for each (default: 32; of a task, those it was measured on)"
     add("--episodes", type=int, help=about)
     about = "a task of `stickslip tasks`, in place of the policies' own: with scores and the gap"
-    completes(add("--task", metavar="TASK", help=about), TASKS)
+    add("--task", metavar="TASK", help=about)
     add("--out", metavar="DIR", help="write evaluation.csv and .json there")
     add_overwrite(parser, "what is in --out")
     _add_scene(parser, many=True)
@@ -120,8 +112,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     """Add policies, axes, the machine's task, and workers."""
     machine, add = machine_by_name(name), parser.add_argument
     about = "policy files, directories of training runs and baselines, see below"
-    policy = add("--policy", nargs="+", required=True, metavar="POLICY", help=about)
-    completes(policy, _policy_names())
+    add("--policy", nargs="+", required=True, metavar="POLICY", help=about)
     about = "a parameter of the task and its values, see below; repeatable"
     add("--axis", action="append", default=[], metavar="NAME=VALUES", help=about)
     add("--episodes", type=int, default=32, help="of each point (default: %(default)s)")
@@ -132,7 +123,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     add("--scheduler", metavar="ADDRESS", help="the workers of a Dask scheduler")
     group = parser.add_argument_group(f"the task of the {machine.title}")
     about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
-    completes(group.add_argument("--task", nargs="+", metavar="TASK", help=about), TASKS)
+    group.add_argument("--task", nargs="+", metavar="TASK", help=about)
     group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
     for option in machine.options():
         option.add_to(group)
@@ -191,7 +182,7 @@ def reproduce_flags(parser: Parser, _: object) -> None:
 
     add = parser.add_argument
     about = f"one or more of those below, or {EVERYTHING}"
-    completes(add("figures", nargs="+", metavar="FIGURE", help=about), (*FIGURES, EVERYTHING))
+    add("figures", nargs="+", metavar="FIGURE", help=about)
     about = "where files go (default: %(default)s)"
     add("--out", metavar="DIR", default="figures", help=about)
     add_overwrite(parser, "files in --out")
@@ -202,18 +193,8 @@ def reproduce_flags(parser: Parser, _: object) -> None:
 
 def bench_flags(parser: Parser, _: object) -> None:
     """Add the benchmark's name; all that follows it is its own."""
-    from stickslip.benchmarks import BENCHMARKS
-
-    name = parser.add_argument("name", nargs="?", metavar="NAME", help="one of those below")
-    completes(name, BENCHMARKS)
-    parser.add_argument("rest", nargs=argparse.REMAINDER, help="what the benchmark takes")
-    parser.tables = {"benchmarks": BENCHMARKS}
-
-
-def completion_flags(parser: Parser, _: object) -> None:
-    """Add the shell."""
-    parser.add_argument("shell", choices=tuple(HOW), help="that reads what is printed")
-    parser.tables = {"where it goes": HOW}
+    parser.add_argument("name", choices=("optimisers",), help="on the suite's instances")
+    parser.add_argument("rest", nargs=argparse.REMAINDER, help="see `bench optimisers --help`")
 
 
 def add_overwrite(parser: Parser, what: str = "the files") -> None:
@@ -224,19 +205,12 @@ def add_overwrite(parser: Parser, what: str = "the files") -> None:
 def _add_names(parser: Parser, tables: dict[str, Mapping[str, str]]) -> None:
     """Add any number of the names in a table."""
     about = "one or more of those below"
-    names = parser.add_argument("names", nargs="*", metavar="NAME", help=about)
-    completes(names, (name for table in tables.values() for name in table))
+    parser.add_argument("names", nargs="*", metavar="NAME", help=about)
     parser.tables = tables
 
 
 def _add_policies(parser: Parser, about: str = POLICY, nargs: str | None = None) -> None:
-    policies = parser.add_argument("who", metavar="POLICY", nargs=nargs, help=about)
-    completes(policies, _policy_names())
-
-
-def _policy_names() -> tuple[str, ...]:
-    """The package's policies and every machine's baselines."""
-    return (*shipped_names(), *(name for one in machines() for name in one.baselines))
+    parser.add_argument("who", metavar="POLICY", nargs=nargs, help=about)
 
 
 def _shipped() -> dict[str, Mapping[str, str]]:
@@ -248,14 +222,13 @@ def _add_scene(parser: Parser, many: bool) -> None:
     every = machines()
     usual = [machine.usual_scene(viewed=not many) for machine in every if machine.scenes]
     about = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
-    scene = parser.add_argument(
+    parser.add_argument(
         "--scene",
         dest="scenes",
         metavar="NAME,..." if many else "NAME",
         type=lambda text: text.split(",") if many else [text],
         help=f"floor or ground, see below {about}",
     )
-    completes(scene, (name for machine in every for name in machine.scenes))
     parts = [part for machine in every for part in machine.configuration.PARTS]
     parser.add_parts("changes", parts)
     for machine in every:

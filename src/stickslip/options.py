@@ -91,7 +91,7 @@ class TrackOptions(VehicleOptions):
     """Ground, waypoints and limits of a drive."""
 
     track: str = option(
-        "bump", f"{', '.join(TRACKS)}, or a file of x and y or GPX", names=TRACKS, metavar="TRACK"
+        "bump", f"{', '.join(TRACKS)}, or a file of x and y or GPX", metavar="TRACK"
     )
     track_options: list[str] = option(
         [],
@@ -138,7 +138,6 @@ class WalkOptions(RobotOptions, SimulationFiles):
         f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})",
         choices=SCENES,
         metavar="NAME",
-        names=SCENES,
     )
     mu_static: list[float] | None = option(None, "one floor instead, or one for each patch")
     mu_kinetic: list[float] | None = option(None, "kinetic friction (default: the static one)")
@@ -149,7 +148,6 @@ class WalkOptions(RobotOptions, SimulationFiles):
         "fidelity, integrator, step and precision, see below",
         choices=tuple(SETTINGS),
         metavar="NAME",
-        names=SETTINGS,
     )
     phase: float | None = set_option(None, "crank angle at the start [rad] (default: pi/2)")
     foot_velocity: float = set_option(0.0, "at the start [m/s]")
@@ -184,10 +182,8 @@ class ResultFiles:
 class PostureOptions(TrackOptions, ResultFiles):
     """A posture problem and the method that solves it."""
 
-    criterion: str = option(
-        "wheel_energy", "objective, see below", names=CRITERIA_IN_WORDS, metavar="NAME"
-    )
-    method: str = option("dp", "see below", names=METHODS, metavar="NAME")
+    criterion: str = option("wheel_energy", "objective, see below", metavar="NAME")
+    method: str = option("dp", "see below", metavar="NAME")
     seed: int | None = option(None, "of the method cma")
     out: str | None = option(None, "directory (default: runs/ugv-TRACK-CRITERION-METHOD)")
     overlap: bool = set_option(False, "let the wheels overlap, as the chapter does; no vehicle can")
@@ -209,9 +205,7 @@ class PostureOptions(TrackOptions, ResultFiles):
 class GaitOptions(RobotOptions, ResultFiles):
     """A gait problem."""
 
-    objective: str = option(
-        "time", "see below, or a sum: time=1,energy=0.2", names=OBJECTIVES, metavar="NAME"
-    )
+    objective: str = option("time", "see below, or a sum: time=1,energy=0.2", metavar="NAME")
     mu: list[float] | None = option(
         None, "static friction, one number or one a step (default: the foot never slips)"
     )

@@ -28,8 +28,7 @@ Tables = Mapping[str, Mapping[str, str]]
 def option(default: Any = MISSING, about: str = "", **how: Any) -> Any:
     """A field of a dataclass of options, see `add_options`.
 
-    how: names: completed by shells; flag: where it is not the field's name; and options of
-    `add_argument`.
+    how: flag: where it is not the field's name; and options of `add_argument`.
     """
     metadata = {"about": about, "how": how}
     if isinstance(default, list):
@@ -58,7 +57,7 @@ def add_options(parser: Parser, kind: type) -> None:
             parser.add_parts(one.name, one.metadata["parts"])
             continue
         how: dict[str, Any] = dict(one.metadata["how"])
-        setting, names = how.pop("setting", False), how.pop("names", ())
+        setting = how.pop("setting", False)
         flag = how.pop("flag", flag_of(one.name))
         default = [] if one.default_factory is list else one.default
         how = _form(hints[one.name], default, setting) | {"help": one.metadata["about"]} | how
@@ -72,7 +71,7 @@ def add_options(parser: Parser, kind: type) -> None:
         how["help"] = how["help"].replace("%", "%%")
         if default is True:
             flag = f"--no-{flag[2:]}"
-        completes(parser.add_argument(flag, dest=one.name, **how), names)
+        parser.add_argument(flag, dest=one.name, **how)
 
 
 def options_of(kind: type[T], flags: Mapping[str, Any]) -> T:
@@ -241,16 +240,3 @@ def examples_text(examples: Mapping[str, str]) -> str:
     """Format command lines and their purposes."""
     lines = (f"  {about}:\n    {line}" for line, about in examples.items())
     return "\n".join(["examples:", *lines])
-
-
-def completes(action: argparse.Action, names: Iterable[str]) -> None:
-    """Offer names for an argument in shells; where none begins as what is typed, files."""
-    known = tuple(names)
-
-    def beginning(prefix: str, **_: object) -> list[str]:
-        from argcomplete.completers import FilesCompleter
-
-        return [name for name in known if name.startswith(prefix)] or FilesCompleter()(prefix)
-
-    if known:
-        action.completer = beginning  # type: ignore[attr-defined], argcomplete looks for it

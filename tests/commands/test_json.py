@@ -40,7 +40,6 @@ def test_what_is_not_finite_is_null_and_every_column_has_a_unit():
     [
         (["tasks"], "tasks", list(TASKS)),
         (["policies"], "policies", list(shipped_names())),
-        (["bench"], "benchmarks", None),
     ],
 )
 def test_lists_are_one_object(capsys, command: list[str], key: str, names: list[str] | None):
@@ -55,7 +54,7 @@ def test_lists_are_one_object(capsys, command: list[str], key: str, names: list[
 
 
 def test_commands_with_a_table_have_the_flag_and_only_they(capsys):
-    without = {"train", "view", "export", "completion"}
+    without = {"train", "view", "export"}
     for name in COMMANDS:
         assert COMMANDS[name].json is not (name in without)
     assert main(["export", "biped-ice", "--out", "x.npz", "--json"]) == WRONG_INPUT
