@@ -2,79 +2,73 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jax
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    BODIES,
-    BipedParams,
-    InverseDynamics,
-    Kinematics,
-    exchange_mismatch,
-    step_length,
-)
-from stickslip.dynamics.biped.robot_file import BARS as UNITS
+from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.robot_file import ROBOT
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.machine_file import machine_in
+from stickslip.dynamics.status import Status
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv.vehicle_file import VEHICLE
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.biped import BipedFrame, biped_drawing
 from stickslip.envs.rendering.extras import require
-from stickslip.envs.rendering.linkage import BARS
-from stickslip.envs.rendering.sheet import legend, make_sheet, name_panel, png
-from stickslip.optim import GaitProblem, solve
+from stickslip.envs.rendering.linkage import Mechanism
+from stickslip.envs.rendering.scene import draw_machine
+from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled
+from stickslip.optim import GaitProblem, PostureProblem, solve
 from stickslip.optim.gait.profile import MISMATCH
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.biped import TORQUE_LIMIT
+from stickslip.optimise.picture import vehicles_drawing
 from stickslip.paper.start import torque_by_work
-from stickslip.paper.steady import phases, poses, steady
+from stickslip.paper.steady import friction_use, phases, steady
 from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 from stickslip.records.table import Column, Content, Table
-from stickslip.vehicle import same_scale, vehicle_page, vehicle_template
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Page: TypeAlias = "tuple[dict[str, str], dict[str, Table], Figure]"
+    from stickslip.envs.rendering.drawing import Drawing
+
+TEMPLATES = Path(__file__).parent / "templates"
 RATES = np.arange(0.5, 10.01, 0.5)
 """Constant crank rates of the curve of friction [rad/s]."""
 CELLS = 400
 """Crank angles of a step."""
 MOST_RATE = 40.0
-HEAD = """# A robot for stickslip: uniform bars, a hip and two feet. Every line is optional.
-# Numbers are in SI units, or texts with their units: 0.04 or "40 mm".
-# `stickslip robot FILE` checks the file.
-machine = "biped"
-payload = 0.0  # on the hip [kg]
-gravity = 9.81  # [m/s^2]
+POSES = 4
+"""Drawn of a robot or a vehicle."""
+SLOPES = np.linspace(0.0, 1.0, 21)
+HEIGHTS = (0.05, 0.1, 0.15, 0.2)
+"""Heights of steps of the default length, 0.5 m [m]."""
+ANGLES = 31
+"""Angles of each leg that are tried on a slope."""
+AMPLE = 10.0
+"""Friction at which no wheel slips, to ask for the least [-]."""
 
-[motor]
-torque_limit = "4 N m"
-copper_loss = 0.5  # winding loss for each torque squared [W/(N m)^2]
 
-[bars]
-"""
-TAIL = """
-# A link in place of its bar, as CAD gives it: mass, centre of mass from its first pin along and
-# across the link, moment of inertia about the centre.
-# [links.tibia]
-# mass = "800 g"
-# centre = ["270 mm", "0 mm"]
-# inertia = "1.9e4 kg mm^2"
-"""
+class Page(NamedTuple):
+    """What is told of a machine. needed: least friction at each x of the curve, named `below`."""
+
+    facts: dict[str, str]
+    tables: dict[str, Table]
+    drawing: Drawing
+    x: np.ndarray
+    needed: np.ndarray
+    below: str
 
 
 def robot_command(flags: Mapping[str, Any]) -> Content:
     """Check a machine's file, print its numbers and draw it; or write a template."""
     path = Path(flags["file"])
     if flags["new"]:
-        text = template() if flags["machine"] == "biped" else vehicle_template()
-        write_whole(path, text, overwrite=False)
+        write_whole(path, (TEMPLATES / f"{flags['machine']}.toml").read_bytes(), overwrite=False)
         print(f"Written: {path}")
         return Content(facts={"files": [str(path)]})
     picture = Path(flags["out"]) if flags["out"] else path.with_suffix(".png")
@@ -82,39 +76,31 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
     require_new([picture], flags["overwrite"])
     require_writable([picture])
     require("matplotlib.figure")
-    if machine_in(path) == "ugv":
-        facts, tables, figure = vehicle_page(path, flags["changes"], flags["mu"])
-    else:
-        facts, tables, figure = robot_page(path, flags["changes"], flags["mu"])
+    make = vehicle_page if machine_in(path) == "ugv" else robot_page
+    page = make(path, flags["changes"], flags["mu"])
     columns = [Column("name", words=True), Column("value", words=True)]
-    print(Table(columns, list(facts.items())).terminal(head=False))
-    for table in tables.values():
+    print(Table(columns, list(page.facts.items())).terminal(head=False))
+    for table in page.tables.values():
         print(table.rounded(4).terminal())
-    write_whole(picture, png(figure, path.name), overwrite=flags["overwrite"])
+    write_whole(picture, png(draw(page), path.name), overwrite=flags["overwrite"])
     print(f"Written: {picture}")
-    return Content(tables, {"facts": facts, "files": [str(picture)]})
+    return Content(page.tables, {"facts": page.facts, "files": [str(picture)]})
 
 
 def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
-    """Facts in words, tables and the picture of a robot."""
+    """What is told of a robot: friction at constant crank rates, fastest motions."""
     limit = ROBOT.read(path, changes).get("motor.torque_limit", TORQUE_LIMIT)
     with precision("float64"):
         robot = BipedParams.from_file(path, changes)
         jolt = float(exchange_mismatch(robot))
-        facts, rates = facts_of(robot, jolt, limit), friction_by_rate(robot)
+        rates, facts = friction_by_rate(robot), facts_of(robot, jolt, limit)
     fastest = fastest_table(robot, limit, frictions, jolt < MISMATCH)
-    say_stage("drawing")
-    return facts, {"friction": rates, "fastest": fastest}, draw(robot, rates, fastest)
-
-
-def template() -> str:
-    """A file of the reference robot, with every argument of `BipedParams.from_bars`."""
-    lines = [HEAD]
-    for name, one in inspect.signature(BipedParams.from_bars).parameters.items():
-        if name not in ("dtype", "payload", "gravity"):
-            value = list(one.default) if isinstance(one.default, tuple) else one.default
-            lines.append(f"{name} = {value}  # [{UNITS.get(name, 'crank lengths')}]\n")
-    return "".join([*lines, TAIL])
+    apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
+    frames = BipedFrame(np.asarray(phases(POSES)[:-1]), (), 1.0, floor_position=apart)
+    drawing = biped_drawing(frames, Mechanism(robot), np.zeros(POSES, bool))
+    needed = np.array([row[1] for row in rates.rows])
+    tables = {"friction": rates, "fastest": fastest}
+    return Page(facts, tables, drawing, RATES, needed, "constant crank rate [rad/s]")
 
 
 def facts_of(robot: BipedParams, jolt: float, limit: float) -> dict[str, str]:
@@ -131,20 +117,13 @@ def facts_of(robot: BipedParams, jolt: float, limit: float) -> dict[str, str]:
     }
 
 
-def demand(motion: InverseDynamics) -> float:
-    """The least friction coefficient that holds the foot over a step; inf where it lifts."""
-    normal = np.asarray(motion.normal_force)
-    if np.any(normal <= 0):
-        return float("inf")
-    return float(np.max(np.abs(np.asarray(motion.friction_force)) / normal))
-
-
 def friction_by_rate(robot: BipedParams) -> Table:
     """Least friction and peak torque at constant crank rates."""
     rows = []
     for rate in RATES:
         motion = steady(robot, phases(CELLS), rate)
-        rows.append([float(rate), demand(motion), float(np.max(np.abs(motion.torque)))])
+        peak = float(np.max(np.abs(motion.torque)))
+        rows.append([float(rate), float(friction_use(motion).max()), peak])
     names = (Column("rate", "rad/s"), Column("least_friction"), Column("peak_torque", "N m"))
     return Table(names, rows)
 
@@ -169,56 +148,99 @@ def fastest_table(
 
 def fastest_rate(robot: BipedParams, mu: float) -> float:
     """The largest rate [rad/s] up to which a friction is enough at every constant one."""
-
-    def needs(rate: float) -> float:
-        return demand(steady(robot, phases(CELLS), rate))
-
     low, high = 0.0, MOST_RATE
-    if needs(low) > mu:
-        return 0.0
     for _ in range(30):
         middle = (low + high) / 2
-        low, high = (middle, high) if needs(middle) <= mu else (low, middle)
+        enough = friction_use(steady(robot, phases(CELLS), middle)).max() <= mu
+        low, high = (middle, high) if enough else (low, middle)
     return low
 
 
-def draw(robot: BipedParams, rates: Table, fastest: Table) -> Figure:
-    """The robot at four phases of a step over the friction that a constant rate needs."""
-    figure, axes = make_sheet(2, 4, (11, 7), heights=(3, 2), sharex=False)
+def vehicle_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
+    """What is told of a vehicle: the slopes and steps that it can pass, and at what friction."""
+    vehicle = UGVParams.from_file(path, changes)
+    limit = VEHICLE.read(path, changes).get("motor.torque_limit")
+    slopes = np.array([slope_friction(vehicle, float(one), limit) for one in SLOPES])
+    climbs = [[mu, steepest(slopes, mu)] for mu in frictions]
+    steps = []
+    for height in HEIGHTS:
+        say_stage(f"step of {100 * height:g} cm")
+        steps.append([height, step_friction(vehicle, height, limit)])
+    tables = {
+        "slopes": Table((Column("friction"), Column("steepest_slope")), climbs),
+        "steps": Table((Column("step", "m"), Column("least_friction")), steps),
+    }
+    low, high = (float(one) for one in (vehicle.leg_angle_min, vehicle.leg_angle_max))
+    passed = [height for height, mu in steps if mu is not None]
+    tried = f"{passed[-1]:g} m" if passed else "none"
+    facts = {
+        "total mass, one side": f"{float(vehicle.weight / vehicle.gravity):.4g} kg",
+        "leg angles": f"{np.degrees(low):.4g} to {np.degrees(high):.4g} degrees",
+        "motor": "no limit" if limit is None else f"{limit:g} N m at each wheel",
+        "highest of the steps tried": f"{tried}, smoothed over 0.5 m",
+    }
+    places = 4.0 + 2 * float(vehicle.body_length + 2 * vehicle.leg_length) * np.arange(POSES)
+    middle = (low + high) / 2
+    angles = [middle, middle, high, high, middle, high, high, middle]
+    flat = PostureProblem(vehicle, Track.flat(end=places[-1] + 4.0), places)
+    drawing = vehicles_drawing(flat, flat.stations(np.array(angles)), np.arange(POSES))
+    return Page(facts, tables, drawing, SLOPES, slopes, "slope [-]")
+
+
+def slope_friction(vehicle: UGVParams, slope: float, limit: float | None) -> float:
+    """The least friction that holds the vehicle on a slope in its best posture; inf where no
+    posture stands, or the motors are too weak."""
+    legs = np.linspace(float(vehicle.leg_angle_min), float(vehicle.leg_angle_max), ANGLES)
+    angles = np.stack(np.meshgrid(legs, legs, indexing="ij"), -1).reshape(-1, 2)
     with precision("float64"):
-        angles = phases(4)
-        every = jax.device_get(poses(robot, angles))
-    for i, axis in enumerate(axes[:4]):
-        _draw_pose(axis, robot, jax.tree.map(lambda leaf, i=i: leaf[i], every))
-        name_panel(axis, f"crank at {np.degrees(float(angles[i])):.0f}°", below="[m]")
-    same_scale(axes[:4])
-    for axis in axes[5:]:
-        axis.set_visible(False)
-    curve = axes[4]
-    grid: Any = curve.get_gridspec()
-    curve.set_subplotspec(grid[1, :])
-    rate, needed, _ = zip(*rates.rows, strict=True)
-    curve.plot(rate, needed, color=theme.PLAYERS[0], label="constant crank rate")
-    pairs = [(mean, mu) for mu, _, mean in fastest.rows if mean is not None]
-    if pairs:
-        curve.plot(*zip(*pairs, strict=True), "o", color=theme.PLAYERS[1], label="best gait")
-    legend(curve, loc="upper left")
-    curve.set_ylim(0, min(2.0, 1.1 * max(one for one in needed if np.isfinite(one))))
-    name_panel(curve, "least friction [-]", "", "mean crank rate [rad/s]")
+        found = equilibrium(vehicle, Track.incline(slope), 4.0, angles, AMPLE)
+    stands = np.asarray(found.status) == Status.OK
+    if limit is not None:
+        stands &= np.abs(np.asarray(found.torque)) <= limit
+    ratios = [
+        np.abs(np.asarray(force)) / np.where(np.asarray(normal) > 0, normal, np.nan)
+        for force, normal in ((found.F_rear, found.N_rear), (found.F_front, found.N_front))
+    ]
+    needed = np.maximum(*ratios)[stands]
+    return float(np.nanmin(needed)) if np.isfinite(needed).any() else float("inf")
+
+
+def steepest(needed: np.ndarray, mu: float) -> float | None:
+    """The steepest slope up to which a friction is enough, between the slopes tried linearly."""
+    enough = needed <= mu
+    if not enough[0]:
+        return None
+    last = len(needed) if enough.all() else int(np.argmin(enough))
+    if last == len(needed) or not np.isfinite(needed[last]):
+        return float(SLOPES[last - 1])
+    return float(np.interp(mu, needed[last - 1 : last + 1], SLOPES[last - 1 : last + 1]))
+
+
+def step_friction(vehicle: UGVParams, height: float, limit: float | None) -> float | None:
+    """The least friction of a drive over a smoothed step, by dynamic programming over leg angles;
+    None where no drive passes."""
+    given: dict[str, Any] = {"friction": AMPLE, "max_torque": limit}
+    track = Track.step(height)
+    problem = PostureProblem.along(track, "friction_demand", vehicle, 0.05, **given)
+    found = solve(problem, "dp", polish=False)
+    return None if found.x is None else float(found.value)
+
+
+@styled
+def draw(page: Page) -> Figure:
+    """The machine in several poses over the friction that it needs."""
+    figure, (machine, curve) = make_sheet(2, 1, (WIDTH, 5.4), sharex=False)
+    drawing = page.drawing
+    wide = float(np.ptp(drawing.points[..., 0])) + drawing.span
+    for k in range(POSES):
+        draw_machine(machine, drawing, k, 72 * WIDTH / wide * drawing.height / 420)
+    machine.axhline(float(drawing.ground[:, 1].max()), color=theme.INK, zorder=1)
+    machine.grid(visible=False)
+    machine.set_yticks([])
+    machine.set_aspect("equal", adjustable="datalim")
+    name_panel(machine, f"{POSES} poses", below="[m]")
+    finite = np.isfinite(page.needed)
+    curve.plot(page.x[finite], page.needed[finite])
+    curve.set_ylim(0, min(2.0, 1.1 * float(max(page.needed[finite], default=1.0))))
+    name_panel(curve, "least friction [-]", below=page.below)
     return figure
-
-
-def _draw_pose(axis: Axes, robot: BipedParams, now: Kinematics) -> None:
-    pins = now.pins._asdict() | {name: [now.hip_pins[i]] * 2 for i, name in enumerate("ABD")}
-    for leg, colours in ((1, theme.SWING), (0, theme.SUPPORT)):
-        for start, end, role in BARS:
-            wide = theme.BAR_WIDTH[role] / 2.5
-            axis.plot(
-                *np.transpose([pins[start][leg], pins[end][leg]]), color=colours[role], lw=wide
-            )
-        turned = now.angles[BODIES.index("1p" if leg else "1")]
-        ends = np.outer([-float(robot.heel), float(robot.toe)], [np.cos(turned), np.sin(turned)])
-        axis.plot(*(pins["E"][leg] + ends).T, color=colours["main"], lw=3)
-        axis.plot(*np.transpose([pins["A"][leg], pins["crank_pin"][leg]]), color=theme.MOTOR, lw=2)
-    axis.fill(*now.hip_pins.T, color=theme.HIP, ec=theme.HIP_EDGE)
-    axis.set_aspect("equal")

@@ -42,7 +42,7 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     """
     at = problem.stations(x)
     shown = _chosen(problem)
-    vehicles = _drawing(problem, at, shown)
+    vehicles = vehicles_drawing(problem, at, shown)
     left, right, bottom, top = _extent(problem, vehicles)
     height = float(np.clip(ACROSS * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
     heights = [height, 1.4, 1.4, 1.4]
@@ -92,7 +92,7 @@ def _draw_vehicles(axis: Axes, problem: PostureProblem, vehicles: Drawing) -> No
     axis.set_aspect("equal", adjustable="datalim")
 
 
-def _drawing(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Drawing:
+def vehicles_drawing(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Drawing:
     """Drawing of the vehicle at some stations."""
     posture, at = problem.posture, stations.map(lambda of: np.asarray(of)[shown])
     friction = np.broadcast_to(posture.friction, len(problem.x))[shown]

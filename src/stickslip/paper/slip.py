@@ -22,7 +22,7 @@ from stickslip.paper.result import (
     verdict_of,
 )
 from stickslip.paper.slides import PERIODS, SAME_INSTANT, Slide, Walk, walk
-from stickslip.paper.steady import TIME, peak_of, phases, poses, steady
+from stickslip.paper.steady import TIME, friction_use, peak_of, phases, poses, steady
 
 SLOW, CHART_FRICTION = 3.0, 0.05
 FRICTIONS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.075, 0.079, 0.08, 0.1)
@@ -92,7 +92,7 @@ def frictions(samples: int) -> Result:
     """Fig. 17."""
     params = BipedParams.from_bars()
     walks = {mu: walk(params, SLOW, mu, samples=samples) for mu in FRICTIONS}
-    use = friction_use(params, SLOW, samples)
+    use = friction_use(steady(params, phases(samples), SLOW))
     claims = [
         least_friction(walks, use),
         onset(walks),
@@ -120,12 +120,6 @@ def kinetic(samples: int) -> Result:
         smaller_slide(walks),
     ]
     return _result("μk = {:g}", walks, claims)
-
-
-def friction_use(params: BipedParams, crank_rate: float, samples: int) -> np.ndarray:
-    """|f| / N over a step without slip [samples + 1]: the friction that rest needs."""
-    needs = steady(params, phases(samples), crank_rate)
-    return np.abs(np.asarray(needs.friction_force / needs.normal_force))
 
 
 def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:

@@ -74,6 +74,13 @@ def steady(
     )
 
 
+def friction_use(motion: InverseDynamics) -> np.ndarray:
+    """|F| / N along a motion without slip [n]: the friction that rest needs; inf where N <= 0."""
+    friction, normal = (np.asarray(of) for of in (motion.friction_force, motion.normal_force))
+    none = np.full_like(normal, np.inf)
+    return np.divide(np.abs(friction), normal, out=none, where=normal > 0)
+
+
 @jax.jit
 def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
     """Kinematics along an array of crank angles."""
