@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.optimisers.methods import Method
     from stickslip.optim.instances.instance import Instance
-    from stickslip.optim.instances.objective import Objective
-    from stickslip.optim.instances.processes import Evaluated
+    from stickslip.optim.instances.objective import Evaluated, Objective
 
 MAKING = 900.0
 """Time limit for building and compiling an instance [s]."""
@@ -264,20 +263,20 @@ class EventRecord(Record):
         """Processor time since this was made [s]."""
         return time.process_time() - self._started
 
-    def _keep(self, point: Evaluated, number: int) -> None:
+    def note(self, point: Evaluated) -> None:
         """Keep a point, and send an event if it is better."""
         best, front = len(self.improvements), self.front
-        super()._keep(point, number)
+        super().note(point)
         if len(self.improvements) > best or self.front is not front:
             began, seconds = time.process_time(), self.seconds
-            self._judge(point.x, float(point.values[0]), number, seconds)
+            self._judge(point.x, float(point.values[0]), seconds)
             self._started += time.process_time() - began
 
     def end(self) -> Event:
         """The last event."""
         return self.last._replace(evaluations=self.evaluations, seconds=self.seconds)
 
-    def _judge(self, x: np.ndarray, value: float, number: int, seconds: float) -> None:
+    def _judge(self, x: np.ndarray, value: float, seconds: float) -> None:
         several = len(self.instance.goals) > 1
         if several:
             value = front_merit(self.instance, np.array([one for _, one in self.front]))
@@ -286,7 +285,7 @@ class EventRecord(Record):
         if value >= self.last.value:
             return
         point = None if several else np.array(x)
-        self.last = Event(number, seconds, value, point)
+        self.last = Event(self.evaluations, seconds, value, point)
         left = float(gap(self.instance, value))
         level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
         if level < self._level:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
-from zlib import crc32
 
 import numpy as np
 
 from stickslip.dynamics.checks import as_real, require_choice, require_integer
 from stickslip.dynamics.pytrees import read_only
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.instances.processes import RECORDS, Evaluated, Home, arriving, reported
 from stickslip.optim.problem import (
     AnyProblem,
     FreeProblem,
@@ -42,12 +41,14 @@ class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
     `Objective.minimise` takes it as the end; a loop of one's own may do the same.
     """
 
-    home: Home | None = None
-    """Source of an objective in another process, whose counts the error carries."""
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        plain = type(self)(*self.args)
-        return arriving(plain, self.home) if self.home else (type(self), self.args)
+class Evaluated(NamedTuple):
+    """A point that was evaluated: what a record takes note of."""
+
+    x: np.ndarray
+    values: np.ndarray
+    violation: float
+    feasible: bool
 
 
 class Improvement(NamedTuple):
@@ -82,20 +83,8 @@ class Record:
     front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     began: float = field(default_factory=time.perf_counter)
     targets: tuple[float, ...] = ()
-    home: Home = field(init=False, repr=False, compare=False)
-
-    def __post_init__(self):
-        self.home = Home()
-        RECORDS[self.home.name] = self
-
-    def __getstate__(self) -> dict[str, Any]:
-        return vars(self) | {"began": self.seconds}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """A copy here is a record of its own. Clocks differ between processes: seconds go on."""
-        vars(self).update(state, began=time.perf_counter() - state["began"])
-        if self.home.here:
-            self.__post_init__()
+    process: int = field(default_factory=os.getpid, repr=False)
+    """The process that it counts in."""
 
     @property
     def evaluations(self) -> int:
@@ -114,26 +103,16 @@ class Record:
         return self.improvements[-1].value if self.improvements else np.inf
 
     def count(self, name: str) -> None:
-        """Add one to a counter, here and in the process that the objective came from."""
+        """Add one to a counter."""
+        if os.getpid() != self.process:
+            raise RuntimeError(
+                "an objective of another process, whose record would miss this evaluation; "
+                "accepted: batches (`batch`, `penalised_batch`), or an objective of each process"
+            )
         setattr(self, name, getattr(self, name) + 1)
-        if not self.home.here:
-            self.home.counts[name] = self.home.counts.get(name, 0) + 1
-
-    def add(self, counts: dict[str, int], points: list[Evaluated]) -> None:
-        """Add what a copy in another process counted and evaluated."""
-        before = self.evaluations
-        for name, by in counts.items():
-            setattr(self, name, getattr(self, name) + by)
-        for i, point in enumerate(points):
-            self._keep(point, before + i + 1)
 
     def note(self, point: Evaluated) -> None:
         """Keep the point that was counted last, if it is better."""
-        if not self.home.here:
-            self.home.points.append(point)
-        self._keep(point, self.evaluations)
-
-    def _keep(self, point: Evaluated, number: int) -> None:
         x, values, violation, feasible = point
         self.least_violation = min(self.least_violation, violation)
         if not feasible or not np.all(np.isfinite(values)):
@@ -143,7 +122,7 @@ class Record:
                 kept = [one for one in self.front if not np.all(values <= one[1])]
                 self.front = [*kept, (read_only(x), read_only(values))]
         elif values[0] < self.best:
-            now = number, self.seconds
+            now = self.evaluations, self.seconds
             self.improvements.append(Improvement(*now, float(values[0])))
             self.best_x = read_only(x)
             for target in self.targets:
@@ -175,9 +154,7 @@ class Objective:
 
     What is asked for at the point looked at last (constraints, or its value again) costs no
     evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
-    draw that its value had.
-
-    A copy in another process counts here, too: see processes.py.
+    draw that its value had. A copy in another process refuses to evaluate.
     """
 
     problems: tuple[AnyProblem, ...]
@@ -251,7 +228,6 @@ class Objective:
         """The problem's whole point, with the given numbers at their values."""
         return self.free[0].expand(x)
 
-    @reported
     def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
         """The value, or values [k]; infinite where there is none, never NaN."""
         values = self._look(x, again=self.noisy).values
@@ -261,7 +237,6 @@ class Objective:
         """Values of a batch: [B], or [B, k]."""
         return self.batch_with_constraints(X)[0]
 
-    @reported
     def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
         """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
         inside = [self._inside(x) for x in np.atleast_2d(_numbers(X))]
@@ -280,23 +255,20 @@ class Objective:
             raise self._spent()
         return (values[:, 0] if self.k == 1 else values), margins
 
-    @reported
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The first goal's slope; NotImplementedError where the instance has none."""
         x, sound = self._inside(x)
-        draw, seen = self._draw(x), self._seen_at(x)
+        draw, seen = self._draw(), self._seen_at(x)
         self._left(1)
         self.record.count("gradients")
         if not sound:
             return np.zeros(self.n)
         return self._drawn(self.free[0], draw if seen is None else seen.draw).gradient(x)
 
-    @reported
     def value_and_grad(self, x: Float[np.ndarray, "n"]) -> tuple[float, Float[np.ndarray, "n"]]:
         """Both, for one goal; counted as two evaluations."""
         return self(x), self.gradient(x)
 
-    @reported
     def constraints(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m"]:
         """Constraint margins, satisfied where >= 0, scaled to about 1."""
         return self._look(x).margins.copy()
@@ -306,19 +278,16 @@ class Objective:
         x, sound = self._inside(x)
         return self.free[0].jacobian(x) if sound else np.zeros((self.m, self.n))
 
-    @reported
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
         """Sum of a point's constraint violations; 0 where it is feasible."""
         return float(shortfall(self.constraints(x)))
 
-    @reported
     def penalised(self, x: Float[np.ndarray, "n"]) -> float:
         """The value plus PENALTY times scaled violations, for optimisers that take no
         constraints. A feasible point's value is its own."""
         seen = self._look(x, again=self.noisy)
         return float(seen.values[0] + PENALTY * shortfall(seen.margins))
 
-    @reported
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """`penalised` of each row of X."""
         values, margins = self.batch_with_constraints(X)
@@ -362,7 +331,7 @@ class Objective:
         seen = None if again else self._seen_at(x)
         if seen is not None:
             return seen
-        draw = self._draw(x)
+        draw = self._draw()
         self._left(1)
         self.record.count("values")
         if not sound:
@@ -380,16 +349,14 @@ class Objective:
         first, *others = (one.problem for one in self.free)
         whole = self.expand(X)
         if self.noisy and isinstance(first, FunctionProblem):
-            value, margins = first.evaluate_all(whole, (self._draw(X) + places) % 2**32)
+            value, margins = first.evaluate_all(whole, (self._draw() + places) % 2**32)
         else:
             value, margins = first.evaluate_all(whole)
         return np.stack([value, *(one.objectives(whole) for one in others)], axis=1), margins
 
-    def _draw(self, x: np.ndarray) -> int:
-        """The number of the next evaluation's draw; elsewhere, where several processes count from
-        the same number, of the point as well."""
-        number = self.seed * A_DRAW + self.record.evaluations
-        return (number + (0 if self.record.home.here else crc32(x.tobytes()))) % 2**32
+    def _draw(self) -> int:
+        """The number of the next evaluation's draw."""
+        return (self.seed * A_DRAW + self.record.evaluations) % 2**32
 
     def _drawn(self, free: FreeProblem, draw: int) -> FreeProblem:
         if not self.noisy or not isinstance(free.problem, FunctionProblem):
@@ -414,9 +381,7 @@ class Objective:
 
     def _spent(self) -> BudgetSpent:
         record = self.record
-        error = BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
-        error.home = None if record.home.here else record.home
-        return error
+        return BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
 
 
 def _numbers(x: Any) -> np.ndarray:

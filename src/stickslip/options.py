@@ -91,7 +91,7 @@ class TrackOptions(VehicleOptions):
     """Ground, waypoints and limits of a drive."""
 
     track: str = option(
-        "bump", f"{', '.join(TRACKS)}, or a file of x and y or GPX", metavar="TRACK"
+        "bump", f"{', '.join(TRACKS)}, or a file of x and y", metavar="TRACK"
     )
     track_options: list[str] = option(
         [],

@@ -7,7 +7,7 @@ from stickslip.agents.optimisers.methods import methods_of
 from stickslip.agents.optimisers.report import front_merit, gap
 from stickslip.agents.optimisers.worker import EventRecord, Task, run_task
 from stickslip.optim import suite
-from stickslip.optim.instances.processes import Evaluated
+from stickslip.optim.instances.objective import Evaluated
 from tests.agents.optimisers.table import BEST, NAME
 
 

@@ -1,5 +1,7 @@
 """An objective counts, keeps the best, ends at its budget, and is the same for all who ask."""
 
+import os
+import pickle
 import time
 
 import numpy as np
@@ -120,3 +122,11 @@ def test_several_goals_keep_the_unbeaten():
     values = sorted(tuple(values) for _, values in it.record.front)
     assert values == [(0.5625, 1.5625), (1.0, 1.0), (2.25, 0.25)]
     assert it.record.improvements == []
+
+
+def test_a_copy_in_another_process_refuses_to_count(monkeypatch):
+    it = pickle.loads(pickle.dumps(toy().objective()))
+    assert it(X) == pytest.approx(0.5)
+    monkeypatch.setattr(os, "getpid", lambda: -1)
+    with pytest.raises(RuntimeError, match="of another process"):
+        it(X + 1)
