@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-import jax
 from PIL import Image
 
 from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import rollout
+from stickslip.agents.pictures.episodes import samples
 from stickslip.agents.policy.shipped import policy_name
 from stickslip.envs import TASKS
 
@@ -35,11 +34,7 @@ def draw(name: str, moment: float) -> Path:
     played = rollout(env, load_policy(policy_name(name)), params, SEED).trimmed()
     biped = name.startswith("Biped")
     step = round(moment / float(params.control_period) if biped else moment * int(played.length))
-    renderer: Any = env.renderer(params)
-    picture = renderer.draw(env.picture(played.start_state, {}, params))
-    for i in range(step):
-        state, info = jax.tree.map(lambda leaf, i=i: leaf[i], (played.state, played.info))
-        picture = renderer.draw(env.picture(state, info, params))
+    picture = env.pictures(*samples(played), params)(step)
     path = FOLDER / f"{name}.png"
     Image.fromarray(picture).quantize(128).save(path, optimize=True)
     return path

@@ -114,12 +114,11 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         """Least and greatest value of every observation entry."""
 
     @abstractmethod
-    def picture(self, state: State, info: dict[str, Any], params: Params) -> Any:
-        """Data for the renderer of one unbatched state; info of the step before, {} at a reset."""
-
-    @abstractmethod
-    def renderer(self, params: Params) -> Any:
-        """Something with draw(picture) -> [height, width, 3] and reset()."""
+    def pictures(
+        self, states: State, infos: Mapping[str, np.ndarray], params: Params
+    ) -> Callable[[int], np.ndarray]:
+        """The picture [height, width, 3], uint8, of sample i of an episode: its states in a row,
+        every leaf [n], and the info of the step that led to each, {} or zeros at a reset."""
 
     def is_over(self, state: Any) -> Bool[Array, ""]:
         """True if the state's episode has ended: its `over`, unless a subclass says otherwise."""

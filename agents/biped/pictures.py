@@ -10,7 +10,6 @@ import numpy as np
 from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.machine import BIPED_BASELINES, STOPPING
 from stickslip.agents.pictures.episodes import (
-    ended_of,
     facts,
     from_start,
     panel,
@@ -19,8 +18,7 @@ from stickslip.agents.pictures.episodes import (
 )
 from stickslip.envs.biped.picture import biped_frames
 from stickslip.envs.biped.state import drawn_robot
-from stickslip.envs.rendering.biped import biped_drawing
-from stickslip.envs.rendering.linkage import Mechanism
+from stickslip.envs.rendering.biped import biped_picture
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
@@ -36,8 +34,6 @@ if TYPE_CHECKING:
     from stickslip.envs.rendering.biped import BipedFrame
     from stickslip.envs.tasks.known import Scale
 
-LEAST_SLID = 1e-7
-"""A foot that moved less in a control step stuck all the while [m]."""
 TERMS = ("tracking", "slip", "energy", "fall")
 RATE, MOMENTUM, SLIDING = "crank rate", "horizontal momentum P(θ) · crank rate", "sliding"
 CEILING = 1.6
@@ -96,16 +92,6 @@ class Course(NamedTuple):
             ),
         )
 
-    def numbers(self, walked: np.ndarray) -> tuple[tuple[str, np.ndarray, int], ...]:
-        """Numbers above the picture; walked: so far [n] m."""
-        return (
-            ("walked [m]", walked, 2),
-            ("crank rate [rad/s]", self.rate, 2),
-            ("torque [N m]", self.torque, 2),
-            ("friction / normal", self.use, 2),
-            ("distance slid [mm]", 1e3 * self.slid, 1),
-        )
-
 
 def _beside(
     title: str, unit: str, name: str, values: np.ndarray, other: str, dashed: np.ndarray | None
@@ -134,10 +120,7 @@ def as_episode(
     played = played.trimmed()
     states, infos = samples(played)
     frames = biped_frames(states, infos, params)
-    slips = (infos["slid"] > LEAST_SLID) | (np.asarray(states.mode) != 0)
-    slips[0] = states.mode[0] != 0
     robot = drawn_robot(played.start_state.drawn, params)
-    drawing = biped_drawing(frames, Mechanism(robot.params), slips)
     commanded = np.asarray(states.drawn.mean_rate, float)
     course = Course(
         torque=from_start(played.info["torque"]),
@@ -145,7 +128,7 @@ def as_episode(
         momentum=np.asarray(momentum_of(robot, states.biped), float),
         friction=infos["friction_force"],
         normal=infos["normal_force"],
-        mu_static=np.broadcast_to(frames.mu_static, len(slips)),
+        mu_static=frames.mu_static,
         slide=np.asarray(states.biped.foot_position, float),
         slid=infos["episode_slid"],
         limit=float(params.torque_limit),
@@ -162,16 +145,12 @@ def as_episode(
             ("energy", float(last["episode_energy"][-1]), "J"),
         ]
     )
-    ended = ended_of(played)
     return Episode(
+        **vars(biped_picture(frames, robot.params)),
         name=name,
         period=float(params.control_period),
         panels=(*course.panels(), *reward_panels(played, terms, "-", scale)),
-        events=_events(frames, slips, ended),
-        numbers=course.numbers(infos["episode_walked"]),
-        slips=slips,
-        drawing=drawing,
-        ended=ended,
+        events=_events(frames),
         facts=(*whole, *_drawn(played.start_state.drawn, params)),
     )
 
@@ -192,9 +171,9 @@ def _or_none(drawn_from: Range | None, value: Array) -> float:
     return np.nan if drawn_from is None else float(value)
 
 
-def _events(frames: BipedFrame, slips: np.ndarray, ended: str) -> tuple[Event, ...]:
+def _events(frames: BipedFrame) -> tuple[Event, ...]:
     """Slips, stops and exchanges of support by the control step, and an early end."""
-    events = []
+    events, slips = [], frames.slips
     for i in range(1, len(slips)):
         if frames.steps[i] != frames.steps[i - 1]:
             events.append(Event(i, "support", f"step {frames.steps[i]}: the legs change support"))
@@ -203,8 +182,8 @@ def _events(frames: BipedFrame, slips: np.ndarray, ended: str) -> tuple[Event, .
             events.append(Event(i, "slip", f"slips {where}"))
         if slips[i - 1] and not slips[i]:
             events.append(Event(i, "stick", "sticks"))
-    if ended:
-        events.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
+    if frames.ended:
+        events.append(Event(len(slips) - 1, "end", f"ended: {frames.ended}"))
     return tuple(events)
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple, TypeVar
 import jax
 import numpy as np
 
-from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
@@ -81,12 +80,6 @@ def from_start(values: Array | np.ndarray) -> np.ndarray:
     """Values of the steps [n, ...] as those of the samples [n + 1, ...]: NaN at the start."""
     rows = np.asarray(values, float)
     return np.concatenate([np.full((1, *rows.shape[1:]), np.nan), rows])
-
-
-def ended_of(played: AnyRollout) -> str:
-    """The status that ended an episode early, in words; "" at its time limit."""
-    status = Status(int(played.info["status"][-1]))
-    return status.name.lower().replace("_", " ") if bool(played.terminated[-1]) else ""
 
 
 def panel(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
-
-import jax
+from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
+from stickslip.agents.pictures.episodes import samples
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.optim.progress import Bar
 
@@ -19,9 +18,6 @@ if TYPE_CHECKING:
 
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.rendering.scene import Renderer
-
-Frame = TypeVar("Frame")
 
 
 def film(
@@ -58,39 +54,30 @@ def write_film(
     if seconds is not None:
         steps = min(int(played.length), max(1, round(seconds / period)))
         played = played._replace(length=steps)
-    played = played.trimmed()
-
-    def frame(i: int) -> Any:
-        if i == 0:
-            return env.picture(played.start_state, {}, params)
-        state, info = jax.tree.map(lambda leaf: leaf[i - 1], (played.state, played.info))
-        return env.picture(state, info, params)
-
-    last = int(played.length)
-    return write_pictures(env.renderer(params), frame, last, period, path, fps, progress)
+    draw, last = env.pictures(*samples(played), params), int(played.length)
+    return write_pictures(draw, last, period, path, fps, progress)
 
 
 def write_pictures(
-    renderer: Renderer[Frame],
-    frame: Callable[[int], Frame],
+    draw: Callable[[int], np.ndarray],
     last: int,
     period: float,
     path: str | Path,
     fps: float,
     progress: bool = False,
 ) -> Path:
-    """Write an animation of the frames 0 to `last`, `period` [s] apart; see `film`."""
+    """Write an animation of the pictures 0 to `last`, `period` [s] apart; see `film`."""
     fps = min(fps, 1 / period)
 
     def pictures() -> Iterator[np.ndarray]:
-        """The first frame, then one every 1 / fps [s], and the last frame."""
+        """The first picture, then one every 1 / fps [s], and the last one."""
         drawn = 0
-        yield renderer.draw(frame(0))
+        yield draw(0)
         with Bar("drawing", last, "step", progress) as bar:
             for i in range(1, last + 1):
                 if i * fps * period >= drawn + 1 - 1e-9 or i == last:
                     drawn += 1
-                    yield renderer.draw(frame(i))
+                    yield draw(i)
                 bar.advance()
 
     return save_animation(pictures(), path, fps)

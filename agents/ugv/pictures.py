@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.pictures.episodes import (
-    ended_of,
     facts,
     from_start,
     panel,
@@ -16,7 +15,7 @@ from stickslip.agents.pictures.episodes import (
 )
 from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
-from stickslip.envs.rendering.ugv import ugv_drawing
+from stickslip.envs.rendering.ugv import ugv_picture
 from stickslip.envs.ugv.picture import ugv_frames
 
 if TYPE_CHECKING:
@@ -56,8 +55,9 @@ def as_episode(
             ("shown at", float(params.speed), "m/s"),
         ]
     )
-    slips, ended = frame.slips, ended_of(played)
+    shown = ugv_picture(frame, params.vehicle, criterion, unit)
     return Episode(
+        **vars(shown),
         name=name,
         period=float(params.control_period),
         panels=(
@@ -65,19 +65,8 @@ def as_episode(
             panel(criterion, unit, cost),
             *reward_panels(played, {}, unit, scale),
         ),
-        events=_events(slips, ended),
-        numbers=(
-            ("driven [m]", np.asarray(frame.at.x - frame.start), 2),
-            ("pitch [°]", np.degrees(frame.placed.pitch), 1),
-            ("torque [N m]", np.asarray(frame.at.torque), 1),
-            ("friction / normal", frame.demand, 2),
-            (criterion + ("" if unit == "-" else f" [{unit}]"), cost, 2),
-        ),
-        slips=slips,
-        drawing=ugv_drawing(frame, params.vehicle),
-        ended=ended,
+        events=_events(frame.slips, shown.ended),
         facts=(*whole, *_drawn(played.start_state.drawn)),
-        states=("GRIP", "SLIP"),
         axis=("front wheel [m]", np.asarray(frame.at.x)),
     )
 

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic
 
+import jax
 import numpy as np
 from gymnasium import spaces
 
@@ -48,7 +49,6 @@ class Compiled(Generic[State, Params]):
         env = env if autoreset is None else replace(env, autoreset=autoreset)  # type: ignore[type-var]
         self._functional, self._params, self.render_mode = env, params, render_mode
         self._envs = PackedEnvs(env, params, num_envs)
-        self._pictures = Pictures(env, self._envs)
 
     def _set_spec(self, spec: EnvSpec | None) -> None:
         params: Any = self._params
@@ -81,6 +81,25 @@ class Compiled(Generic[State, Params]):
         params: Any = self.params
         return max(1, round(1 / float(params.control_period)))
 
+    def _picture(self, index: int, info: Mapping[str, Any]) -> np.ndarray:
+        """[height, width, 3] of an environment; info: of the step before, {} after a reset.
+
+        ValueError without an episode.
+        """
+        if not self._envs.begun:
+            raise ValueError("render without an episode; accepted: after reset()")
+        state = self._envs.state_of(index)
+        rows = jax.tree.map(lambda leaf: np.asarray(leaf)[None], (state, dict(info)))
+        return self.functional.pictures(*rows, self.params)(0)
+
+    def _every_picture(self, results: Results | None) -> tuple[np.ndarray, ...]:
+        """A picture of each environment; results: of the step before, None after a reset."""
+        fresh = np.ones(self._envs.num_envs, bool) if results is None else results.autoreset
+        return tuple(
+            self._picture(i, {} if results is None or fresh[i] else results.info_of(i))
+            for i in range(self._envs.num_envs)
+        )
+
     def _checked(self, actions: Any, batch: tuple[int, ...] = ()) -> np.ndarray:
         """The actions, saturated; ValueError for bad ones and without an episode."""
         if not self._envs.begun:
@@ -100,42 +119,3 @@ def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
     require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
     if env.autoreset != wanted:
         raise ValueError(f"autoreset = {env.autoreset!r}; accepted: {wanted!r}, {why}")
-
-
-class Pictures(Generic[Params]):
-    """A renderer for each environment, made when it is first asked for a picture. A copy makes its
-    own."""
-
-    def __init__(self, env: FunctionalEnv[Any, Params], envs: PackedEnvs):
-        self._env, self._envs = env, envs
-        self._renderers: dict[int, Any] = {}
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without the renderers, which hold a canvas that cannot be copied."""
-        return vars(self) | {"_renderers": {}}
-
-    def reset(self) -> None:
-        """Forget what was drawn before."""
-        for renderer in self._renderers.values():
-            renderer.reset()
-
-    def after(self, results: Results | None) -> tuple[np.ndarray, ...]:
-        """[height, width, 3] of each environment; results: of the step before, None after a reset.
-
-        ValueError without episodes.
-        """
-        infos: list[dict[str, float]] = [{} for _ in range(self._envs.num_envs)]
-        if results is not None:
-            for i in map(int, np.flatnonzero(~results.autoreset)):
-                infos[i] = results.info_of(i)
-        return tuple(self.of_one(index, info) for index, info in enumerate(infos))
-
-    def of_one(self, index: int, info: dict[str, Any]) -> np.ndarray:
-        """[height, width, 3] of an environment; info: of the step before, {} after a reset."""
-        if not self._envs.begun:
-            raise ValueError("render without an episode; accepted: after reset()")
-        params = self._envs.params
-        if index not in self._renderers:
-            self._renderers[index] = self._env.renderer(params)
-        state = self._envs.state_of(index)
-        return self._renderers[index].draw(self._env.picture(state, info, params))

@@ -48,7 +48,6 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
             self._seeded = True
         obs = self._envs.reset((np.ones(1, bool), params))[0].astype(np.float32)
         self._ending, self._info = None, {}
-        self._pictures.reset()
         return obs, {}
 
     def step(self, action: Any) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
@@ -70,4 +69,4 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         if self.render_mode is None:
             gymnasium.logger.warn("render() without render_mode; accepted: 'rgb_array'")
             return None
-        return self._pictures.of_one(0, self._info)
+        return self._picture(0, self._info)

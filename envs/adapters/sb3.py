@@ -74,7 +74,6 @@ class SB3VecEnv(Compiled, VecEnv):
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._begun, self._results = time.time(), None
-        self._pictures.reset()
         return self._envs.reset(*wanted).astype(np.float32)
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -109,7 +108,7 @@ class SB3VecEnv(Compiled, VecEnv):
         """A picture [height, width, 3] of each environment; None without render_mode."""
         if self.render_mode is None:
             return [None] * self.num_envs
-        return self._pictures.after(self._results)
+        return self._every_picture(self._results)
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """An attribute once for each environment asked for: of this one, else of the parameters,

@@ -84,7 +84,6 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._results.autoreset[mask] = True  # their infos are of the episode before
         if mask is None:
             self._results = None
-            self._pictures.reset()
         return obs, {}
 
     def step(
@@ -105,7 +104,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
         if self.render_mode is None:
             return None
-        return self._pictures.after(self._results)
+        return self._every_picture(self._results)
 
     def _require_running(self) -> None:
         """ValueError where an episode has ended and autoreset is disabled."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import jax
@@ -47,11 +48,9 @@ from stickslip.envs.biped.state import (
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from jaxtyping import Array, Float
-
-    from stickslip.envs.rendering.biped import BipedRenderer
 
 
 MAX_FOOT_VELOCITY = 10.0
@@ -285,19 +284,16 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         terms = [info[f"reward_{name}"] for name in ("tracking", "slip", "energy", "fall")]
         return sum(terms, start=jnp.zeros((), terms[0].dtype))
 
-    def picture(self, state: BipedEnvState, info: dict[str, Any], params: BipedEnvParams):
-        """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
+    def pictures(
+        self, states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
+    ) -> Callable[[int], np.ndarray]:
+        """See FunctionalEnv (extra `viz`)."""
         from stickslip.envs.biped.picture import biped_frames
+        from stickslip.envs.rendering.biped import biped_picture
+        from stickslip.envs.rendering.scene import paint
 
-        here = jax.device_get((state, dict(info)))
-        states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
-        return biped_frames(states, infos, params)
-
-    def renderer(self, params: BipedEnvParams) -> BipedRenderer:
-        """A renderer for these parameters (extra `viz`)."""
-        from stickslip.envs.rendering.biped import BipedRenderer
-
-        return BipedRenderer(params.robot.params)
+        shown = biped_picture(biped_frames(states, infos, params), params.robot.params)
+        return partial(paint, shown)
 
     def observation_bounds(self, params):
         """See FunctionalEnv; entries as in the class docstring."""

@@ -13,7 +13,7 @@ from stickslip.dynamics.biped.contact import friction_on, patch_at
 from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot, drawn_scene
-from stickslip.envs.rendering.biped import BipedFrame, stretches_of
+from stickslip.envs.rendering.biped import LEAST_SLID, BipedFrame, stretches_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,16 +42,15 @@ def biped_frames(
         steps=biped.steps,
         floor_position=np.asarray(place, float),
         slide=np.asarray(biped.foot_position, float),
+        slid=np.asarray(states.totals.slid, float),
         crank_rate=np.asarray(biped.crank_rate, float),
         time=np.asarray(biped.time, float),
         **{name: np.asarray(infos.get(name, 0.0), float) for name in forces},
         mu_static=np.nan if mu_static is None else np.asarray(mu_static, float),
         mu_kinetic=np.nan if mu_kinetic is None else np.asarray(mu_kinetic, float),
-        sticking=states.mode == 0,
-        mean_crank_rate=np.asarray(infos.get("episode_mean_rate", biped.crank_rate), float),
-        commanded_rate=np.asarray(states.drawn.mean_rate, float),
+        slips=(states.mode != 0) | (np.asarray(infos.get("slid", 0.0)) > LEAST_SLID),
         walked=np.asarray(states.totals.walked, float),
-        status="ok" if not status.terminal else status.name.lower().replace("_", " "),
+        ended="" if not status.terminal else status.name.lower().replace("_", " "),
     )
 
 

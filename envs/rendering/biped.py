@@ -1,8 +1,7 @@
-"""The biped in pictures: the frame that is shown, its drawing, and its renderer."""
+"""The biped in pictures: a walk's numbers, and their drawing."""
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from math import pi
@@ -12,10 +11,8 @@ import numpy as np
 
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.drawing import Drawing, GroundContact, Stretch
+from stickslip.envs.rendering.drawing import Drawing, GroundContact, Picture, Stretch
 from stickslip.envs.rendering.linkage import SOLE, Mechanism
-from stickslip.envs.rendering.scene import Readout, Renderer
-from stickslip.envs.rendering.theme import brief, written
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.params import BipedParams
@@ -29,8 +26,8 @@ WEIGHT_LENGTH, CONE_LENGTH = 0.26, 0.36
 """Length of the arrow of the weight, and of friction cones, in robot heights."""
 LEAST_SLIDE = 1e-5
 """A slide shorter than this leaves no mark [m]."""
-KEPT_PLACES = 2000
-"""Places of the foot that a renderer remembers."""
+LEAST_SLID = 1e-7
+"""A foot that moved less in a control step stuck all the while [m]."""
 LEGEND = (
     ("main", "supporting leg"),
     ("pale-main", "swinging leg"),
@@ -40,7 +37,7 @@ LEGEND = (
     ("slides", "foot slips; dashed: kinetic cone;"),
     ("slides", "on the floor: how far"),
 )
-UNKNOWN = ("mu_static", "mu_kinetic", "commanded_rate")
+UNKNOWN = ("mu_static", "mu_kinetic")
 """Numbers of a frame that may be NaN."""
 
 
@@ -75,12 +72,12 @@ class BipedFrame:
 
     phase: crank angle of the supporting leg [rad]. floor: of the episode. weight: of the robot in
     it [N]. steps: exchanges of support so far. floor_position: of the supporting ankle [m]. slide:
-    of the feet since the start, forwards positive [m]. crank_rate [rad/s]. time [s]. torque: of the
-    motor on the crank [N m]. friction_force, normal_force: of the ground on the foot, forwards and
-    upwards [N]. zmp: zero-moment point before the supporting ankle [m]. mu_static, mu_kinetic:
-    friction under the foot [-], NaN where it cannot slip. sticking: whether the foot holds.
-    mean_crank_rate: over the walk or the last step; commanded_rate: NaN for none [rad/s]. walked:
-    by the centre of mass since the start [m]. status: "ok", or cause of the walk's end.
+    of the feet since the start, forwards positive; slid: either direction [m]. crank_rate [rad/s].
+    time [s]. torque: of the motor on the crank [N m]. friction_force, normal_force: of the ground
+    on the foot, forwards and upwards [N]. zmp: zero-moment point before the supporting ankle [m].
+    mu_static, mu_kinetic: friction under the foot [-], NaN where it cannot slip. slips: whether the
+    foot slips by then. walked: by the centre of mass since the start [m]. ended: cause of the
+    walk's early end, or "".
 
     Numbers may be given for all instants alike. What is not finite becomes 0, so that a walk whose
     numbers overflow has a last picture, too.
@@ -92,6 +89,7 @@ class BipedFrame:
     steps: Numbers = 0
     floor_position: Numbers = 0.0
     slide: Numbers = 0.0
+    slid: Numbers = 0.0
     crank_rate: Numbers = 0.0
     time: Numbers = 0.0
     torque: Numbers = 0.0
@@ -100,18 +98,40 @@ class BipedFrame:
     zmp: Numbers = 0.0
     mu_static: Numbers = np.nan
     mu_kinetic: Numbers = np.nan
-    sticking: Numbers = True
-    mean_crank_rate: Numbers = 0.0
-    commanded_rate: Numbers = np.nan
+    slips: Numbers = False
     walked: Numbers = 0.0
-    status: str = "ok"
+    ended: str = ""
 
     def __post_init__(self):
-        names = [one.name for one in fields(self) if one.name not in ("floor", "weight", "status")]
+        names = [one.name for one in fields(self) if one.name not in ("floor", "weight", "ended")]
         columns = np.broadcast_arrays(*(np.atleast_1d(getattr(self, name)) for name in names))
         for name, column in zip(names, columns, strict=True):
             finite = column if name in UNKNOWN else np.nan_to_num(column, posinf=0.0, neginf=0.0)
             object.__setattr__(self, name, finite)
+
+    @property
+    def friction_use(self) -> np.ndarray:
+        """|F| / N [n]; NaN where N = 0."""
+        return np.abs(self.friction_force) / np.where(
+            self.normal_force > 0, self.normal_force, np.nan
+        )
+
+
+def biped_picture(frames: BipedFrame, robot: BipedParams) -> Picture:
+    """A walk with the numbers above it; robot: one, not a batch."""
+    return Picture(
+        drawing=biped_drawing(frames, Mechanism(robot)),
+        numbers=(
+            ("time [s]", frames.time, 2),
+            ("walked [m]", frames.walked, 2),
+            ("crank rate [rad/s]", frames.crank_rate, 2),
+            ("torque [N m]", frames.torque, 2),
+            ("friction / normal", frames.friction_use, 2),
+            ("distance slid [mm]", 1e3 * frames.slid, 1),
+        ),
+        slips=frames.slips,
+        ended=frames.ended,
+    )
 
 
 def slip_marks(slide: np.ndarray, place: np.ndarray, steps: np.ndarray) -> np.ndarray:
@@ -131,13 +151,8 @@ def slip_marks(slide: np.ndarray, place: np.ndarray, steps: np.ndarray) -> np.nd
     return np.stack([at, low, high, length], axis=-1)
 
 
-def biped_drawing(
-    frames: BipedFrame, mechanism: Mechanism, slips: np.ndarray, marks: np.ndarray | None = None
-) -> Drawing:
-    """The drawing of a walk. slips: whether the foot slips by then [n]; marks: see Drawing, by
-    default those of the frames."""
-    if marks is None:
-        marks = slip_marks(frames.slide, frames.floor_position, frames.steps)
+def biped_drawing(frames: BipedFrame, mechanism: Mechanism) -> Drawing:
+    """The drawing of a walk; the camera keeps the hip in place."""
     leg, surface = frames.steps % 2, -SOLE * mechanism.crank
     points, bodies = mechanism.placed(frames.phase % (2 * pi), frames.floor_position, leg)
     tall = mechanism.top - surface
@@ -145,7 +160,7 @@ def biped_drawing(
         points=points,
         bodies=bodies,
         parts=mechanism.parts,
-        contacts=tuple(_contact(frames, leg == k, surface, slips) for k in (0, 1)),
+        contacts=tuple(_contact(frames, leg == k, surface) for k in (0, 1)),
         ground=np.array([[-FAR, surface], [FAR, surface]]),
         stretches=frames.floor,
         focus=bodies[:, 2, :2],
@@ -156,16 +171,14 @@ def biped_drawing(
         reach=CONE_LENGTH * tall,
         force=WEIGHT_LENGTH * tall,
         weight=frames.weight,
-        marks=marks,
+        marks=slip_marks(frames.slide, frames.floor_position, frames.steps),
         active=leg,
         follow_height=False,
         legend=LEGEND,
     )
 
 
-def _contact(
-    frames: BipedFrame, own: np.ndarray, surface: float, slips: np.ndarray
-) -> GroundContact:
+def _contact(frames: BipedFrame, own: np.ndarray, surface: float) -> GroundContact:
     """Force of the ground on one foot; NaN while the other one carries, or without a load."""
     x = frames.floor_position + frames.zmp
     return GroundContact(
@@ -175,49 +188,5 @@ def _contact(
         normal=np.where(own & (frames.normal_force > 0), frames.normal_force, np.nan),
         mu_static=frames.mu_static,
         mu_kinetic=frames.mu_kinetic,
-        slips=slips,
+        slips=frames.slips,
     )
-
-
-class BipedRenderer(Renderer[BipedFrame]):
-    """Draws frames of one robot (not a batch); the camera keeps the hip in place."""
-
-    def __init__(self, params: BipedParams):
-        super().__init__()
-        self._mechanism = Mechanism(params)
-        self._places: deque[tuple[float, float, int]] = deque(maxlen=KEPT_PLACES)
-
-    def reset(self) -> None:
-        """Forget the history: a floor without marks."""
-        super().reset()
-        self._places.clear()
-
-    def drawing(self, frame: BipedFrame) -> Drawing:
-        """The drawing of one instant, with the marks of slides since `reset`."""
-        self._places.append((frame.slide[0], frame.floor_position[0], frame.steps[0]))
-        marks = slip_marks(*np.array(self._places, float).T)
-        marks[:, 0] = 0  # all of them are over
-        return biped_drawing(frame, self._mechanism, ~frame.sticking, marks)
-
-    def readout(self, frame: BipedFrame) -> Readout:
-        """Time, distance, rate, torque, slide and friction."""
-        normal, mu = float(frame.normal_force[0]), float(frame.mu_static[0])
-        use = written(abs(frame.friction_force[0]) / normal, 2) if normal > 0 else "–"
-        wanted = float(frame.commanded_rate[0])
-        asked = "" if np.isnan(wanted) else f" of {brief(wanted)}"
-        ended = frame.status.lower() not in ("ok", "slip_onset")
-        state = ("STICK", theme.HOLDS) if frame.sticking[0] else ("SLIP", theme.SLIDES)
-        return Readout(
-            numbers=(
-                ("time  [s]", written(frame.time[0], 2)),
-                ("walked  [m]", written(frame.walked[0], 2)),
-                ("steps", f"{frame.steps[0]}"),
-                ("mean rate  [rad/s]", brief(frame.mean_crank_rate[0]) + asked),
-                ("torque  [N m]", brief(frame.torque[0])),
-                ("slide  [mm]", written(1000 * frame.slide[0], 1)),
-                ("friction / normal", use if np.isnan(mu) else f"{use} of {mu:.2f}"),
-            ),
-            badge=frame.status.replace("_", " ").upper() if ended else state[0],
-            colour=theme.INK if ended else state[1],
-            at=float(frame.time[0]),
-        )

@@ -88,3 +88,19 @@ class Drawing:
     follow_height: bool = True
     seen: np.ndarray | None = None
     legend: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """A motion at n samples as films, pages and `render` show it.
+
+    drawing: of the machine, None without one. numbers: title with unit, values [n] and digits,
+    written above it. slips: [n], whether it slips by then. states: names of the two states of
+    `slips`, the second one slips. ended: cause of an early end, or "".
+    """
+
+    drawing: Drawing | None = None
+    numbers: tuple[tuple[str, np.ndarray, int], ...] = ()
+    slips: np.ndarray | None = None
+    states: tuple[str, str] = ("STICK", "SLIP")
+    ended: str = ""

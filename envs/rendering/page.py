@@ -17,7 +17,7 @@ from string import Template
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.drawing import Drawing
+from stickslip.envs.rendering.drawing import Picture
 
 MOST_SAMPLES = 20_000
 """Samples of one episode."""
@@ -56,26 +56,19 @@ class Event:
     words: str
 
 
-@dataclass(frozen=True)
-class Episode:
+@dataclass(frozen=True, kw_only=True)
+class Episode(Picture):
     """An episode of one player, sample by sample. period: between samples [s]. name: of the player.
 
-    numbers: title with unit, values [n] and digits, written above the picture. slips: [n], whether
-    it slips by then. ended: cause of an early end, or "". facts: titles and values of the whole.
-    states: names of the two states of `slips`, the second one slips. axis: of plots, title with
-    unit and values [n]; None: time.
+    facts: titles and values of the whole. axis: of plots, title with unit and values [n]; None:
+    time.
     """
 
     name: str
     period: float
     panels: tuple[Panel, ...]
     events: tuple[Event, ...] = ()
-    numbers: tuple[tuple[str, np.ndarray, int], ...] = ()
-    slips: np.ndarray | None = None
-    drawing: Drawing | None = None
-    ended: str = ""
     facts: tuple[tuple[str, str], ...] = ()
-    states: tuple[str, str] = ("STICK", "SLIP")
     axis: tuple[str, np.ndarray] | None = None
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import atan, ceil, cos, floor, hypot, pi, sin
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
+    from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Picture, Stretch
     from stickslip.envs.rendering.painter import Box
 
 BAND = 46.0
@@ -28,8 +28,6 @@ GLINTS = 26.0
 MARK = 5.0
 LABEL_ROOM = 46.0
 BADGE_WIDTH = 118.0
-
-Frame = TypeVar("Frame")
 
 
 class Camera(NamedTuple):
@@ -259,62 +257,35 @@ def _placed(part: Part, bodies: np.ndarray) -> np.ndarray:
     return [x, y] + part.outline @ np.array([ahead, [-ahead[1], ahead[0]]])
 
 
-class Readout(NamedTuple):
-    """Text above the drawing of one instant.
+def paint(picture: Picture, i: int) -> np.ndarray:
+    """Sample i of a picture with a drawing: uint8 [height, width, 3], a fresh array. Needs neither
+    a display nor GL, but the extra `viz`."""
+    painter, drawing = Painter(), picture.drawing
+    if drawing is None:
+        raise ValueError("picture without a drawing; accepted: one of a machine")
+    left, right, top = theme.MARGIN, theme.WIDTH - theme.MARGIN, theme.HEIGHT - theme.MARGIN
+    bottom = top - theme.HEADER
+    paint_scene(painter, drawing, i, (left, theme.MARGIN + theme.FOOTER, right, bottom - 10))
+    titles = [title for title, _, _ in picture.numbers]
+    needed = [painter.width_of(title, theme.SMALL) for title in titles]
+    share = (right - left - BADGE_WIDTH - theme.GAP - sum(needed)) / max(len(needed), 1)
+    places = left + share * np.arange(len(needed)) + np.cumsum([0, *needed])[:-1]
+    for x, (title, values, digits) in zip(places, picture.numbers, strict=True):
+        known = np.isfinite(values[i])
+        painter.text(x, top - 10, title, theme.SMALL, theme.MUTED)
+        words = written(float(values[i]), digits) if known else "–"
+        painter.text(x, bottom + 3, words, theme.VALUE, bold=True)
+    words, colour = _state(picture, i)
+    painter.badge((right - BADGE_WIDTH, bottom + 2, right, top), colour)
+    place = right - BADGE_WIDTH / 2, (bottom + top + 2) / 2 - 5
+    size = 14.0 if len(words) < 9 else 11.0
+    painter.text(*place, words, size, theme.PAGE, bold=True, align="center")
+    return painter.picture()
 
-    numbers: title with unit, and value. badge, colour: the state in a word. at: the instant [s], or
-    the place [m].
-    """
 
-    numbers: tuple[tuple[str, str], ...]
-    badge: str
-    colour: str
-    at: float
-
-
-class Renderer(Generic[Frame]):
-    """Draws frames of one machine, without a display.
-
-    A picture depends on its frame alone, but for the marks of slides, which remember the frames
-    since `reset`; a frame of an earlier instant resets. Needs the extra `viz`.
-    """
-
-    def __init__(self):
-        Painter()  # which names a missing extra
-        self._at: float | None = None
-
-    def readout(self, frame: Frame) -> Readout:
-        """Text above the drawing."""
-        raise NotImplementedError
-
-    def drawing(self, frame: Frame) -> Drawing:
-        """The drawing of one sample."""
-        raise NotImplementedError
-
-    def reset(self) -> None:
-        """Forget the history."""
-        self._at = None
-
-    def draw(self, frame: Frame) -> np.ndarray:
-        """The picture of a frame: uint8 [height, width, 3], a fresh array."""
-        readout = self.readout(frame)
-        if self._at is not None and self._at > readout.at:
-            self.reset()
-        self._at = readout.at
-        painter = Painter()
-        left, right, top = theme.MARGIN, theme.WIDTH - theme.MARGIN, theme.HEIGHT - theme.MARGIN
-        bottom = top - theme.HEADER
-        panel = (left, theme.MARGIN + theme.FOOTER, right, bottom - 10)
-        paint_scene(painter, self.drawing(frame), 0, panel)
-        titles, values = zip(*readout.numbers, strict=True)
-        needed = [painter.width_of(title, theme.SMALL) for title in titles]
-        share = (right - left - BADGE_WIDTH - theme.GAP - sum(needed)) / len(needed)
-        places = left + share * np.arange(len(needed)) + np.cumsum([0, *needed[:-1]])
-        for x, title, value in zip(places, titles, values, strict=True):
-            painter.text(x, top - 10, title, theme.SMALL, theme.MUTED)
-            painter.text(x, bottom + 3, value, theme.VALUE, bold=True)
-        painter.badge((right - BADGE_WIDTH, bottom + 2, right, top), readout.colour)
-        size = 14.0 if len(readout.badge) < 9 else 11.0
-        place = right - BADGE_WIDTH / 2, (bottom + top + 2) / 2 - 5
-        painter.text(*place, readout.badge, size, theme.PAGE, bold=True, align="center")
-        return painter.picture()
+def _state(picture: Picture, i: int) -> tuple[str, str]:
+    """The state of sample i in a word, and its colour."""
+    if picture.ended and picture.drawing is not None and i == len(picture.drawing.points) - 1:
+        return picture.ended.upper(), theme.INK
+    slips = picture.slips is not None and bool(picture.slips[i])
+    return picture.states[slips], theme.SLIDES if slips else theme.HOLDS

@@ -115,12 +115,6 @@ def written(value: float, digits: int) -> str:
     return f"{round(value, digits) + 0.0:.{digits}f}".replace("-", "−")
 
 
-def brief(value: float) -> str:
-    """Format a number with about three figures: two places below 10, one below 100, else none."""
-    size = abs(value)
-    return written(value, 2 if size < 9.995 else 1 if size < 99.95 else 0)
-
-
 def nice_step(rough: float) -> float:
     """The least of 1, 2 and 5 times a power of ten that is not below `rough`."""
     power = 10.0 ** floor(log10(rough))

@@ -1,19 +1,17 @@
-"""The UGV in pictures: the frame that is shown, its drawing, and its renderer."""
+"""The UGV in pictures: a drive's numbers, and their drawing."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from math import degrees, hypot
+from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Stretch
-from stickslip.envs.rendering.scene import Readout, Renderer
-from stickslip.envs.rendering.theme import brief, written
+from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Picture, Stretch
 
 if TYPE_CHECKING:
     from stickslip.dynamics.ugv import Pose, UGVParams
@@ -31,7 +29,7 @@ LEGEND = (
     ("holds", "wheel grips: cone of friction, force of the ground"),
     ("slides", "wheel slips"),
 )
-MOST_POINTS = 1200
+MOST_POINTS = 4000
 """Points of the ground's profile."""
 
 
@@ -142,45 +140,22 @@ def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
     )
 
 
-class UGVRenderer(Renderer[UGVFrame]):
-    """Draws frames of one vehicle; the camera goes along with it.
-
-    vehicle: one, not a batch. criterion, unit: of the cost in the header.
-    """
-
-    def __init__(self, vehicle: UGVParams, criterion: str = "cost", unit: str = "-"):
-        super().__init__()
-        if any(np.ndim(value) for value in (vehicle.body_length, vehicle.wheel_radius)):
-            raise ValueError("vehicle holds a batch; accepted: one vehicle")
-        self._vehicle = vehicle
-        self._cost = criterion.replace("_", " ") + ("" if unit == "-" else f"  [{unit}]")
-
-    def drawing(self, frame: UGVFrame) -> Drawing:
-        """The drawing of one sample."""
-        return ugv_drawing(frame, self._vehicle)
-
-    def readout(self, frame: UGVFrame) -> Readout:
-        """Way, torque, pitch, legs, cost and friction."""
-        at = frame.at
-        x, torque, cost, mu = (float(of[0]) for of in (at.x, at.torque, frame.cost, frame.mu))
-        demand, slips, status = frame.demand[0], bool(frame.slips[0]), Status(int(frame.status[0]))
-        rear, front = np.degrees(at.leg_angles[0]).tolist()
-        ended = status != Status.OK
-        badge = status.name.replace("_", " ") if ended else "SLIP" if slips else "GRIP"
-        used = written(demand, 2) if np.isfinite(demand) else "–"
-        return Readout(
-            numbers=(
-                ("driven  [m]", written(x - frame.start, 2)),
-                ("torque  [N m]", brief(torque)),
-                ("pitch  [°]", written(degrees(frame.placed.pitch[0]), 1)),
-                ("legs  [°]", f"{written(rear, 0)}, {written(front, 0)}"),
-                (self._cost, brief(cost)),
-                ("friction / normal", f"{used} of {mu:.2f}"),
-            ),
-            badge=badge,
-            colour=theme.SLIDES if slips else theme.INK if ended else theme.HOLDS,
-            at=x,
-        )
+def ugv_picture(frame: UGVFrame, vehicle: UGVParams, criterion: str, unit: str) -> Picture:
+    """A drive with the numbers above it; vehicle: not a batch. criterion, unit: of the cost."""
+    status = Status(int(frame.status[-1]))
+    return Picture(
+        drawing=ugv_drawing(frame, vehicle),
+        numbers=(
+            ("driven [m]", np.asarray(frame.at.x - frame.start), 2),
+            ("pitch [°]", np.degrees(frame.placed.pitch), 1),
+            ("torque [N m]", np.asarray(frame.at.torque), 1),
+            ("friction / normal", frame.demand, 2),
+            (criterion.replace("_", " ") + ("" if unit == "-" else f" [{unit}]"), frame.cost, 2),
+        ),
+        slips=frame.slips,
+        states=("GRIP", "SLIP"),
+        ended="" if status == Status.OK else status.name.lower().replace("_", " "),
+    )
 
 
 def _parts(length: float, radius: float) -> tuple[Part, ...]:

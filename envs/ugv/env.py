@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import jax
@@ -46,12 +47,11 @@ from stickslip.optim.posture.criteria import (
 from stickslip.optim.posture.problem import PostureProblem
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from jaxtyping import Array, Float
 
     from stickslip.envs.functional import Entries, Given
-    from stickslip.envs.rendering.ugv import UGVRenderer
 
 T = TypeVar("T")
 OPTIONS = ("start_angles",)
@@ -280,19 +280,17 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             info,
         )
 
-    def picture(self, state: UGVEnvState, info: Mapping[str, float], params: UGVEnvParams):
-        """Data for the renderer of one unbatched state; `info` of the step before it, or {}."""
+    def pictures(
+        self, states: UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams
+    ) -> Callable[[int], np.ndarray]:
+        """See FunctionalEnv (extra `viz`)."""
+        from stickslip.envs.rendering.scene import paint
+        from stickslip.envs.rendering.ugv import ugv_picture
         from stickslip.envs.ugv.picture import ugv_frames
 
-        here = jax.device_get((state, dict(info)))
-        states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], here)
-        return ugv_frames(states, infos, params, self.solver, self.preview)
-
-    def renderer(self, params: UGVEnvParams) -> UGVRenderer:
-        """A renderer for these parameters (extra `viz`)."""
-        from stickslip.envs.rendering.ugv import UGVRenderer
-
-        return UGVRenderer(params.vehicle, self.measure.name, self.measure.unit)
+        frames = ugv_frames(states, infos, params, self.solver, self.preview)
+        shown = ugv_picture(frames, params.vehicle, self.criterion, self.measure.unit)
+        return partial(paint, shown)
 
     def observation_bounds(self, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
         """See FunctionalEnv; entries as in the class docstring."""

@@ -74,27 +74,19 @@ class MassEnv(FunctionalEnv[MassState, MassParams]):
     def is_over(self, state):
         return state.over
 
-    def picture(self, state, info, params):
-        return float(state.place)
+    def pictures(self, states, infos, params):
+        """A black square on white."""
 
-    def renderer(self, params):
-        return MassRenderer()
+        def draw(i: int) -> np.ndarray:
+            page = np.full((24, 96, 3), 255, np.uint8)
+            at = int(np.clip(24 + 40 * states.place[i], 0, 90))
+            page[8:20, at : at + 6] = 0
+            return page
+
+        return draw
 
     def _observe(self, state):
         return jnp.stack([state.place, state.speed])
-
-
-class MassRenderer:
-    """A black square on white."""
-
-    def reset(self):
-        pass
-
-    def draw(self, place: float) -> np.ndarray:
-        page = np.full((24, 96, 3), 255, np.uint8)
-        at = int(np.clip(24 + 40 * place, 0, 90))
-        page[8:20, at : at + 6] = 0
-        return page
 
 
 @register_pytree

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from threading import Lock
 from typing import Any, NamedTuple
 
 import jax
@@ -33,19 +32,6 @@ class ToyParams(NamedTuple):
     def time_limit(self) -> float:
         """[s]"""
         return self.limit * self.control_period
-
-
-class ToyRenderer:
-    """Draws the number of steps as a shade, and counts its resets; cannot be copied."""
-
-    def __init__(self):
-        self.resets, self.canvas = 0, Lock()
-
-    def reset(self):
-        self.resets += 1
-
-    def draw(self, state: Any) -> np.ndarray:
-        return np.full((4, 6, 3), round(30 * float(state.elapsed)), np.uint8)
 
 
 @dataclass(frozen=True)
@@ -84,11 +70,9 @@ class Toy(FunctionalEnv[ToyState, ToyParams]):
     def observation_bounds(self, params):
         return np.asarray([-2.0, 0.0]), np.asarray([2.0, 1000.0])
 
-    def picture(self, state, info, params):
-        return state
-
-    def renderer(self, params):
-        return ToyRenderer()
+    def pictures(self, states, infos, params):
+        """The number of steps as a shade."""
+        return lambda i: np.full((4, 6, 3), round(30 * float(states.elapsed[i])), np.uint8)
 
     def _observe(self, state):
         return jnp.stack([state.place, state.elapsed.astype(state.place.dtype)])

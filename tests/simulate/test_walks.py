@@ -22,7 +22,7 @@ from stickslip.dynamics.biped import (
     prepare,
     simulate,
 )
-from stickslip.envs.rendering.biped import BipedRenderer
+from stickslip.envs.rendering.scene import paint
 from stickslip.simulate import biped
 from stickslip.simulate.torque import Expression
 from stickslip.simulate.walk import STATUS
@@ -88,20 +88,21 @@ def test_a_walk_fed_its_own_torques_walks_the_same(capsys):
 @pytest.mark.long
 def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkeypatch):
     image = pytest.importorskip("PIL.Image")
-    shown, drawn = [], BipedRenderer.draw
+    shown = []
     monkeypatch.setattr(
-        BipedRenderer, "draw", lambda self, frame: shown.append(frame) or drawn(self, frame)
+        biped, "paint", lambda picture, i: shown.append((picture, i)) or paint(picture, i)
     )
     assert main([*WALK, f"--torque={LAW}", "--film=walk.gif"]) == OK
     assert "Written: walk.csv, walk.gif" in capsys.readouterr().out
-    times, slides = ([float(getattr(one, of)) for one in shown] for of in ("time", "slide"))
+    times, walked = ([one.numbers[k][1][i] for one, i in shown] for k in (0, 1))
     assert times == pytest.approx([*np.arange(8) * 0.04, 0.3], abs=1e-6)
-    every = column(rows("walk.csv"), "foot position [m]")
-    assert slides == pytest.approx([*every[::4][:8], every[-1]], abs=1e-7)
+    every = np.asarray(column(rows("walk.csv"), "centre of mass [m]"))
+    every = every - every[0]
+    assert walked == pytest.approx([*every[::4][:8], every[-1]], abs=1e-7)
     with image.open("walk.gif") as film:
         assert (film.n_frames, film.info["duration"]) == (9, 40)
     assert main([*WALK, "--torque=4", "--film=fall.gif", "--overwrite"]) == NOTHING_FOUND
-    assert (len(shown), shown[-1].status) == (11, "TOPPLE")
+    assert (len(shown), shown[-1][0].ended) == (11, "topple")
 
 
 def test_a_fall_ends_the_rows_and_says_so(capsys):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.agents.biped.pictures import LEAST_SLID, Course
+from stickslip.agents.biped.pictures import Course
 from stickslip.agents.biped.task import floor_words
 from stickslip.agents.pictures.film import write_pictures
 from stickslip.agents.pictures.plots import plot_panels
@@ -25,8 +25,13 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
-from stickslip.dynamics.status import Status
-from stickslip.envs.rendering.biped import BipedFrame, BipedRenderer, stretches_of
+from stickslip.envs.rendering.biped import (
+    LEAST_SLID,
+    BipedFrame,
+    biped_picture,
+    stretches_of,
+)
+from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of
 from stickslip.options import WalkOptions
@@ -174,38 +179,31 @@ def plot_walk(walk: Walk, path: Path, title: str) -> Path:
 
 def film_walk(walk: Walk, path: Path) -> Path:
     """Write a film of the walk in real time; return the path."""
-    states, contacts = walk.trajectory.states, walk.trajectory.contacts
-    time = np.asarray(states.time - states.time[0])
-    turned = np.asarray(states.crank_angle) - np.asarray(states.crank_angle)[0]
+    draw = partial(paint, biped_picture(frames_of(walk), walk.robot.params))
+    return write_pictures(draw, walk.count, walk.period, path, FPS, progress=True)
 
-    robot, floor = walk.robot, stretches_of(walk.scene.floor)
-    weight = float(robot.total_mass * robot.gravity)
 
-    def frame(i: int) -> BipedFrame:
-        ended = i == walk.count and walk.status.terminal
-        row = max(i - 1, 0)  # at the start there are no forces yet
-        names = ("friction_force", "normal_force", "zmp")
-        forces: dict[str, Any] = {
-            one: float(getattr(contacts, one)[row]) * (i > 0) for one in names
-        }
-        return BipedFrame(
-            phase=states.phase[i],
-            floor=floor,
-            weight=weight,
-            steps=states.steps[i],
-            floor_position=walk.along.ankle[i],
-            slide=states.foot_position[i],
-            crank_rate=states.crank_rate[i],
-            time=time[i],
-            torque=walk.trajectory.torques[row],
-            **forces,
-            mu_static=walk.along.mu_static[i],
-            mu_kinetic=walk.along.mu_kinetic[i],
-            sticking=i == 0 or contacts.mode[row] == 0,
-            mean_crank_rate=turned[i] / time[i] if time[i] > 0 else states.crank_rate[0],
-            status=walk.status.name if ended else Status.OK.name,
-            walked=walk.along.mass[i] - walk.along.mass[0],
-        )
-
-    renderer = BipedRenderer(robot.params)
-    return write_pictures(renderer, frame, walk.count, walk.period, path, FPS, progress=True)
+def frames_of(walk: Walk) -> BipedFrame:
+    """The walk's numbers at every state; at the start there are no forces yet."""
+    states, contacts, along = walk.trajectory.states, walk.trajectory.contacts, walk.along
+    torques, slid = walk.trajectory.torques, np.asarray(contacts.slide_distance, float)
+    names = ("friction_force", "normal_force", "zmp")
+    forces: dict[str, Any] = {one: np.append(0.0, getattr(contacts, one)) for one in names}
+    return BipedFrame(
+        phase=states.phase,
+        floor=stretches_of(walk.scene.floor),
+        weight=float(walk.robot.total_mass * walk.robot.gravity),
+        steps=states.steps,
+        floor_position=along.ankle,
+        slide=states.foot_position,
+        slid=np.append(0.0, np.cumsum(slid)),
+        crank_rate=states.crank_rate,
+        time=states.time - states.time[0],
+        torque=np.append(torques[0], torques),
+        **forces,
+        mu_static=along.mu_static,
+        mu_kinetic=along.mu_kinetic,
+        slips=np.append(False, (contacts.mode != 0) | (slid > LEAST_SLID)),
+        walked=along.mass - along.mass[0],
+        ended=walk.status.name.lower().replace("_", " ") if walk.status.terminal else "",
+    )

@@ -13,8 +13,9 @@ import numpy as np
 from stickslip.agents.pictures.film import write_pictures
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
+from stickslip.envs.rendering.scene import paint
 from stickslip.envs.rendering.sheet import png
-from stickslip.envs.rendering.ugv import UGVRenderer
+from stickslip.envs.rendering.ugv import ugv_picture
 from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
-    from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.optim import Station
 
 COLUMNS = (
@@ -172,12 +172,9 @@ def film_drive(problem: PostureProblem, x: np.ndarray, path: Path) -> Path:
     largest = np.maximum.accumulate(np.abs(stations.torque))
     friction = np.broadcast_to(fine.posture.friction, len(fine.x))
 
-    def frame(i: int) -> UGVFrame:
-        at = stations.map(lambda of: np.asarray(of)[i : i + 1])
-        about = fine.posture.odometer, friction[i : i + 1], fine.posture.params, fine.solver
-        with jax.enable_x64(True):
-            return station_frames(at, largest[i : i + 1], *about, start=float(fine.x[0]))
-
-    renderer = UGVRenderer(problem.params, "largest torque", "N m")
+    ground = fine.posture.odometer, friction, fine.posture.params, fine.solver
+    with jax.enable_x64(True):
+        frames = station_frames(stations, largest, *ground, start=float(fine.x[0]))
+    draw = partial(paint, ugv_picture(frames, problem.params, "largest torque", "N m"))
     period = length / SPEED / last
-    return write_pictures(renderer, frame, last, period, path, FPS, progress=True)
+    return write_pictures(draw, last, period, path, FPS, progress=True)

@@ -29,17 +29,7 @@ STANDING = BipedFrame(
     zmp=0.05,
     mu_static=0.4,
     mu_kinetic=0.3,
-    sticking=True,
-    mean_crank_rate=3.0,
-    commanded_rate=3.0,
 )
-
-
-def walk(count: int, slide_per_frame: float = 0.0) -> list[BipedFrame]:
-    """The frames of `walk_rows`, one by one."""
-    rows = walk_rows(count, slide_per_frame)
-    names = ("phase", "steps", "floor_position", "slide", "time", "torque")
-    return [replace(rows, **{name: getattr(rows, name)[i] for name in names}) for i in range(count)]
 
 
 def walk_rows(count: int, slide_per_frame: float = 0.0) -> BipedFrame:
@@ -54,7 +44,7 @@ def walk_rows(count: int, slide_per_frame: float = 0.0) -> BipedFrame:
         slide=slide,
         time=0.05 * np.arange(count),
         torque=np.sin(2 * turned),
-        sticking=not slide_per_frame,
+        slips=slide_per_frame > 0,
     )
 
 
@@ -69,8 +59,8 @@ def walked(name: str = "walker") -> Episode:
     slips = (at >= 100) & (at < 150)
     slide = 1e-3 * np.cumsum(slips)
     place = frames.floor_position + slide
-    frames = replace(frames, slide=slide, floor_position=place, sticking=~slips)
-    drawing = biped_drawing(frames, Mechanism(BipedParams.from_bars()), slips)
+    frames = replace(frames, slide=slide, floor_position=place, slips=slips)
+    drawing = biped_drawing(frames, Mechanism(BipedParams.from_bars()))
     ahead = drawing.focus[:, 0]
     time = PERIOD * np.arange(SAMPLES)
     terms = tuple(Line(f"term {i}", np.sin(time + i)) for i in range(4))

@@ -12,8 +12,9 @@ import pytest
 
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.envs.rendering.animation import find_ffmpeg, save_animation
-from stickslip.envs.rendering.biped import BipedRenderer
-from tests.envs.rendering.frames import walk
+from stickslip.envs.rendering.biped import biped_picture
+from stickslip.envs.rendering.scene import paint
+from tests.envs.rendering.frames import walk_rows
 
 pytest.importorskip("matplotlib")
 pytest.importorskip("PIL")
@@ -21,8 +22,8 @@ pytest.importorskip("PIL")
 
 @pytest.fixture(scope="module")
 def film():
-    renderer = BipedRenderer(BipedParams.from_bars())
-    frames = [renderer.draw(frame) for frame in walk(6, slide_per_frame=0.002)]
+    walk = biped_picture(walk_rows(6, slide_per_frame=0.002), BipedParams.from_bars())
+    frames = [paint(walk, i) for i in range(6)]
     return [*frames, frames[-1]]  # a picture that stands still is shown for longer
 
 

@@ -16,7 +16,7 @@ from tests.envs.rendering.frames import walk_rows
 
 def drawn(count: int, slide: float = 0.0) -> Drawing:
     mechanism = Mechanism(BipedParams.from_bars())
-    return biped_drawing(walk_rows(count, slide), mechanism, np.full(count, slide > 0))
+    return biped_drawing(walk_rows(count, slide), mechanism)
 
 
 def test_bars_end_at_the_pins_of_the_kinematics():
