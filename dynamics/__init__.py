@@ -7,7 +7,6 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
     from stickslip.dynamics.biped.settings import Setting
-    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
     from stickslip.dynamics.pytrees import register_pytree
     from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
     from stickslip.dynamics.status import EventKind, Status
@@ -17,7 +16,6 @@ else:
         {
             "biped.settings": ("Setting",),
             "biped.recommendation": ("PRESETS", "Recommendation", "recommend"),
-            "biped.walk_check": ("WalkCheck", "check_walk"),
             "pytrees": ("register_pytree",),
             "scene": ("Grip", "Patches", "Scene", "Uniform"),
             "status": ("EventKind", "Status"),
@@ -34,8 +32,6 @@ __all__ = [
     "Setting",
     "Status",
     "Uniform",
-    "WalkCheck",
-    "check_walk",
     "recommend",
     "register_pytree",
 ]

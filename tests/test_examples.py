@@ -41,7 +41,6 @@ LONG = {
     LEARNS: "training",
     "PPOTrainer(": "training",
     "recommend(": "every setting it tells of is a program",
-    "check_walk(": "event-exact walks and their derivatives",
     "evaluate_task(": "whole episodes of a task",
     "bound_every_drive(": "interval arithmetic over all drives",
     "bound_steady_reward(": "gaits at many rates",

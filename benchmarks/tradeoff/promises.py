@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -24,7 +24,6 @@ from benchmarks.tradeoff.population import (
 from stickslip.dynamics.biped import EventExact, RK4Split, Table, prepare, step
 from stickslip.dynamics.biped.recommendation import CONFIDENCE, QUANTILES, WALK_PER_RADIAN
 from stickslip.dynamics.biped.settings import Setting
-from stickslip.dynamics.biped.walk_check import Path, walk_errors
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -36,6 +35,30 @@ REFERENCE = EventExact(rtol=1e-12, atol=1e-15)
 """Integrator of the reference, in float64 on the table FINE."""
 SHORTEST = 10
 """Walks that leave the model within fewer control periods are left out."""
+
+
+class Path(NamedTuple):
+    """A walk at the ends of the torques' periods [n], and its switches so far."""
+
+    angle: Any
+    slide: Any
+    status: Any
+    switches: Any = None
+
+
+def walk_errors(own: Path, truth: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Largest differences of crank angle [rad] and slide [m] while the reference is inside.
+
+    Infinite where `own` ends before it, or is no number; 0 where the reference never was inside.
+    """
+    inside, runs = (np.asarray(path.status) <= 1 for path in (truth, own))
+
+    def largest(mine: np.ndarray, true: np.ndarray) -> np.ndarray:
+        off = np.abs(np.asarray(mine, np.float64) - np.asarray(true, np.float64))
+        off = np.where(runs & np.isfinite(off), off, np.inf)
+        return np.max(np.where(inside, off, 0.0), axis=-1)
+
+    return largest(own.angle, truth.angle), largest(own.slide, truth.slide)
 
 
 def march(integrator, model, scene, state, law, period) -> Path:

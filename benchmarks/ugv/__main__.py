@@ -26,7 +26,7 @@ from benchmarks.report import (
     where,
 )
 from benchmarks.ugv.costs import costs
-from benchmarks.ugv.population import AS_FUNCTION, GROUND, VEHICLES, WHERE, WORDS
+from benchmarks.ugv.population import AS_FUNCTION
 from benchmarks.ugv.promise import CONFIDENCE, QUANTILE, promises
 from stickslip.records.files import write_whole
 
@@ -132,12 +132,6 @@ def source(content: dict[str, Any]) -> str:
             "measured_on": where(content, "promise"),
             "quantile": QUANTILE,
             "confidence": CONFIDENCE,
-            "population": {
-                "grounds": WORDS,
-                "places": WHERE,
-                "everywhere": GROUND,
-                "vehicles": VEHICLES,
-            },
             "settings": [[called(solver)[1], dtype] for solver, dtype in settings],
             "promises": promises,
             "costs": [[*key, three(cost)] for key, cost in sorted(costs.items())],

@@ -66,22 +66,6 @@ class Known:
         return self.ground.profile(x)
 
 
-WORDS = {
-    "closed": "bumps, sinusoids, ramps, steps and ditches",
-    "waves": "sums of 1 to 16 waves, half with the spectrum of ISO 8608",
-    "spline": "cubic, pchip and makima splines through points, and tables of waves",
-    "function": "closed forms and sums of waves",
-}
-
-
-GROUND = f"slopes to {STEEPEST:g}, {SHARE:.0%} up to {TOO_HOLLOW:g} times hollower than the wheel"
-VEHICLES = "wheels of 0.1 to 1 m, bodies of 2 to 5 and legs of 0.8 to 1.8 wheel radii"
-WHERE = {
-    place: f"{low:g} to {high:g} wheel radii from the origin"
-    for place, (low, high) in PLACES.items()
-}
-
-
 class Drawn(NamedTuple):
     """Independent poses [n]: each with a vehicle, a ground, a front contact [m], angles [rad]."""
 

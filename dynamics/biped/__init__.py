@@ -47,14 +47,9 @@ from stickslip.dynamics.names import LINKS
 
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
-    from stickslip.dynamics.biped.walk_check import WalkCheck, check_walk
 else:
     __getattr__, __dir__ = loaded_when_used(
-        __name__,
-        {
-            "recommendation": ("PRESETS", "Recommendation", "recommend"),
-            "walk_check": ("WalkCheck", "check_walk"),
-        },
+        __name__, {"recommendation": ("PRESETS", "Recommendation", "recommend")}
     )
 
 __all__ = [
@@ -88,8 +83,6 @@ __all__ = [
     "Setting",
     "Table",
     "Trajectory",
-    "WalkCheck",
-    "check_walk",
     "exchange_mismatch",
     "floor_position",
     "forward_dynamics",

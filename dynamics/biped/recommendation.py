@@ -34,9 +34,8 @@ MEASURED = measured_beside(__file__)
 
 settings: fidelity, integrator, dt of the default robot [s], dtype. costs: scene, index of the
 setting, environments, seconds for each simulated second and environment. samples: scene, robots,
-walks. errors: scene, index, robots, bounds
-of QUANTILES (null: infinite), share of walks that end otherwise than their reference. presets:
-name, index of the setting.
+walks. errors: scene, index, robots, bounds of QUANTILES (null: infinite), share of walks that end
+otherwise than their reference. presets: name, index of the setting.
 """
 
 DEFAULT_CRANK, DEFAULT_GRAVITY = 0.030, 9.81
@@ -49,26 +48,6 @@ QUANTILES = (0.5, 0.95, 0.99)
 CONFIDENCE = 0.95
 """Confidence of each bound: one in twenty may be too low."""
 
-POPULATION = {
-    "default": "the default robot",
-    "any": "the default robot, and robots of random crank (0.01 to 0.3 m), masses, payload and "
-    "gravity, whichever is worse",
-}
-KINDS = {
-    "smooth": "a floor that holds",
-    "stick-slip": "one friction, mu_static 0.02 to 0.5, mu_kinetic 0.6 to 1 of it",
-    "ice": "five patches 0.1 to 1.5 steps wide, mu_static 0.2 to 0.6 and 0.01 to 0.1 in turn",
-}
-DRAWN = (
-    "random starts and torques (a proportional controller, one torque, a new torque every 1 to 5 "
-    "periods) for 36 own times, sqrt(crank / gravity): the default robot's 2 s"
-)
-NOT_COVERED = (
-    "the rest of such walks, whose errors have no bound (some amplify every error a thousandfold); "
-    "longer walks; floors, torques and linkages outside these ranges; whether a walk "
-    "that leaves the model is said to leave it. For one's own walk: check_walk"
-)
-
 
 @dataclass(frozen=True)
 class Recommendation:
@@ -79,9 +58,9 @@ class Recommendation:
     as far) that a share `quantile` of all walks of the population keeps; an upper bound with
     CONFIDENCE, out of `count` walks. typical_error: the bound for half of the walks. otherwise:
     share of the walks that left the model where their reference did not, or the other way round.
-    population: what the promise is about, in words. cost: seconds for each simulated second and
-    environment, at `batch` environments. scene: the measured kind of floor. robots: "default", or
-    "any" for the worse of that and of random ones.
+    cost: seconds for each simulated second and environment, at `batch` environments. scene: the
+    measured kind of floor. robots: "default", or "any" for the worse of that and of random ones.
+    docs/accuracy.md says which walks were drawn, and what is not promised.
     """
 
     setting: Setting
@@ -90,7 +69,6 @@ class Recommendation:
     quantile: float
     count: int
     otherwise: float
-    population: str
     cost: float
     scene: str
     robots: str
@@ -124,7 +102,6 @@ def promises(robots: str, quantile: float = 0.95, time: float = 1.0) -> Iterator
             quantile=quantile,
             count=min(counts[scene, kind] for kind in kinds),
             otherwise=max(shares),
-            population=f"{POPULATION[robots]}; {KINDS[scene]}; {DRAWN}; not {NOT_COVERED}",
             cost=cost / time,
             scene=scene,
             robots=robots,
@@ -150,8 +127,7 @@ def recommend(
     """The cheapest measured setting whose promised error on such a floor is within the tolerance.
 
     A promise is about a population of seeded walks: a share `quantile` (0.5, 0.95 or 0.99) of them
-    keeps it; `Recommendation` says of which, how many were walked and what is not covered. For one
-    walk of your own, see `check_walk`.
+    keeps it. A walk of your own may be compared with one by EventExact (docs/accuracy.md).
 
     tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
     as such a turn walks. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,

@@ -57,9 +57,9 @@ class Recommendation:
     `confidence`, at most a part 1 - `quantile` of the poses of the population has a larger one.
     typical_error: the median; worst_error: the largest that was seen. poses: in the sample, each
     with a vehicle and ground of its own; none had a wrong status, so that with 95 % confidence a
-    part of at most 3 / poses has. population: where the poses were drawn from: for others nothing
-    is promised. cost: processor seconds for each pose and its equilibrium, `batch` of them at once.
-    ground, place: of the sample.
+    part of at most 3 / poses has. docs/drives.md says where the poses were drawn from: for others
+    nothing is promised. cost: processor seconds for each pose and its equilibrium, `batch` of them
+    at once. ground, place: of the sample.
     """
 
     solver: PoseSolver
@@ -68,7 +68,6 @@ class Recommendation:
     promised_error: float
     worst_error: float
     poses: int
-    population: str
     cost: float
     batch: int
     ground: str
@@ -80,10 +79,7 @@ class Recommendation:
 def promises() -> Iterator[Recommendation]:
     """Every measured setting, all without a wrong status in their sample."""
     settings = [(PoseSolver(**of), dtype) for of, dtype in MEASURED["settings"]]
-    drawn = MEASURED["population"]
     for ground, place, index, poses, torque, contact in MEASURED["promises"]:
-        words = drawn["grounds"][ground], drawn["everywhere"], drawn["places"][place]
-        population = "; ".join([*words, drawn["vehicles"]])
         typical, promised, worst = map(max, torque, contact)
         solver, dtype = settings[index]
         for priced, of, batch, cost in MEASURED["costs"]:
@@ -95,7 +91,6 @@ def promises() -> Iterator[Recommendation]:
                     promised_error=promised,
                     worst_error=worst,
                     poses=poses,
-                    population=population,
                     cost=cost,
                     batch=batch,
                     ground=ground,

@@ -53,6 +53,15 @@ def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
     )
 
 
+def test_errors_count_while_the_reference_is_inside_and_an_early_end_is_infinitely_wrong():
+    true = promises.Path(np.zeros((4, 3)), np.zeros((4, 3)), np.array([[0, 1, 3]] * 4))
+    angle = np.array([[0.1, 0.2, 9.0], [0.1, 0.2, 9.0], [0.1, np.nan, 0.0], [0.0, 0.0, 9.0]])
+    own = promises.Path(angle, -angle, np.array([[0, 0, 0], [0, 3, 3], [0, 1, 1], [0, 0, 0]]))
+    turned, slid = promises.walk_errors(own, true)
+    np.testing.assert_array_equal(turned, [0.2, np.inf, np.inf, 0.0])
+    np.testing.assert_array_equal(slid, turned)
+
+
 def test_the_population_covers_what_the_promise_says(float64):
     walks = both("stick-slip", range(100))
     crank, mu = np.asarray(walks.params.crank), np.asarray(walks.scene.floor.mu_static)

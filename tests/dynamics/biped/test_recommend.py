@@ -80,14 +80,11 @@ def test_a_tolerance_that_nothing_meets_is_refused_with_the_best_there_is():
     assert recommend(1.1 * best, "stick-slip").promised_error == pytest.approx(best, rel=0.05)
 
 
-def test_a_promise_says_of_which_walks_how_many_and_what_it_leaves_out():
+def test_a_promise_says_how_many_walks_keep_it():
     found = recommend(1e-2)
     assert found.typical_error <= found.promised_error <= 1e-2
     assert found.quantile == 0.95
     assert found.count >= 400
-    assert "default robot" in found.population
-    assert "mu_static 0.02 to 0.5" in found.population
-    assert "check_walk" in found.population
     assert 0 <= found.otherwise < 0.2
 
 
