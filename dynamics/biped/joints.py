@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
     Pin = tuple[int, int]
     """Link that a joint force acts on, and link that it comes from."""
+    Places = tuple[Float[Array, "24 2"], Float[Array, " 24"]]
+    """Of the bodies' centres, and their angles, or derivatives of both."""
 
 LEG_LINKS = (1, 2, 3, 4, 5, 6, 7, 9, 10, 11, 12)
 """The 11 links that each leg has of its own."""
@@ -84,44 +86,24 @@ ALPHA, SQUARE, SLIDE, GRAVITY = range(4)
 """Columns of loads: unit crank acceleration, crank rate squared, foot acceleration, gravity."""
 
 
-class LinkMotion(NamedTuple):
-    """Centres of mass [m] and angles [rad], modulo 2 pi, of the bodies in the order of BODIES, and
-    their first and second derivatives by the crank angle; the pins as in Kinematics.
-
-    Ground frame, origin at the supporting ankle; the slide x1 of eq. 16 is not included.
-    """
-
-    centres: Float[Array, "24 2"]
-    centre_slopes: Float[Array, "24 2"]
-    centre_curvatures: Float[Array, "24 2"]
-    angles: Float[Array, " 24"]
-    angle_slopes: Float[Array, " 24"]
-    angle_curvatures: Float[Array, " 24"]
-    pins: LegPins
-    hip_pins: Float[Array, "3 2"]
-
-
-def link_motion(
-    params: BipedParams, theta: Scalar, difference_step: float | None = None
-) -> LinkMotion:
+def link_motion(params: BipedParams, theta: Scalar, difference_step: float | None = None):
     """Motion of all links at crank angle `theta` [rad] of the supporting leg.
 
-    difference_step None: exact, by differentiating the closed linkage forwards twice. A number D
-    [rad]: the chapter's forward differences. Positions are exact at `theta` either way. Static
-    choice; scalars, batch with vmap.
+    Centres of mass [24, 2] [m] and angles [24] [rad] modulo 2 pi, bodies in the order of BODIES;
+    then their first, then their second derivatives by the crank angle. Ground frame, origin at the
+    supporting ankle; the slide x1 of eq. 16 is not included. difference_step None: exact, by
+    differentiating the closed linkage forwards twice. A number D [rad]: the chapter's forward
+    differences. Positions are exact at `theta` either way. Static choice; scalars, batch with vmap.
     """
-    if difference_step is None:
-        one = jnp.ones_like(theta)
+    if difference_step is not None:
+        return _differences(params, theta, difference_step)
+    one = jnp.ones_like(theta)
 
-        def slope(angle: Scalar):
-            return jax.jvp(lambda at: centres_and_angles(params, at), (angle,), (one,))
+    def slope(angle: Scalar):
+        return jax.jvp(lambda at: centres_and_angles(params, at), (angle,), (one,))
 
-        (places, slopes), (_, curvatures) = jax.jvp(slope, (theta,), (one,))
-    else:
-        places, slopes, curvatures = _differences(params, theta, difference_step)
-    now = kinematics(params, theta)
-    centres, angles = zip(places, slopes, curvatures, strict=True)
-    return LinkMotion(*centres, *angles, now.pins, now.hip_pins)
+    (places, slopes), (_, curvatures) = jax.jvp(slope, (theta,), (one,))
+    return places, slopes, curvatures
 
 
 def _differences(params: BipedParams, theta: Scalar, step: float):
@@ -146,7 +128,18 @@ def _change(before: Float[Array, "..."], after: Float[Array, "..."]) -> Float[Ar
     return change - 2 * np.pi * jnp.round(change / (2 * np.pi))
 
 
-def _loads(params: BipedParams, motion: LinkMotion) -> Float[Array, "24 3 4"]:
+class _Loaded(NamedTuple):
+    """The bodies and pins at one crank angle, and what the bodies' motion takes."""
+
+    centres: Float[Array, "24 2"]
+    pins: LegPins
+    hip_pins: Float[Array, "3 2"]
+    loads: Float[Array, "24 3 k"]
+
+
+def _loads(
+    params: BipedParams, places: Places, slopes: Places, curvatures: Places
+) -> Float[Array, "24 3 4"]:
     """Mass times acceleration (x, y) and I times turning acceleration of unit crank acceleration,
     crank rate squared and foot acceleration; minus the weight of unit gravity (eq. 18)."""
     mass, inertia = body_masses(params)[:, None], jnp.asarray(params.inertia)[LINK_OF_BODY]
@@ -154,26 +147,27 @@ def _loads(params: BipedParams, motion: LinkMotion) -> Float[Array, "24 3 4"]:
     def of(centres: Float[Array, "24 2"], angles: Float[Array, " 24"]) -> Float[Array, "24 3"]:
         return jnp.concatenate([mass * centres, (inertia * angles)[:, None]], axis=1)
 
-    zero, one = jnp.zeros_like(motion.centres), jnp.zeros_like(motion.centres) + 1
-    still = jnp.zeros_like(motion.angles)
-    unit = jnp.asarray(np.eye(2), motion.centres.dtype)
+    centres, angles = places
+    zero, one = jnp.zeros_like(centres), jnp.zeros_like(centres) + 1
+    still = jnp.zeros_like(angles)
+    unit = jnp.asarray(np.eye(2), centres.dtype)
     columns = [
-        of(motion.centre_slopes, motion.angle_slopes),
-        of(motion.centre_curvatures, motion.angle_curvatures),
+        of(*slopes),
+        of(*curvatures),
         of(zero + unit[:1], still),
         of(one * unit[1:], still),
     ]
     return jnp.stack(columns, axis=-1)
 
 
-def _ground_balance(motion: LinkMotion, loads: Float[Array, "24 3 k"]) -> Float[Array, "3 k"]:
+def _ground_balance(at: _Loaded) -> Float[Array, "3 k"]:
     """Friction, normal force and moment about the ankle, per column of loads (eqs. 29-30).
 
     The sum of all bodies' equations, moments about the ankle: joint forces and torque cancel. The
     ankle is taken at ground level.
     """
-    moments = loads[:, 2] + _moment(motion.centres - motion.pins.E[:1], loads[:, :2])
-    return jnp.sum(jnp.stack([loads[:, 0], loads[:, 1], moments], axis=1), axis=0)
+    moments = at.loads[:, 2] + _moment(at.centres - at.pins.E[:1], at.loads[:, :2])
+    return jnp.sum(jnp.stack([at.loads[:, 0], at.loads[:, 1], moments], axis=1), axis=0)
 
 
 class DifferencedInertia(NamedTuple):
@@ -209,7 +203,7 @@ class JointInertia:
 
     def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
         """M, P, Y and slopes at `theta` [rad]; DifferencedInertia with a difference_step."""
-        _, torque, (friction, normal, _) = _solution(*self._motion_and_loads(theta))
+        _, torque, (friction, normal, _) = _solution(self._loaded(theta))
         six = ReducedInertia(
             M=torque[ALPHA],
             dM=2 * torque[SQUARE],
@@ -224,7 +218,7 @@ class JointInertia:
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
         """Terms of the ground's moment about the ankle at `theta` [rad] (eq. 30)."""
-        moment = _ground_balance(*self._motion_and_loads(theta))[2]
+        moment = _ground_balance(self._loaded(theta))[2]
         return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
 
     def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
@@ -239,74 +233,35 @@ class JointInertia:
         foot_acceleration: Scalar,
     ) -> Float[Array, " 68"]:
         """All joint forces [N] of a motion, in the order of JOINT_FORCES."""
-        motion, loads = self._motion_and_loads(theta)
+        at = self._loaded(theta)
         gravity = jnp.asarray(self.params.gravity, jnp.result_type(crank_rate))
         u = jnp.stack([crank_acceleration, crank_rate**2, foot_acceleration, gravity])
-        return _solution(motion, (loads @ u)[..., None])[0][:, 0]
+        return _solution(at._replace(loads=(at.loads @ u)[..., None]))[0][:, 0]
 
-    def _motion_and_loads(self, theta: Scalar) -> tuple[LinkMotion, Array]:
+    def _loaded(self, theta: Scalar) -> _Loaded:
         motion = link_motion(self.params, theta, self.difference_step)
-        return motion, _loads(self.params, motion)
+        now = kinematics(self.params, theta)
+        return _Loaded(motion[0][0], now.pins, now.hip_pins, _loads(self.params, *motion))
 
 
-def _solution(motion: LinkMotion, loads: Float[Array, "24 3 k"]) -> tuple[Array, Array, Array]:
+def _solution(at: _Loaded) -> tuple[Array, Array, Array]:
     """Joint forces [68, k], motor torque [k] and ground force and moment [3, k] of the loads."""
-    ground = _ground_balance(motion, loads)
-    to_ankle = motion.pins.E[0] - motion.centres[FOOT]
+    ground, loads = _ground_balance(at), at.loads
+    to_ankle = at.pins.E[0] - at.centres[FOOT]
     turn = ground[2] + to_ankle[0] * ground[1] - to_ankle[1] * ground[0]
     foot = loads[FOOT] - jnp.stack([ground[0], ground[1], turn])
-    legs = _legs(motion, jnp.concatenate([foot[None], loads[FOOT + 1 :]])[LEG_BODIES])
-    crank, centre = loads[CRANK], motion.centres[CRANK]
+    legs = _legs(at, jnp.concatenate([foot[None], loads[FOOT + 1 :]])[LEG_BODIES])
+    crank, centre = loads[CRANK], at.centres[CRANK]
     pushes = legs[7, 8]  # on the rods; the reverse on the crank
     axis = crank[:2] + jnp.sum(pushes, axis=0)
-    turns = jnp.sum(_moment(motion.pins.crank_pin - centre[None], pushes), axis=0)
-    arm = motion.hip_pins[0] - centre
+    turns = jnp.sum(_moment(at.pins.crank_pin - centre[None], pushes), axis=0)
+    arm = at.hip_pins[0] - centre
     torque = crank[2] + turns - (arm[0] * axis[1] - arm[1] * axis[0])
     ordered = jnp.concatenate([legs[on, by] for on, by, _ in LEG_JOINTS], axis=1)
     return jnp.concatenate([*ordered, axis]), torque, ground
 
 
-class _Link(NamedTuple):
-    """A link of a group: its outer joint, and whether the force's sign there is +1."""
-
-    link: int
-    outer: Pin
-    outer_sign: int
-    known: tuple[tuple[int, int, int], ...]
-    """Joints solved before, with the sign of their force on this link."""
-
-
-class _Group(NamedTuple):
-    links: tuple[_Link, ...]
-    inner: Pin
-    inner_sign: int
-    """Sign of the inner force on the first link."""
-
-
-def _plan() -> tuple[_Group, ...]:
-    """The joints of each group, by the pin table: which is solved where."""
-    joints = [(on, by) for on, by, _ in LEG_JOINTS]
-    solved: set[Pin] = set()
-    groups = []
-    for members in GROUPS:
-        touching = [joint for joint in joints if set(joint) & set(members)]
-        unsolved = [joint for joint in touching if joint not in solved]
-        inner = next(j for j in unsolved if set(j) == set(members) or j == LEG_SLOT[:2])
-        links = []
-        for link in members:
-            sign = {j: 1 if j[0] == link else -1 for j in touching if link in j}
-            outer = next(j for j in unsolved if link in j and j != inner)
-            known = tuple((*j, s) for j, s in sign.items() if j in solved)
-            links.append(_Link(link, outer, sign[outer], known))
-        groups.append(_Group(tuple(links), inner, 1 if inner[0] == members[0] else -1))
-        solved.update(unsolved)
-    return tuple(groups)
-
-
-_PLAN = _plan()
-
-
-def _legs(motion: LinkMotion, loads: Float[Array, "2 11 3 k"]) -> dict[Pin, Array]:
+def _legs(motion: _Loaded, loads: Float[Array, "2 11 3 k"]) -> dict[Pin, Array]:
     """Force in every joint of both legs [2, components, k], group by group from the foot."""
     hip = {name: jnp.stack([p, p]) for name, p in zip("ABD", motion.hip_pins, strict=True)}
     places = motion.pins._asdict() | hip
@@ -315,34 +270,47 @@ def _legs(motion: LinkMotion, loads: Float[Array, "2 11 3 k"]) -> dict[Pin, Arra
     along = motion.hip_pins[1] - motion.hip_pins[0]
     normal = jnp.stack([-along[1], along[0]]) / jnp.sqrt(along @ along)
     forces: dict[Pin, Array] = {}
-    for group in _PLAN:
-        needs = [_remaining(link, at, centres, loads, forces) for link in group.links]
-        arms = [at[group.inner] - at[link.outer] for link in group.links]
+    for links in GROUPS:
+        unsolved = [j for j in at if set(j) & set(links) and j not in forces]
+        between = next(j for j in unsolved if set(j) == set(links) or j == LEG_SLOT[:2])
+        outer = [next(j for j in unsolved if link in j and j != between) for link in links]
+        needs = [
+            _remaining(link, pin, at, centres, loads, forces)
+            for link, pin in zip(links, outer, strict=True)
+        ]
+        arms = [at[between] - at[pin] for pin in outer]
         inner = _inner_force(arms, [turn for _, turn in needs], normal)
-        for sign, link, (force, _) in zip((1, -1), group.links, needs, strict=False):
-            forces[link.outer] = link.outer_sign * (force - sign * inner)
-        if group.inner == LEG_SLOT[:2]:
+        for sign, link, pin, (force, _) in zip((1, -1), links, outer, needs, strict=False):
+            forces[pin] = _sign(pin, link) * (force - sign * inner)
+        if between == LEG_SLOT[:2]:
             inner = jnp.sum(normal[None, :, None] * inner, axis=1, keepdims=True)
-        forces[group.inner] = group.inner_sign * inner
+        forces[between] = _sign(between, links[0]) * inner
     return forces
 
 
+def _sign(pin: Pin, link: int) -> int:
+    """+1 if the force of a joint acts on the link, -1 if it comes from it."""
+    return 1 if pin[0] == link else -1
+
+
 def _remaining(
-    link: _Link,
+    link: int,
+    outer: Pin,
     at: dict[Pin, Float[Array, "2 2"]],
     centres: Float[Array, "2 11 2"],
     loads: Float[Array, "2 11 3 k"],
     forces: dict[Pin, Array],
 ) -> tuple[Float[Array, "2 2 k"], Float[Array, "2 k"]]:
     """Force and moment about its outer pin that a link still needs: [2, 2, k], [2, k]."""
-    place = LEG_LINKS.index(link.link)
-    load, about = loads[:, place], at[link.outer]
+    place = LEG_LINKS.index(link)
+    load, about = loads[:, place], at[outer]
     force = load[:, :2]
     turn = load[:, 2] + _moment(centres[:, place] - about, force)
-    for on, by, sign in link.known:
-        given = sign * forces[on, by]
-        force = force - given
-        turn = turn - _moment(at[on, by] - about, given)
+    for pin in at:
+        if link in pin and pin in forces:
+            given = _sign(pin, link) * forces[pin]
+            force = force - given
+            turn = turn - _moment(at[pin] - about, given)
     return force, turn
 
 

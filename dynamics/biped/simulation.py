@@ -62,7 +62,6 @@ if TYPE_CHECKING:
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
 TIME_STEP = "a finite time step > 0 [s]"
-DURATION = "a finite time > 0 [s]"
 
 _mismatch = run_once(exchange_mismatch)
 
@@ -142,25 +141,27 @@ def simulate_inverse(
 def _walk(
     kind: type[Drive], values, params, scene, state, duration, dt, fidelity, integrator
 ) -> Trajectory:
+    """`simulate` of either drive: all is checked, then compiled."""
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
-    scene, duration = require_walk(params, scene, state, duration)
-    require_room(duration, given_dt, scene, spec)
-    count = steps_in(duration, dt)
+    accepted = "a finite time > 0 [s]"
+    duration = require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
+    scene = require_kinds(params, scene, state)
+    state.validate()
+    require_exchange(params, scene)
+    numbers = 24 + (68 if scene.outputs == "joints" else 0)
+    numbers += 3 * spec.log_size if spec.record_events else 0
+    require_memory(f"dt = {shown(given_dt)}", "steps", duration / float(given_dt), 8 * numbers)
+    count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
     policy, held = values, None
     if not callable(values):
-        policy, held = None, require_held(kind._fields[0], values, count)
+        policy, held = None, _held(kind._fields[0], values, count)
     size = duration / count
     return _simulate(spec, fidelity, policy, kind, count, params, scene, state, held, size)
 
 
-def steps_in(duration: float, dt: float) -> int:
-    """Number of equal steps of about `dt` [s], rounded up."""
-    return max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
-
-
-def require_held(name: str, values: Any, count: int) -> Float[Array, " n"]:
+def _held(name: str, values: Any, count: int) -> Float[Array, " n"]:
     """The number for each of `count` steps, or ValueError."""
     require_number(name, values, accepted="finite numbers, or a function of the state")
     if np.ndim(values) > 0 and np.shape(values) != (count,):
@@ -295,25 +296,6 @@ def require_kinds(params: Any, scene: object, state: Any, **numbers: Number) -> 
             f"foot_velocity = {shown(state.foot_velocity)} on a grip floor; accepted: 0 [m/s]"
         )
     return scene
-
-
-def require_walk(
-    params: BipedParams | BipedModel, scene: Scene | str, state: BipedState, duration: float
-) -> tuple[Scene, float]:
-    """The scene, built where it is a name, and the duration [s]; ValueError for a walk that cannot
-    be."""
-    duration = require_one("duration", duration, low=0.0, strict=True, accepted=DURATION)
-    scene = require_kinds(params, scene, state)
-    state.validate()
-    require_exchange(params, scene)
-    return scene, duration
-
-
-def require_room(duration: float, dt: Number, scene: Scene, spec: Integrator) -> None:
-    """Raise ValueError for more steps than memory holds."""
-    numbers = 24 + (68 if scene.outputs == "joints" else 0)
-    numbers += 3 * spec.log_size if spec.record_events else 0
-    require_memory(f"dt = {shown(dt)}", "steps", duration / float(dt), 8 * numbers)
 
 
 def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
