@@ -29,7 +29,6 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
 
@@ -83,33 +82,6 @@ def holds_numbers(*trees: Any) -> bool:
     )
 
 
-MOST = 8
-"""Most numbers of a sequence that are shown one by one."""
-
-
-def _short_repr(self: Any) -> str:
-    """`__repr__` of a dataclass in a line: its fields, arrays by their type and shape.
-
-    Never raises: for batches, traced and deleted numbers and axes to map over, too.
-    """
-    shown_fields = (one.name for one in fields(self) if one.repr and hasattr(self, one.name))
-    entries = ((name, getattr(self, name)) for name in shown_fields)
-    words = [f"{name}={_brief(value)}" for name, value in entries if value is not None]
-    return f"{type(self).__name__}({', '.join(words)})"
-
-
-def _brief(value: Any) -> str:
-    """A number to four digits, the type and shape of an array, anything else by its repr."""
-    if isinstance(value, jax.Array | np.ndarray) and (value.ndim or isinstance(value, Tracer)):
-        return f"{value.dtype}{list(value.shape)}"
-    if isinstance(value, tuple | list) and len(value) <= MOST:
-        return f"({', '.join(map(_brief, value))})"
-    number = isinstance(value, float | np.number | np.ndarray | jax.Array)
-    if number and not getattr(value, "is_deleted", bool)():
-        return f"{float(value):.4g}"
-    return repr(value) if is_dataclass(value) else shown(value)
-
-
 Class = TypeVar("Class", bound=type)
 
 
@@ -117,7 +89,7 @@ def register_pytree(cls: Class) -> Class:
     """Register a dataclass as a pytree, in place of `jax.tree_util.register_dataclass`.
 
     Fields with metadata {"static": True} are part of the structure and hashable, all others are
-    children. The class gets a short repr. TypeError for what is no dataclass.
+    children. TypeError for what is no dataclass.
     """
     given: object = cls
     if not (isinstance(given, type) and is_dataclass(given)):
@@ -142,7 +114,6 @@ def register_pytree(cls: Class) -> Class:
         return tree
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
-    given.__repr__ = _short_repr
     return cls
 
 
