@@ -5,24 +5,10 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-
-
-class Point(Protocol):
-    """A measured setting: its batch, cost and the error that it promises."""
-
-    @property
-    def batch(self) -> int: ...
-    @property
-    def cost(self) -> float: ...
-    @property
-    def promised_error(self) -> float: ...
-
-
-Measured = TypeVar("Measured", bound=Point)
 
 
 def measured_beside(file: str) -> dict[str, Any]:
@@ -30,24 +16,21 @@ def measured_beside(file: str) -> dict[str, Any]:
     return json.loads(Path(file).with_name("measured.json").read_text(encoding="utf-8"))
 
 
-def in_nearest_batch(points: Iterable[Measured], batch: int) -> list[Measured]:
-    """Those measured in the batch whose size is nearest by ratio."""
-    points = list(points)
-    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)), default=0)
-    return [point for point in points if point.batch == nearest]
+def cheapest(points: Iterable[Any], batch: int, tolerance: float, refusal: str) -> Any:
+    """The cheapest point whose promised error is within the tolerance, of those measured in the
+    batch whose size is nearest by ratio.
 
-
-def cheapest(points: list[Measured], tolerance: float, refusal: str, none: str = "") -> Measured:
-    """The cheapest point whose promised error is within the tolerance.
-
-    ValueError with the best promise where there is none: refusal, the message so far; none: what is
-    accepted where there are no points at all.
+    points: with batch, cost and promised_error. refusal: the message so far of the ValueError where
+    there is none; {batch} in it is the nearest.
     """
+    points = list(points)
+    nearest = min({p.batch for p in points}, key=lambda b: abs(math.log(b / batch)), default=batch)
+    points = [point for point in points if point.batch == nearest]
     good = [point for point in points if point.promised_error <= tolerance]
     if good:
         return min(good, key=lambda point: (point.cost, point.promised_error))
-    accepted = none
-    if points:
-        best = min(points, key=lambda point: point.promised_error)
-        accepted = f"from {best.promised_error:.2g}"
-    raise ValueError(f"tolerance = {tolerance:g}: {refusal}; accepted: {accepted}")
+    best = min((point.promised_error for point in points), default=math.nan)
+    accepted = f"from {best:.2g}" if points else "other ground, precision or checks"
+    raise ValueError(
+        f"tolerance = {tolerance:g}: {refusal.format(batch=nearest)}; accepted: {accepted}"
+    )

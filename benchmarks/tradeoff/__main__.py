@@ -153,9 +153,12 @@ def presets_of(content: dict[str, Any]) -> dict[str, Promise]:
     """The presets by name.
 
     fast, balanced: in float32, which needs no switch: the cheapest within 2e-2 rad/s, and the knee.
-    exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate.
+    exact: the cheapest of all within 1e-8 rad/s. Where nothing comes so close, the most accurate;
+    none where nothing was measured.
     """
     points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
+    if not front_of([p for p in points if p.dtype == "float32"]):
+        return {}
 
     def cheapest(tolerance: float, among: list[Promise]) -> Promise:
         along = front_of(among)
@@ -198,11 +201,8 @@ def body(content: dict[str, Any]) -> str:
 
 def presets(content: dict[str, Any]) -> str:
     """The presets, what is promised of them, and their costs."""
-    points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
-    if not front_of([p for p in points if p.dtype == "float32"]):
-        return "Not measured."
-    chosen = presets_of(content)
-    return markdown([{"preset": name} | _columns(point) for name, point in chosen.items()])
+    chosen = [{"preset": name} | _columns(one) for name, one in presets_of(content).items()]
+    return markdown(chosen) if chosen else "Not measured."
 
 
 def fronts(content: dict[str, Any]) -> str:

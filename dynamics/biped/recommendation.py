@@ -23,7 +23,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.measured import cheapest, in_nearest_batch, measured_beside
+from stickslip.dynamics.measured import cheapest, measured_beside
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
 if TYPE_CHECKING:
@@ -147,10 +147,8 @@ def recommend(
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
     points = (point for point in promises(robots, quantile, time) if point.scene == name)
-    points = in_nearest_batch(points, batch)
-    walks = f"{100 * quantile:g} % of the walks in the scene {name!r} with {points[0].batch}"
-    refusal = f"no measured setting keeps so many rad/s on {walks} environments"
-    return cheapest(points, tolerance, refusal)
+    walks = f"{100 * quantile:g} % of the walks in the scene {name!r} with {{batch}} environments"
+    return cheapest(points, batch, tolerance, f"no measured setting keeps so many rad/s on {walks}")
 
 
 def setting_of(setting: str | Setting) -> Setting:

@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import (
     require_kind,
     require_number,
 )
-from stickslip.dynamics.measured import cheapest, in_nearest_batch, measured_beside
+from stickslip.dynamics.measured import cheapest, measured_beside
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function
 from stickslip.dynamics.ugv.ground.spline import Spline
@@ -138,8 +138,7 @@ def recommend(
         and (point.solver.samples > 0 or not checks)
     )
     refusal = f"no measured setting promises it on ground {ground!r}, {place} the origin"
-    none = "other ground, precision or checks: no setting was free of wrong statuses here"
-    return cheapest(in_nearest_batch(points, batch), tolerance, refusal, none)
+    return cheapest(points, batch, tolerance, refusal)
 
 
 def ground_of(track: Track | str) -> str:
