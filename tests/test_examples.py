@@ -43,7 +43,6 @@ LONG = {
     "recommend(": "every setting it tells of is a program",
     "evaluate_task(": "whole episodes of a task",
     "bound_every_drive(": "interval arithmetic over all drives",
-    "bound_steady_reward(": "gaits at many rates",
     "done = sweep(": "a sweep",
     "read_sweep(": "a sweep first",
     "env.default_params, policy, num_envs=4096": "docs/use.md collects, too",

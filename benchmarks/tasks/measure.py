@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from benchmarks.tasks.steady import bound_steady_reward
 from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
@@ -15,7 +16,6 @@ from stickslip.agents.policy.shipped import policy_name, shipped_path
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.optim import bound_every_drive
-from stickslip.optim.gait.steady import bound_steady_reward
 
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import StandardEpisodes

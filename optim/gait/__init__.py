@@ -1,13 +1,12 @@
 """Gaits of the biped that are best of all that do not slip: convex programs, with their proofs.
 
 `problem.py` states the problem, `gait.py` holds a gait and the result, `replay.py` walks a gait in
-simulation, `steady.py` bounds the environment's reward; `convex/` solves and proves.
+simulation; `convex/` solves and proves.
 """
 
 OBJECTIVES: dict[str, str] = {
     "time": "least time: the fastest gait [s]",
     "torque": "torque squared over time, what the windings heat by [(N m)^2 s]",
-    "torque_over_phase": "torque squared over the crank angle [(N m)^2 rad]",
     "work": "positive work of the motor, none recovered [J]",
     "energy": "positive work plus copper_loss x torque squared over time [J]",
     "friction": "largest |friction| / normal force, the least static friction that will do [-]",

@@ -110,19 +110,17 @@ def peak(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     return np.maximum(found, np.where(within, top, -np.inf))
 
 
-def positive_and_squared(torque: Polynomials, h: Float[np.ndarray, "n K"]) -> tuple[float, float]:
-    """The integrals over the crank angle of max(T, 0) and of T^2."""
+def positive(torque: Polynomials, h: Float[np.ndarray, "n K"]) -> float:
+    """The integral over the crank angle of max(T, 0)."""
     values = torque(np.linspace(0.0, 1.0, 2 * PIECES + 1))
     left, middle, right = values[..., :-1:2], values[..., 1::2], values[..., 2::2]
     weight = h[..., None] / PIECES
     simpson = (left + 4 * middle + right) / 6
-    positive = np.where((left >= 0) & (right >= 0), simpson, 0.0)
+    found = np.where((left >= 0) & (right >= 0), simpson, 0.0)
     crosses = left * right < 0
     height = np.maximum(left, right)
     part = height**2 / (2 * np.where(crosses, np.abs(left - right), 1.0))
-    squared = (left**2 + 4 * middle**2 + right**2) / 6
-    positive = np.where(crosses, part, positive)
-    return float(np.sum(positive * weight)), float(np.sum(squared * weight))
+    return float(np.sum(np.where(crosses, part, found) * weight))
 
 
 def _rested(grid: Grid, b: np.ndarray) -> np.ndarray:

@@ -24,16 +24,14 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Number
 
 
-TIME, TORQUE, WORK, STRAIN = "time", "torque", "work", "torque_over_phase"
-"""Terms of an objective: time [s]; torque^2 over time [(N m)^2 s]; positive work [J]; torque^2 over
-the crank angle [(N m)^2 rad]."""
+TIME, TORQUE, WORK = "time", "torque", "work"
+"""Terms of an objective: time [s]; torque^2 over time [(N m)^2 s]; positive work [J]."""
 FRICTION = "friction"
 UNLOADED = 1e-3
 """Share of the weight below which the ground counts as carrying nothing."""
 TERMS_OF: dict[str, tuple[str, ...]] = {
     "time": (TIME,),
     "torque": (TORQUE,),
-    "torque_over_phase": (STRAIN,),
     "work": (WORK,),
     "energy": (WORK, TORQUE),
 }
@@ -41,7 +39,6 @@ TERMS_OF: dict[str, tuple[str, ...]] = {
 UNITS: dict[str, str] = {
     "time": "s",
     "torque": "(N m)^2 s",
-    "torque_over_phase": "(N m)^2 rad",
     "work": "J",
     "energy": "J",
     FRICTION: "-",
@@ -201,12 +198,10 @@ class Gait:
     def spent(self) -> dict[str, float]:
         """The terms of the objectives, integrated between the nodes, the time in closed form."""
         torque = self.torque_between
-        work, strain = between.positive_and_squared(torque, self.grid.h)
         return {
             TIME: self.duration,
             TORQUE: between.over_time(self.grid, self.a, self.b, lambda at: torque(at) ** 2),
-            WORK: work,
-            STRAIN: strain,
+            WORK: between.positive(torque, self.grid.h),
         }
 
     @property
@@ -278,7 +273,6 @@ def terms_on_grid(
         TIME: xp.sum(2 * pace),
         TORQUE: xp.sum(squares * pace),
         WORK: xp.sum(xp.maximum(torques, 0.0) * grid.weights),
-        STRAIN: xp.sum(torques**2 * grid.weights),
     }
 
 

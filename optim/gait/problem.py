@@ -194,14 +194,13 @@ class GaitProblem(Problem[GaitResult]):
         from stickslip.optim.gait.convex.program import Program
 
         at, numbers = self.on_grid, self.on_grid.numbers()
-        program = Program(numbers.kind)
-        problem = program.filled(numbers)
+        program = Program(numbers)
 
         def found() -> Float[np.ndarray, "n"]:
             gait = at.gait_of(*program.read())
             return np.concatenate([[gait.b[0, 0]], np.ravel(gait.a)])
 
-        return problem, found
+        return program.problem, found
 
     def gait(self, x: Vector) -> Gait:
         """The gait of a point."""

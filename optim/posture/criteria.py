@@ -75,30 +75,11 @@ class Station(NamedTuple):
     @property
     def numbers(self) -> tuple[Float[Array, "..."], ...]:
         """All entries but the status, which has no slope."""
-        return self[: self._fields.index("status")]
+        return self[:-1]
 
     def with_numbers(self, numbers: Iterable[Any]) -> Station:
         """The same status beside other numbers."""
         return Station(*numbers, status=self.status)
-
-    @classmethod
-    def unpacked(cls, rows: Float[Array | np.ndarray, "rows ..."]) -> Station:
-        """The station of its rows (see `rows_of`), status last: NumPy's or JAX's arrays as they
-        are."""
-        numbers = _numbers(rows[:-1])
-        return cls(*numbers, status=rows[-1].astype(np.int32))
-
-    @classmethod
-    def unpacked_with_slopes(
-        cls, rows: Float[Array | np.ndarray, "rows ..."]
-    ) -> tuple[Station, Station]:
-        """The same of rows that go on with the slopes in either angle of all but the status; the
-        slopes have a last axis of 2, and a status of 0."""
-        size = (len(rows) + 2) // 3
-        at = cls.unpacked(rows[:size])
-        each = rows[size:].reshape(2, size - 1, *rows.shape[1:])
-        slopes = _numbers(each.transpose(1, *range(2, each.ndim), 0), 1)
-        return at, cls(*slopes, status=0 * slopes[cls._fields.index("torque")])
 
     @property
     def wheels(self) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
@@ -186,32 +167,6 @@ def _by_wheel(
     if isinstance(mu, tuple):
         return jnp.stack([jnp.broadcast_to(jnp.asarray(of, dtype), shape) for of in mu], -1)
     return jnp.broadcast_to(jnp.asarray(mu, dtype), shape)
-
-
-def rows_of(numbers: Iterable[Float[Array, "..."]]) -> list[Float[Array, "..."]]:
-    """Entries that are numbers, x first, each of them [...]: two for one with a last axis of 2."""
-    x, *others = numbers
-    pairs = ([of] if of.ndim == x.ndim else [of[..., 0], of[..., 1]] for of in others)
-    return [x, *(row for pair in pairs for row in pair)]
-
-
-_PAIRS = ("leg_angles", "leg_torques")
-"""Entries with a last axis of 2; friction has one, too, where the track has a surface."""
-
-
-def _numbers(rows: Float[Array | np.ndarray, "rows ..."], behind: int = 0) -> list[Any]:
-    """All entries but the status, of their rows; behind: axes that come after an entry's own."""
-    names = Station._fields[: Station._fields.index("status")]
-    pairs = _PAIRS if len(rows) == len(names) + len(_PAIRS) else (*_PAIRS, "friction")
-    numbers, begin, axes = [], 0, list(range(1, rows.ndim))
-    axes.insert(len(axes) - behind, 0)
-    for name in names:
-        if name in pairs:
-            numbers.append(rows[begin : begin + 2].transpose(axes))
-        else:
-            numbers.append(rows[begin])
-        begin += 1 + (name in pairs)
-    return numbers
 
 
 def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... 2"]:

@@ -3,13 +3,13 @@
 Compiling takes seconds and a thousand stations take half a millisecond. So stations go through in
 rows, filled up to SIZES, whatever problem, grid or batch of drives they come from: problems with
 ground and vehicle of one structure share programs whose waypoints, angles and limits differ. What
-a problem's stations have in common is handed to JAX once (`Waypoints`), and every program gives
-one array: a call costs as much as a hundred stations, and more for each array in and out.
+a problem's stations have in common is handed to JAX once (`Waypoints`): a call costs as much as a
+hundred stations, and more for each array in and out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,7 +26,6 @@ from stickslip.optim.posture.criteria import (
     Station,
     Weighted,
     drive_cost,
-    rows_of,
     station,
     torque_left,
 )
@@ -135,55 +134,53 @@ def _station(
     return station(params, odometer.track, odometer, x, angles, friction, solver)
 
 
-class Rows(NamedTuple):
-    """A station as `rows_of` takes it apart, then maybe its slopes, each [...]."""
+class Sloped(NamedTuple):
+    """Stations, and their slopes in both angles as a new last axis of all but the status."""
 
-    numbers: list[Array]
+    at: Station
+    slopes: Station
     status: Array
-    slopes: list[Array]
 
 
-def _rows(
+def _sloped(
     solver: PoseSolver,
-    sloped: bool,
     params: UGVParams,
     odometer: Odometer,
     x: Float[Array, "..."],
     angles: Float[Array, "... 2"],
     friction: Float[Array, "..."],
-) -> Rows:
-    """Rows of stations; sloped: with their slopes in both angles."""
+) -> Sloped:
+    """Stations with their slopes."""
 
-    def numbers(angles: Array) -> tuple[list[Array], Array]:
+    def numbers(angles: Array) -> tuple[tuple[Array, ...], Array]:
         at = _station(solver, params, odometer, x, angles, friction)
-        return rows_of(at.numbers), at.status
+        return at.numbers, at.status
 
-    def along(angle: Array) -> tuple[list[Array], list[Array], Array]:
+    def along(angle: Array) -> tuple[tuple[Array, ...], tuple[Array, ...], Array]:
         direction = jnp.broadcast_to(angle, angles.shape)
         return jax.jvp(numbers, (angles,), (direction,), has_aux=True)
 
-    if not sloped:
-        return Rows(*numbers(angles), [])
     both = jnp.eye(2, dtype=angles.dtype)
-    at, slopes, status = jax.vmap(along, out_axes=(None, 0, None))(both)
-    return Rows(at, status, [of[angle] for angle in range(2) for of in slopes])
+    at, slopes, status = jax.vmap(along, out_axes=(None, -1, None))(both)
+    return Sloped(Station(*at, status=status), Station(*slopes, status=status), status)
 
 
-def _packed(
-    sloped: bool,
+def _evaluated(
+    function: Callable[..., Any],
     posture: Posture,
     x: Float[Array, "count"],
     friction: Float[Array, "count"],
     angles: Float[Array, "count 2"],
-) -> Float[Array, "rows count"]:
-    """`_rows` in one kernel and one array that Station reads."""
+) -> Any:
+    """_station or _sloped of each, in one kernel of a processor."""
     given = posture.params, posture.odometer, x, angles, friction
-    found = over_poses(_rows, (posture.solver, sloped), *given)
-    status = found.status.astype(found.numbers[0].dtype)
-    return jnp.stack([*found.numbers, status, *found.slopes])
+    return over_poses(function, (posture.solver,), *given)
 
 
-PACKED = {sloped: float64_program(partial(_packed, sloped)) for sloped in (False, True)}
+PROGRAMS = {
+    sloped: float64_program(partial(_evaluated, _sloped if sloped else _station))
+    for sloped in (False, True)
+}
 
 
 class Waypoints(NamedTuple):
@@ -215,56 +212,63 @@ class Waypoints(NamedTuple):
             made = tuple((*of[:2], *jax.device_put(of[2:])) for of in calls)
         return cls(shared, made, len(x))
 
-    def stations(
-        self, pairs: Float[np.ndarray, "length 2"], sloped: bool = False
-    ) -> Float[np.ndarray, "rows length"]:
-        """The stations at these angles, as Station.unpacked reads them; sloped: and their slopes in
-        both angles, as Station.unpacked_with_slopes does."""
+    def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Station:
+        """The stations at these angles, as NumPy arrays."""
+        return self._called(pairs, sloped=False)
+
+    def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
+        """Stations and slopes of `Sloped`."""
+        return self._called(pairs, sloped=True)[:2]
+
+    def _called(self, pairs: np.ndarray, sloped: bool) -> Any:
         parts = [
-            PACKED[sloped](self.shared, x, friction, padded(pairs[begin:], size))
+            PROGRAMS[sloped](self.shared, x, friction, padded(pairs[begin:], size))
             for begin, size, x, friction in self.calls
         ]
-        rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
-        return rows[:, : self.length]
+        return _joined(parts, self.length)
+
+
+def _joined(parts: list[Any], length: int) -> Any:
+    """The first entries of calls one after the other."""
+    return jax.tree.map(
+        lambda *of: (of[0] if len(of) == 1 else np.concatenate(of))[:length], *parts
+    )
 
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
     """`Posture.stations` of any batch of drives [..., K], as NumPy arrays."""
-    return Station.unpacked(rows_at(posture, posture.x, posture.friction, angles))
+    return stations_at(posture, posture.x, posture.friction, angles)
 
 
-def rows_at(
+def stations_at(
     posture: Posture,
     x: Float[Array | np.ndarray, "..."],
     friction: Float[Array | np.ndarray, "..."],
     angles: Float[np.ndarray, "... 2"],
-) -> Float[np.ndarray, "rows ..."]:
-    """Stations at x, with friction and angles, broadcast, as Station.unpacked reads them."""
+) -> Station:
+    """Stations at x, with friction and angles, broadcast, as NumPy arrays."""
     x, friction, angles = map(np.asarray, (x, friction, angles))
     shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
     each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
     pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
-    rows = Waypoints.of(posture, *each).stations(pairs)
-    return rows.reshape(len(rows), *shape)
+    found = Waypoints.of(posture, *each).stations(pairs)
+    return found.map(lambda of: of.reshape(*shape, *of.shape[1:]))
 
 
-def met(
-    posture: Posture, rows: Float[np.ndarray, "rows ..."]
-) -> dict[str, Bool[np.ndarray, "..."]]:
-    """Mask of stations, packed, that meet each group of constraints; `pose` asks for finite
-    numbers, too."""
-    flat = rows.reshape(len(rows), -1).T
+def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
+    """Mask of stations that meet each group of constraints; `pose` asks for finite numbers, too."""
+    shape = at.x.shape
+    flat = at.map(lambda of: of.reshape(-1, *of.shape[len(shape) :]))
     shared = replace(posture, x=None, friction=None, criterion=None)
-    parts = [_met(shared, padded(flat[begin:], size).T) for begin, size in _calls(len(flat))]
-    return {
-        name: np.concatenate([of[name] for of in parts])[: len(flat)].reshape(rows.shape[1:])
-        for name in parts[0]
-    }
+    parts = [
+        _met(shared, flat.map(lambda of: padded(of[begin:], size)))  # noqa: B023
+        for begin, size in _calls(len(flat.x))
+    ]
+    return {name: of.reshape(shape) for name, of in _joined(parts, len(flat.x)).items()}
 
 
 @float64_program
-def _met(posture: Posture, rows: Float[Array, "rows count"]) -> dict[str, Array]:
-    at = Station.unpacked(rows)
+def _met(posture: Posture, at: Station) -> dict[str, Array]:
     met = {name: (of >= 0).all(-1) for name, of in posture.margins(at).items()}
     return met | {"pose": met["pose"] & at.finite}
 
@@ -308,37 +312,29 @@ def finite_cost(
     return jnp.where(jnp.all(at.finite) & jnp.isfinite(cost), cost, jnp.inf)
 
 
-@float64_program
-def value(
-    criterion: Criterion | Weighted, rows: Float[Array, "rows K"], count: Int[Array, ""]
-) -> Float[Array, ""]:
-    """The criterion's value of the first `count` of stations, packed."""
-    return finite_cost(criterion, Station.unpacked(rows), count)
+value = float64_program(finite_cost)
 
 
 def _value_and_margins(
     posture: Posture,
     criterion: Criterion | Weighted,
-    rows: Float[Array, "rows K"],
+    at: Station,
     angles: Float[Array, "K 2"],
 ) -> Float[Array, "1+m"]:
-    """The value of stations, packed, and then `Posture.constraints` at these angles, one after the
-    other: one array is read faster than two."""
-    at = Station.unpacked(rows)
+    """The value of stations, and then `Posture.constraints` at these angles, one after the other:
+    one array is read faster than two."""
     margins = posture.constraints(at, angles).values()
     return jnp.concatenate([finite_cost(criterion, at)[None], *map(jnp.ravel, margins)])
 
 
 value_and_margins = float64_program(_value_and_margins)
-value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None, 1, 0)))
-"""The same of a batch of drives, rows [rows, B, K] and angles [B, K, 2]: [B, 1+m]."""
+value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None, 0, 0)))
+"""The same of a batch of drives, stations [B, K] and angles [B, K, 2]: [B, 1+m]."""
 
 
 @float64_program
-def gradient(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> Float[Array, "K 2"]:
-    """Slope of the value in every angle; 0 where it is not finite. rows: the stations with their
-    slopes, packed."""
-    at, slopes = Station.unpacked_with_slopes(rows)
+def gradient(criterion: Criterion | Weighted, at: Station, slopes: Station) -> Float[Array, "K 2"]:
+    """Slope of the value in every angle; 0 where it is not finite."""
 
     def cost(numbers: tuple[Array, ...]) -> Array:
         return finite_cost(criterion, at.with_numbers(numbers))
@@ -353,11 +349,9 @@ def gradient(criterion: Criterion | Weighted, rows: Float[Array, "rows K"]) -> F
 
 @float64_program
 def margins_and_slopes(
-    posture: Posture, rows: Float[Array, "rows K"]
+    posture: Posture, at: Station, slopes: Station
 ) -> tuple[dict[str, Float[Array, "K m"]], dict[str, Float[Array, "K m 2"]]]:
-    """Each station's margins and their slopes in its own two angles; slopes 0 where not finite.
-    rows: the stations with their slopes, packed."""
-    at, slopes = Station.unpacked_with_slopes(rows)
+    """Each station's margins and their slopes in its own two angles; slopes 0 where not finite."""
 
     def margins(*numbers):
         return posture.margins(at.with_numbers(numbers))

@@ -158,20 +158,18 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
-        rows = self.waypoints.stations(angles)
-        value, margins = self._value_and_margins(rows, angles)
+        at = self.waypoints.stations(angles)
+        value, margins = self._value_and_margins(at, angles)
         feasible = self.meets(angles.reshape(-1), margins)
-        return Evaluation(
-            value, margins, feasible, violations(self, angles, Station.unpacked(rows))
-        )
+        return Evaluation(value, margins, feasible, violations(self, angles, at))
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         waypoints, angles = self.waypoints, self.angles(x)  # a fork is refused before the point
         return self._value_and_margins(waypoints.stations(angles), angles)
 
-    def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
+    def _value_and_margins(self, at: Station, angles: np.ndarray) -> tuple[float, np.ndarray]:
         criterion = self.posture.criterion
-        found = np.array(evaluate.value_and_margins(self.limits, criterion, rows, angles))
+        found = np.array(evaluate.value_and_margins(self.limits, criterion, at, angles))
         return float(found[0]), found[1:]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
@@ -179,23 +177,22 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
-        rows = evaluate.rows_at(self.posture, self.posture.x, self.posture.friction, angles)
-        criterion = self.posture.criterion
-        found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
+        at, criterion = evaluate.stations(self.posture, angles), self.posture.criterion
+        found = np.array(evaluate.value_and_margins_all(self.limits, criterion, at, angles))
         return found[:count, 0], found[:count, 1:]
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """Its slope [unit/rad]; a subgradient at kinks, 0 at stations that are not finite."""
-        rows = self.waypoints.stations(self.angles(x), sloped=True)
-        return np.array(evaluate.gradient(self.posture.criterion, rows)).reshape(-1)
+        both = self.waypoints.sloped(self.angles(x))
+        return np.array(evaluate.gradient(self.posture.criterion, *both)).reshape(-1)
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         K, groups = len(self.x), self.constraint_groups
         require_memory(f"a jacobian of {self.n} angles", "rows", 13.0 * K, 8.0 * self.n)
-        rows = self.waypoints.stations(self.angles(x), sloped=True)
+        both = self.waypoints.sloped(self.angles(x))
         found = np.zeros((sum(self._sizes.values()), self.n))
-        for name, slope in evaluate.margins_and_slopes(self.limits, rows)[1].items():
+        for name, slope in evaluate.margins_and_slopes(self.limits, *both)[1].items():
             block = found[groups[name]].reshape(K, slope.shape[1], K, 2)
             block[np.arange(K), :, np.arange(K)] = slope
         if self.leg_rate is not None:
@@ -237,7 +234,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
-        return Station.unpacked(self.waypoints.stations(self.angles(x)))
+        return self.waypoints.stations(self.angles(x))
 
     def result(self, x: Vector, **others: Any) -> PostureResult:
         """See Problem.result: the drive is evaluated between its waypoints, too."""
@@ -320,9 +317,9 @@ def evaluate_finer(
     angles = _between(problem.angles(x), factor)
     count = len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
-    rows = evaluate.rows_at(fine.posture, fine.posture.x, fine.posture.friction, angles)
-    whole = evaluate.padded(rows.T, size).T
-    residuals = violations(fine, angles, Station.unpacked(rows))
+    at = evaluate.stations(fine.posture, angles)
+    whole = at.map(lambda of: evaluate.padded(of, size))
+    residuals = violations(fine, angles, at)
     return {
         "fine_value": float(evaluate.value(fine.posture.criterion, whole, np.int32(count))),
         "fine_spacing": float(np.max(np.diff(fine.x))),

@@ -7,9 +7,8 @@ their linear models leaves a convex program,
 
     minimise outer(c + J step) / scale + penalty * (what the linear margins are missed by)
 
-over steps within a box, the bounds and the leg rates. It is a cvxpy problem that is built once: c,
-J, margins and box are parameters, multiplied block by block. The box shrinks where the model was
-wrong and grows where it was right.
+over steps within a box, the bounds and the leg rates. The box shrinks where the model was wrong and
+grows where it was right.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ import cvxpy as cp
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse as sp
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.posture import evaluate
@@ -80,9 +80,9 @@ class Near:
         return self._linear
 
     def _linearised(self, angles: np.ndarray) -> Linear:
-        rows = self.problem.waypoints.stations(angles, sloped=True)
-        terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, rows)
-        margins, slopes = evaluate.margins_and_slopes(self.problem.limits, rows)
+        both = self.problem.waypoints.sloped(angles)
+        terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, *both)
+        margins, slopes = evaluate.margins_and_slopes(self.problem.limits, *both)
         # In SMOOTH's order, which a solver's last digits depend on.
         names = [name for name in SMOOTH if name in margins]
         kept = [{name: of[name] for name in names} for of in (margins, slopes)]
@@ -111,13 +111,10 @@ def outer(criterion: Criterion, terms: np.ndarray) -> float:
 
 
 @float64_program
-def linear_terms(criterion: Criterion | Weighted, rows: Float[jax.Array, "rows K"]):
-    """Terms of each criterion and their slopes, as in Linear, and whether all terms are finite.
-
-    rows: the stations with their slopes, packed.
-    """
-    at, slopes = Station.unpacked_with_slopes(rows)
+def linear_terms(criterion: Criterion | Weighted, at: Station, slopes: Station):
+    """Terms of each criterion and their slopes, as in Linear, and whether all terms are finite."""
     numbers = at._replace(status=jnp.zeros_like(at.torque))
+    slopes = slopes._replace(status=jnp.zeros_like(slopes.torque))
     each = jax.tree.map(lambda of: jnp.moveaxis(of, -1, 0), slopes)
     none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)
     begin = jax.tree.map(lambda of, zero: jnp.concatenate([of[:, :-1], zero]), each, none)
@@ -160,88 +157,48 @@ def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarr
     return angles.reshape(-1)
 
 
-class _Block:
-    """The linear model of [rows, m] terms in the leg angles of one or of two waypoints each."""
+def solve_model(
+    near: Near, x: np.ndarray, scale: float, radius: float, penalty: float
+) -> tuple[np.ndarray, float] | None:
+    """The best step [2K] within the box of that radius [rad] about x, and the merit that the model
+    promises there; None where the solver gave up. scale: the objective's size."""
+    problem, at = near.problem, near(x)
+    low, high = problem.bounds
+    step = cp.Variable(problem.n)
+    constraints: list[cp.Constraint] = [
+        step >= np.maximum(low - x, -radius),
+        step <= np.minimum(high - x, radius),
+    ]
+    goal: Any = 0
+    each = zip(near.criteria, near.weights, at.terms, at.term_slopes, strict=True)
+    for one, weight, terms, slopes in each:
+        factor = np.sqrt(scale) if one.outer == "square" else scale
+        model = np.ravel(terms) / factor + _sparse(slopes / factor, problem.n) @ step
+        if one.kind == "max":
+            goal += weight * cp.max(model)
+        else:
+            goal += weight * cp.sum((cp.square if one.outer == "square" else cp.pos)(model))
+    for name, margins in at.margins.items():
+        slack = cp.Variable(margins.size, nonneg=True)
+        model = np.ravel(margins) + _sparse(at.margin_slopes[name], problem.n) @ step
+        constraints.append(model + slack >= 0)
+        goal += penalty * cp.sum(slack)
+    if problem.leg_rate is not None:
+        most = np.repeat(problem.leg_rate * np.diff(problem.x), 2)
+        moves = step[2:] - step[:-2] + (x[2:] - x[:-2])
+        constraints += [moves <= most, moves >= -most]
+    model = cp.Problem(cp.Minimize(goal), constraints)
+    if not solve_quietly(model).answered:
+        return None
+    return np.asarray(step.value), float(np.asarray(model.value))
 
-    def __init__(self, shape: tuple[int, ...], step: cp.Variable, both: bool):
-        columns = [step[:, 0], step[:, 1]]
-        if both:
-            columns = [step[:-1, 0], step[:-1, 1], step[1:, 0], step[1:, 1]]
-        rows, m = shape
-        self.values = [cp.Parameter(rows) for _ in range(m)]
-        self.slopes = [[cp.Parameter(rows) for _ in columns] for _ in range(m)]
-        self.expression = cp.hstack(
-            [
-                value + sum(cp.multiply(a, x) for a, x in zip(slopes, columns, strict=True))
-                for value, slopes in zip(self.values, self.slopes, strict=True)
-            ]
-        )
 
-    def set(self, values: np.ndarray, slopes: np.ndarray) -> None:
-        """Fill in values [rows, m] and slopes [rows, m, columns]."""
-        for i, value in enumerate(self.values):
-            value.value = values[:, i]
-            for j, slope in enumerate(self.slopes[i]):
-                slope.value = slopes[:, i, j]
-
-
-class ConvexModel:
-    """The model for a problem; scale: the objective's size at the first point."""
-
-    def __init__(self, near: Near, x: np.ndarray):
-        problem, at = near.problem, near(x)
-        K = len(problem.x)
-        self.scale = near.scale(at)
-        self.bounds = [side.reshape(K, 2) for side in problem.bounds]
-        self.step = cp.Variable((K, 2))
-        self.low, self.high, self.angles = (cp.Parameter((K, 2)) for _ in range(3))
-        self.penalty = cp.Parameter(nonneg=True)
-        self.terms: list[_Block] = []
-        self.factors: list[float] = []
-        goal: Any = 0
-        for one, weight, terms in zip(near.criteria, near.weights, at.terms, strict=True):
-            block = _Block(terms.shape, self.step, both=one.kind == "sum")
-            square = one.outer == "square"
-            self.terms.append(block)
-            self.factors.append(np.sqrt(self.scale) if square else self.scale)
-            if one.kind == "max":
-                goal += weight * cp.max(block.expression)
-            else:
-                each = cp.square if square else cp.pos
-                goal += weight * cp.sum(each(block.expression))
-        self.margins = {
-            name: _Block(of.shape, self.step, both=False) for name, of in at.margins.items()
-        }
-        constraints: list[cp.Constraint] = [self.step >= self.low, self.step <= self.high]
-        missed: Any = 0
-        for block in self.margins.values():
-            slack = cp.Variable(block.expression.shape, nonneg=True)
-            constraints.append(block.expression + slack >= 0)
-            missed += cp.sum(slack)
-        if problem.leg_rate is not None:
-            most = (problem.leg_rate * np.diff(problem.x))[:, None] * np.ones(2)
-            moves = cp.diff(self.angles + self.step, axis=0)
-            constraints += [moves <= most, moves >= -most]
-        self.problem = cp.Problem(cp.Minimize(goal + self.penalty * missed), constraints)
-
-    def solve(
-        self, x: np.ndarray, at: Linear, radius: float, penalty: float
-    ) -> tuple[np.ndarray, float] | None:
-        """The best step [2K] within the box of that radius [rad], and the merit that the model
-        promises there; None where the solver gave up."""
-        angles = x.reshape(-1, 2)
-        self.angles.value, self.penalty.value = angles, penalty
-        low, high = self.bounds
-        self.low.value = np.maximum(low - angles, -radius)
-        self.high.value = np.minimum(high - angles, radius)
-        each = zip(self.terms, at.terms, at.term_slopes, self.factors, strict=True)
-        for block, terms, slopes, factor in each:
-            block.set(terms / factor, slopes / factor)
-        for name, block in self.margins.items():
-            block.set(at.margins[name], at.margin_slopes[name])
-        if not solve_quietly(self.problem).answered:
-            return None
-        return np.asarray(self.step.value).reshape(-1), float(np.asarray(self.problem.value))
+def _sparse(slopes: Float[np.ndarray, "rows m d"], n: int) -> sp.csr_array:
+    """Slopes of each waypoint's terms in its own angles, and maybe the next one's, as a matrix."""
+    rows, m, d = slopes.shape
+    columns = np.broadcast_to(2 * np.arange(rows)[:, None, None] + np.arange(d), slopes.shape)
+    ends = d * np.arange(rows * m + 1)
+    return sp.csr_array((np.ravel(slopes), np.ravel(columns), ends), shape=(rows * m, n))
 
 
 SMALLEST = 1e-7
@@ -307,7 +264,7 @@ def solve_scp(
         message = f"{note}where it begins there is no pose, or no forces{problem.shortcomings(x)}"
         status = OptimStatus.FAILED
         return problem.result(x, method="scp", status=status, began=began, message=message)
-    search = _Search(near, ConvexModel(near, x), x, tolerance)
+    search = _Search(near, x, tolerance)
     with Bar("scp", iterations, "step", progress) as bar:
         for penalty in PENALTIES:
             search.price(penalty, radius)
@@ -337,8 +294,8 @@ def solve_scp(
 class _Search:
     """A point, a box about it, and the history of both; tolerance: see solve_scp."""
 
-    def __init__(self, near: Near, program: ConvexModel, x: np.ndarray, tolerance: float):
-        self.near, self.program, self.x = near, program, x
+    def __init__(self, near: Near, x: np.ndarray, tolerance: float):
+        self.near, self.x, self.scale = near, x, near.scale(near(x))
         self.tolerance = tolerance
         self.penalty = self.radius = 0.0
         self.predicted, self.failures, self.failed = np.inf, 0, False
@@ -366,12 +323,12 @@ class _Search:
 
     def merit(self, at: Linear) -> float:
         """Scaled objective and penalty; infinite where the vehicle has no pose."""
-        return self.near.value(at) / self.program.scale + self.penalty * at.shortfall
+        return self.near.value(at) / self.scale + self.penalty * at.shortfall
 
     def step(self) -> None:
         """Solve the model, take or refuse its step, and adapt the box."""
         at = self.near(self.x)
-        solution = self.program.solve(self.x, at, self.radius, self.penalty)
+        solution = solve_model(self.near, self.x, self.scale, self.radius, self.penalty)
         self.failed = solution is None
         if solution is None:
             self.failures += 1

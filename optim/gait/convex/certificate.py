@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.optim.gait.gait import STRAIN, TIME, TORQUE, WORK
+from stickslip.optim.gait.gait import TIME, TORQUE, WORK
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -72,13 +72,12 @@ def _at_nodes(duals: Duals, problem: GridProblem) -> np.ndarray:
 class Lagrangian(NamedTuple):
     """Coefficients, numbers or [m], of what is minimised at m crank angles, in torque T and b:
 
-    inverse / sqrt(b) + heat T^2 / sqrt(b) + strain T^2 + work max(T, 0) - root sqrt(b)
+    inverse / sqrt(b) + heat T^2 / sqrt(b) + work max(T, 0) - root sqrt(b)
     + on_T T + on_b b + rest,   all of those above `on_T` being >= 0
     """
 
     inverse: Float[np.ndarray, "m"] | float = 0.0
     heat: Float[np.ndarray, "m"] | float = 0.0
-    strain: Float[np.ndarray, "m"] | float = 0.0
     work: Float[np.ndarray, "m"] | float = 0.0
     root: Float[np.ndarray, "m"] | float = 0.0
     on_T: Float[np.ndarray, "m"] | float = 0.0
@@ -101,7 +100,6 @@ def grid_bound(
     on_a = -(np.hstack([zero, spread]) + np.hstack([spread, zero]))
     root, on_T, constant = _tangents(grid, numbers, duals.time, *at)
     form = Lagrangian(
-        strain=numbers.weights.get(STRAIN, 0.0) * sample.weight,
         work=numbers.weights.get(WORK, 0.0) * sample.weight,
         root=root,
         on_T=on_T,
@@ -147,7 +145,6 @@ def every_bound(problem: GridProblem, numbers: Numbers, duals: Duals) -> float:
     form = Lagrangian(
         inverse=numbers.weights.get(TIME, 0.0) + duals.time,
         heat=numbers.weights.get(TORQUE, 0.0),
-        strain=numbers.weights.get(STRAIN, 0.0),
         work=numbers.weights.get(WORK, 0.0),
         on_b=np.broadcast_to(-slope[..., None], x.shape).ravel(),
     )
@@ -242,7 +239,7 @@ class _LeastTorque:
         floor, top = np.max(at - per * b, axis=0), np.min(at_top - per_top * b, axis=0)
         rate = np.sqrt(np.maximum(b, 0.0))
         slow = 1 / np.maximum(rate, 1e-150)
-        curve = form.heat * slow + form.strain
+        curve = form.heat * slow
         T = self._pull / np.maximum(2 * curve, 1e-290)
         T = np.minimum(np.maximum(T, floor), np.maximum(floor, top))
         found = (curve * T + form.on_T) * T + form.work * np.maximum(T, 0.0)

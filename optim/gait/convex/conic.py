@@ -164,10 +164,10 @@ def solve_conic(
     between the nodes and comes to rest nowhere on its way, which takes another solve or more;
     "grid", of gaits of the grid alone: then held and every_bound are None.
 
-    The program of a structure is built once and kept; other numbers solve it again. evaluations:
-    how often it was solved. Status: OPTIMAL where the bound of `certificate`, computed without the
-    solver, meets the value to 1e-6; INFEASIBLE where that is proved, and the message names the
-    limit. details: cells. What the grid leaves open: the result's `discretisation`.
+    evaluations: programs that were solved. Status: OPTIMAL where the bound of `certificate`,
+    computed without the solver, meets the value to 1e-6; INFEASIBLE where that is proved, and the
+    message names the limit. details: cells. What the grid leaves open: the result's
+    `discretisation`.
     """
     began = time.perf_counter()
     require_choice("certify", certify, CERTIFY)

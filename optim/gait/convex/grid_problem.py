@@ -11,11 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.pytrees import read_only
-from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
-from stickslip.optim.gait.convex.program import Numbers, Structure, program_of
+from stickslip.dynamics.scene import Grip, Patches, Scene
+from stickslip.optim.gait.convex.program import Numbers, Program
 from stickslip.optim.gait.gait import (
     FRICTION,
-    STRAIN,
     TIME,
     TORQUE,
     WORK,
@@ -43,7 +42,7 @@ NORMAL, ZMP, RATE, STANDING = "normal force", "foot edges", "greatest rate", "sq
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
 UNITS |= {STANDING: "rad^2/s^2"}
 """Unit of a row's violation."""
-ACCEPTED = "None, a number >= 0, one for each step, or a Scene of dry friction"
+ACCEPTED = "None, a number >= 0, one for each step, or a Scene"
 
 
 @dataclass(frozen=True)
@@ -149,10 +148,8 @@ def friction_along(
             coefficients = as_floats("mu_static", floor.mu_static, "numbers >= 0")
             at = np.searchsorted(edges, step_length * np.arange(steps), side="right")
             found = np.broadcast_to(coefficients, (len(edges) + 1,))[at]
-        elif isinstance(floor, Uniform):
-            found = as_floats("mu_static", floor.mu_static, ACCEPTED)
         else:
-            raise ValueError(f"mu is a scene with the floor {floor!r}; accepted: {ACCEPTED}")
+            found = as_floats("mu_static", floor.mu_static, ACCEPTED)
         if found.ndim > 1 or (found.ndim == 1 and found.shape != (steps,)):
             raise ValueError(f"mu is a batch of floors {found.shape}; accepted: one floor")
     if np.any(found < 0):
@@ -178,7 +175,6 @@ class Units(NamedTuple):
             TIME: 1 / self.rate,
             TORQUE: self.torque**2 / self.rate,
             WORK: self.torque,
-            STRAIN: self.torque**2,
         }
         return sizes[term]
 
@@ -242,7 +238,7 @@ class GridProblem:
 
     def solve(self, numbers: Numbers) -> Solved | Ended:
         self.programs[0] += 1
-        return program_of(numbers.kind).solve(numbers)
+        return Program(numbers).solve()
 
     def sample(self, inside: bool) -> Sample:
         """Data of a certificate, at the nodes or inside the cells."""
@@ -265,28 +261,25 @@ class GridProblem:
         sample = self.sample(inside=False)
         names, C = np.array(self.limits.names), sample.C
         for node, end in ((0, self.first), (-1, self.last)):
-            if _end(end) == "rest":  # said by an equality already: a limit would have no inside
+            if end[1] == 0:  # said by an equality already: a limit would have no inside
                 C = C.copy()
                 C[names == STANDING, node] += 1.0
-        R = np.where((names == relaxed)[:, None], 1.0, 0.0) * np.ones_like(C)
         b, rate = self.units.b, self.units.rate
         terms = {} if relaxed else self.goal.weights
         weights = {term: w * self.units.of(term) / self.scale for term, w in terms.items()}
-        timed, ends = self.longest is not None, map(_end, (self.first, self.last))
-        size = self.grid.steps, self.grid.cells, len(names)
         return Numbers(
-            kind=Structure(*size, self.periodic, tuple(sorted(weights)), timed, *ends),
             h=self.grid.h,
             A=sample.A,
             B=sample.B,
             C=C,
-            R=R,
+            relaxed=names == relaxed,
             torque=sample.torque,
             trapezoid=sample.weight,
             weights=weights,
             longest=None if self.longest is None else self.longest * rate,
             first=(self.first[0] / b, self.first[1] / b),
             last=(self.last[0] / b, self.last[1] / b),
+            periodic=self.periodic,
         )
 
     def gait(self, a: Float[np.ndarray, "n K+1"], first: float) -> Gait:
@@ -342,12 +335,6 @@ class GridProblem:
             return self.margins(a, b, spent[TIME], jnp)
 
         return float64_program(jax.grad(value)), float64_program(jax.jacfwd(margins))
-
-
-def _end(given: tuple[float, float]) -> str:
-    """An end's kind in the program's structure."""
-    low, high = given
-    return "free" if low < high else "given" if low > 0 else "rest"
 
 
 def squares_of(grid: Grid, a: Traced, first: Traced, xp: ModuleType = np) -> Traced:

@@ -13,7 +13,7 @@ from tests.optim.gait.helpers import periodic
     ("objective", "limits"),
     [
         ("time", {"mu": 0.2}),
-        ({"energy": 1.0, "torque_over_phase": 0.3}, {"mu": 0.3, "mean_rate": 3.0}),
+        ({"energy": 1.0, "torque": 0.3}, {"mu": 0.3, "mean_rate": 3.0}),
         ("friction", {"mean_rate": 3.0}),
     ],
 )

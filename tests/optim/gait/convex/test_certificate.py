@@ -16,14 +16,14 @@ def test_nothing_on_a_fine_lattice_is_below_the_least_and_something_is_near_it()
     ends = (np.full(m, 0.01), np.full(m, 3.0))
     polygons = Polygons.of(Sample(A, B, C, (one, none, none), ends, one))
     parts = {name: rng.uniform(0, 1, m) * (rng.uniform(size=m) < 0.6)
-             for name in ("inverse", "heat", "strain", "work", "root")}  # fmt: skip
+             for name in ("inverse", "heat", "work", "root")}  # fmt: skip
     form = Lagrangian(**parts, on_T=rng.normal(size=m), on_b=rng.normal(size=m), rest=none)
     found = least(polygons, form)
     T, b = np.meshgrid(np.linspace(-2, 2, 401), np.linspace(0.01, 3, 400), indexing="ij")
     for i in range(m):
         fits = np.all(A[:, i, None, None] * T + B[:, i, None, None] * b <= C[:, i, None, None], 0)
         rate = np.sqrt(b)
-        value = form.inverse[i] / rate + form.heat[i] * T**2 / rate + form.strain[i] * T**2
+        value = form.inverse[i] / rate + form.heat[i] * T**2 / rate
         value += form.work[i] * np.maximum(T, 0) - form.root[i] * rate
         value += form.on_T[i] * T + form.on_b[i] * b
         lattice = np.min(np.where(fits, value, np.inf))

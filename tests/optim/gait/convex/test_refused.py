@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Scene
 from stickslip.optim import GaitProblem, OptimStatus, solve
 from stickslip.optim.gait.convex import program
 from tests.optim.gait.helpers import periodic, robot, solved, transfer
@@ -70,7 +69,6 @@ def test_a_solver_that_gives_up_is_not_called_optimal(monkeypatch):
     [
         ({"mu": -0.1}, "mu = -0.1"),
         ({"mu": [0.1, 0.2]}, r"mu has shape \(2,\)"),
-        ({"mu": Scene.patches([0.1], [0.5, 0.1])}, "accepted: None, a number"),
         ({"mean_rate": float("nan")}, "mean_rate = nan"),
         ({"steps": 4}, "steps = 4"),
         ({"steps": 10**12}, "nodes, about"),

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from benchmarks.tasks.steady import bound_steady_reward
 from stickslip.envs import known_of, task_by_name
 from stickslip.optim import GaitProblem, solve
-from stickslip.optim.gait.steady import bound_steady_reward
 from tests.optim.gait.helpers import robot
 
 FLOOR = {"mu": 0.06, "torque_limit": 2.0}
