@@ -28,7 +28,6 @@ if TYPE_CHECKING:
         CRITERIA,
         Criterion,
         Station,
-        Weighted,
         criterion_by_name,
         station,
     )
@@ -48,7 +47,6 @@ else:
                 "CRITERIA",
                 "Criterion",
                 "Station",
-                "Weighted",
                 "criterion_by_name",
                 "station",
             ),
@@ -96,7 +94,6 @@ __all__ = [
     "Result",
     "Station",
     "Structure",
-    "Weighted",
     "bound_every_drive",
     "criterion_by_name",
     "instance",

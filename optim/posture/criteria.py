@@ -5,15 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_number, shown
-from stickslip.dynamics.pytrees import Numeric, register_pytree
+from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.pytrees import Numeric
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.odometer import wheel_lags
@@ -205,54 +203,6 @@ class Criterion:
     pointwise: Callable[[Station, Station], Array] | None = None
 
 
-@register_pytree
-@dataclass(frozen=True)
-class Weighted:
-    """A weighted sum of criteria: ((criterion or its name, weight >= 0), ...).
-
-    Weights carry the units' reciprocals; they are numbers under jit, so that another choice of
-    them compiles nothing.
-    """
-
-    parts: tuple[tuple[Criterion, Numeric], ...]
-
-    def __post_init__(self):
-        accepted = "pairs of a single criterion or its name and a weight, one or more"
-        try:
-            pairs = [(one, weight) for one, weight in self.parts]
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"parts = {shown(self.parts)}; accepted: {accepted}") from error
-        parts = tuple((criterion_by_name(one), weight) for one, weight in pairs)
-        if not parts or any(isinstance(one, Weighted) for one, _ in parts):
-            raise ValueError(f"parts = {shown(self.parts)}; accepted: {accepted}")
-        object.__setattr__(self, "parts", parts)
-
-    def validate(self) -> Weighted:
-        """Return self, or raise ValueError for a weight that is no number >= 0, or none above 0;
-        not in __init__, which JAX calls with whatever a tree is made to hold."""
-        for one, weight in self.parts:
-            name, accepted = f"weight of {one.name}", "a finite number >= 0"
-            require_number(name, weight, low=0.0, accepted=accepted, dtype=np.float64)
-            if np.ndim(weight):
-                raise ValueError(f"{name} has shape {np.shape(weight)}; accepted: {accepted}")
-        if not any(weight for _, weight in self.parts):
-            raise ValueError("weights of 0; accepted: numbers >= 0, one of them > 0")
-        return self
-
-    @property
-    def name(self) -> str:
-        return " + ".join(f"{weight:.4g} {one.name}" for one, weight in self.parts)
-
-    @property
-    def unit(self) -> str:
-        return "-"
-
-    @property
-    def kind(self) -> str:
-        """ "sum" when all parts are sums over steps, else "mixed"."""
-        return "sum" if all(one.kind == "sum" for one, _ in self.parts) else "mixed"
-
-
 def _wheel_work(a: Station, b: Station) -> Array:
     return ((a.torque + b.torque) / 2 * turned(a, b))[..., None]
 
@@ -308,25 +258,16 @@ CRITERIA: dict[str, Criterion] = {
 """All criteria by name."""
 
 
-def criterion_by_name(criterion: str | Criterion | Weighted) -> Criterion | Weighted:
+def criterion_by_name(criterion: str | Criterion) -> Criterion:
     """The criterion of that name, or the one given."""
-    if isinstance(criterion, Weighted):
-        return criterion.validate()
     if isinstance(criterion, Criterion):
         return criterion
     require_choice("criterion", criterion, tuple(CRITERIA))
     return CRITERIA[criterion]
 
 
-def parts_of(criterion: Criterion | Weighted) -> list[tuple[Criterion, Any]]:
-    """The single criteria of a criterion, and their weights."""
-    return list(criterion.parts) if isinstance(criterion, Weighted) else [(criterion, 1.0)]
-
-
-def step_cost(criterion: Criterion | Weighted, a: Station, b: Station) -> Float[Array, "..."]:
+def step_cost(criterion: Criterion, a: Station, b: Station) -> Float[Array, "..."]:
     """Cost of the step from a to b, for criteria whose kind is "sum"."""
-    if isinstance(criterion, Weighted):
-        return _weighted(criterion, [step_cost(one, a, b) for one, _ in criterion.parts])
     terms = criterion.terms(a, b)
     each = jnp.square(terms) if criterion.outer == "square" else larger(terms, 0)
     return jnp.sum(each, -1)
@@ -337,25 +278,18 @@ def station_cost(criterion: Criterion, a: Station) -> Float[Array, "..."]:
     return largest(criterion.terms(a), -1)
 
 
-def pointwise_cost(
-    criterion: Criterion | Weighted, a: Station, before: Station
-) -> Float[Array, "..."]:
+def pointwise_cost(criterion: Criterion, a: Station, before: Station) -> Float[Array, "..."]:
     """Cost of a station judged alone: its own, or `pointwise` where the criterion is a sum."""
-    if isinstance(criterion, Weighted):
-        return _weighted(criterion, [pointwise_cost(one, a, before) for one, _ in criterion.parts])
     return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
 
 
 def drive_cost(
-    criterion: Criterion | Weighted, stations: Station, count: Numeric | None = None
+    criterion: Criterion, stations: Station, count: Numeric | None = None
 ) -> Float[Array, "..."]:
     """The value of a whole drive; waypoints along the stations' leading axis, [K, ...].
 
     count: how many of them make up the drive, the others being the last one repeated.
     """
-    if isinstance(criterion, Weighted):
-        each = [drive_cost(one, stations, count) for one, _ in criterion.parts]
-        return _weighted(criterion, each)
     if criterion.kind == "max":
         return largest(station_cost(criterion, stations), 0)
     cost = step_cost(criterion, *steps(stations))
@@ -399,11 +333,3 @@ def largest(terms: Array, axis: int) -> Array:
     """The same along an axis: the largest entry with the slope of the first that is it."""
     which = jnp.expand_dims(jnp.argmax(jax.lax.stop_gradient(terms), axis), axis)
     return jnp.take_along_axis(terms, which, axis).squeeze(axis)
-
-
-def _weighted(criterion: Weighted, values: list[Array]) -> Array:
-    products = [
-        jnp.asarray(weight, value.dtype) * value
-        for (_, weight), value in zip(criterion.parts, values, strict=True)
-    ]
-    return reduce(jnp.add, products)

@@ -24,7 +24,6 @@ from stickslip.dynamics.ugv.poses import over_poses
 from stickslip.optim.posture.criteria import (
     Criterion,
     Station,
-    Weighted,
     drive_cost,
     station,
     torque_left,
@@ -69,7 +68,7 @@ class Posture:
     max_torque: Numeric
     """[N m], or None: any."""
     criterion: Any
-    """Criterion or Weighted; None where it does not matter, so that all share one program."""
+    """None where it does not matter, so that all share one program."""
     solver: PoseSolver = field(metadata={"static": True})
 
     @property
@@ -304,7 +303,7 @@ def _sizes(count: int) -> tuple[int, ...]:
 
 
 def finite_cost(
-    criterion: Criterion | Weighted, at: Station, count: Int[Array, ""] | None = None
+    criterion: Criterion, at: Station, count: Int[Array, ""] | None = None
 ) -> Float[Array, ""]:
     """The criterion's value of the first `count` stations of a drive (None: of all), the others
     being the last one repeated; infinite where a station's numbers are not finite, never NaN."""
@@ -317,7 +316,7 @@ value = float64_program(finite_cost)
 
 def _value_and_margins(
     posture: Posture,
-    criterion: Criterion | Weighted,
+    criterion: Criterion,
     at: Station,
     angles: Float[Array, "K 2"],
 ) -> Float[Array, "1+m"]:
@@ -333,7 +332,7 @@ value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None
 
 
 @float64_program
-def gradient(criterion: Criterion | Weighted, at: Station, slopes: Station) -> Float[Array, "K 2"]:
+def gradient(criterion: Criterion, at: Station, slopes: Station) -> Float[Array, "K 2"]:
     """Slope of the value in every angle; 0 where it is not finite."""
 
     def cost(numbers: tuple[Array, ...]) -> Array:
@@ -439,34 +438,29 @@ ROUNDINGS = 4 * float(np.finfo(float).eps)
 """Rounding error relative to the vehicle's weight."""
 
 
-def natural(problem: PostureData, criterion: Criterion | Weighted) -> float:
+def natural(problem: PostureData) -> float:
     """Natural scale from the vehicle's weight, in the criterion's unit."""
-    if isinstance(criterion, Weighted):
-        return sum(float(weight) * natural(problem, one) for one, weight in criterion.parts)
     weight, length = float(problem.params.weight), float(problem.x[-1] - problem.x[0])
     torque = weight * float(problem.params.wheel_radius)
     of = {"J": weight * length, "N m": torque, "N^2 m": torque**2 / length, "N": weight}
-    return of.get(criterion.unit, 1.0)
+    return of.get(problem.criterion.unit, 1.0)
 
 
 def below(problem: PostureData, value: float) -> float:
     """A number that the exact value is not below, where `value` was computed."""
-    return value - slack(problem, value, problem.criterion)
+    return value - slack(problem, value)
 
 
-def slack(problem: PostureData, value: float, criterion: Criterion | Weighted) -> float:
+def slack(problem: PostureData, value: float) -> float:
     """Rounding error of a drive's computed value, in the criterion's unit."""
-    if isinstance(criterion, Weighted):
-        parts = ((one, float(weight)) for one, weight in criterion.parts)
-        return sum(w * slack(problem, abs(value) / w, one) for one, w in parts if w > 0)
-    absolute = ROUNDINGS * natural(problem, criterion)
-    if criterion.unit == "N^2 m":
+    absolute = ROUNDINGS * natural(problem)
+    if problem.criterion.unit == "N^2 m":
         # Of a sum of (dM)^2 / dx, each M being off by `torque`, by Cauchy and Schwarz.
         torque = ROUNDINGS * float(problem.params.weight) * float(problem.params.wheel_radius)
         length = float(problem.x[-1] - problem.x[0])
         least_step = float(np.min(np.diff(problem.x)))
         rest = torque * length / least_step
         absolute = (2 * np.sqrt(abs(value) * length) + rest) * torque / least_step
-    elif criterion.unit == "-":
+    elif problem.criterion.unit == "-":
         absolute *= 1 + value * value
     return RELATIVE * abs(value) + float(absolute)

@@ -24,7 +24,6 @@ from stickslip.optim.posture.criteria import (
     PLACED,
     Criterion,
     Station,
-    Weighted,
     pointwise_cost,
     station_cost,
     step_cost,
@@ -261,8 +260,8 @@ def solve_grid(
 
     The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
     steps are not known of one station: wheel_energy and total_energy take |M| in their place,
-    torque_variation |M - M'|, M' being the choice before (0 at the first waypoint); weighted sums
-    weight these. So such a choice has no bound.
+    torque_variation |M - M'|, M' being the choice before (0 at the first waypoint). So such a
+    choice has no bound.
 
     angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
     result may break it (VIOLATED; its residuals say by how much). For single worst-station
@@ -303,9 +302,8 @@ def solve_dp(
 
     Value iteration forwards over the waypoints: V_k(j) = min over i of V_(k-1)(i) + cost(i, j) for
     criteria that are sums over steps, V_k(j) = min over i of max(V_(k-1)(i), cost(j)) for worst
-    stations; i runs over the pairs of angles from which the rate lets both legs arrive. A weighted
-    sum is accepted where all its parts are sums over steps. Time: K n^2 w^2, w being the angles
-    within reach; without a rate limit w is n, so keep the grid coarse.
+    stations; i runs over the pairs of angles from which the rate lets both legs arrive. Time:
+    K n^2 w^2, w being the angles within reach; without a rate limit w is n: keep the grid coarse.
 
     Given start and end angles are nodes of their own, on the grid or not. The grid's bound is the
     value less its rounding and that of the stations (`below`): no path over the grid is better.
@@ -315,11 +313,6 @@ def solve_dp(
     `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
     each leg can use on it), grid_bound, edges (moves looked at).
     """
-    if problem.criterion.kind == "mixed":
-        raise ValueError(
-            f"criterion = {problem.criterion.name} holds a worst station; accepted: single "
-            "criteria, and weighted sums of sums over steps"
-        )
     K = len(problem.x)
     if polish:
         require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
@@ -370,7 +363,7 @@ def _polished(problem: PostureProblem, grid: PostureResult, progress: bool) -> P
 def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> PostureResult:
     """The result, INACCURATE and without the grid's bound where the objective is not `value`."""
     low, high = sorted((value, result.value))
-    if high - low <= AGREEMENT * abs(high) + NOTHING * natural(problem, problem.criterion):
+    if high - low <= AGREEMENT * abs(high) + NOTHING * natural(problem):
         return result
     details = {name: of for name, of in result.details.items() if name != "grid_bound"}
     message = f"the objective is {result.value!r} where {value!r} was computed"
@@ -436,7 +429,7 @@ station_costs = float64_program(station_cost)
 
 @float64_program
 def edge_costs(
-    criterion: Criterion | Weighted,
+    criterion: Criterion,
     a: Station,
     b: Station,
     tail: Int[Array, "E"],
@@ -444,7 +437,7 @@ def edge_costs(
 ) -> Float[Array, "E"]:
     """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
     stations of the station where it ends."""
-    if isinstance(criterion, Criterion) and criterion.kind == "max":
+    if criterion.kind == "max":
         return station_cost(criterion, b)[head]
     return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
 

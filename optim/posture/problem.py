@@ -14,7 +14,7 @@ from stickslip.dynamics.pytrees import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.criteria import Criterion, Station, Weighted, criterion_by_name
+from stickslip.optim.posture.criteria import Criterion, Station, criterion_by_name
 from stickslip.optim.posture.evaluate import (
     Posture,
     PostureResult,
@@ -57,7 +57,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     """Leg angles at each waypoint that are best by a criterion, under constraints.
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
-    [m], increasing, two or more. criterion: a name of CRITERIA, a Criterion or a Weighted.
+    [m], increasing, two or more. criterion: a name of CRITERIA, or a Criterion.
     friction: mu [-], a number or one for each waypoint, times the factor of the track's surface
     under each wheel where it has one. leg_rate: how far each leg may turn for
     each metre that the front wheel goes [rad/m]; None: any move. min_normal: least normal force of
@@ -84,7 +84,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def along(
         cls,
         track: Track,
-        criterion: str | Criterion | Weighted = "wheel_energy",
+        criterion: str | Criterion = "wheel_energy",
         params: UGVParams | None = None,
         spacing: float = 0.1,
         start: float | None = None,
@@ -242,13 +242,10 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return super().result(x, **evaluate_finer(self, x), **others)
 
     def start_point(self, start: Any, progress: bool) -> tuple[Float[np.ndarray, "n"], str]:
-        """See Problem; None: dp's path, or the middle where there is none or dp does not take the
-        criterion."""
+        """See Problem; None: dp's path, or the middle where there is none."""
         x, note = super().start_point(start, progress)
         if start is not None:
             return x, note
-        if self.criterion.kind == "mixed":
-            return x, "began in the middle: dp takes no weighted sum with a worst station in it; "
         found = solve(self, "dp", polish=False, progress=progress)
         if found.x is None:
             return x, f"began in the middle, since dp found nothing ({found.message}); "

@@ -24,7 +24,7 @@ import scipy.sparse as sp
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.criteria import Criterion, Station, Weighted, parts_of, steps
+from stickslip.optim.posture.criteria import Criterion, Station, steps
 from stickslip.optim.posture.evaluate import PostureResult
 from stickslip.optim.posture.waypoints import CONVEX
 from stickslip.optim.problem import COUNT, float64_program, require_scalar
@@ -41,7 +41,7 @@ SMOOTH = ("grip", "normal", "clearance", "wheels", "torque")
 
 
 class Linear(NamedTuple):
-    """Values and slopes at one point; one entry of terms and term_slopes for each criterion.
+    """Values and slopes at one point.
 
     terms: [K-1, m] of sums over steps, [K, m] of worst stations. term_slopes: [K-1, m, 4] in the
     rear and front angle where the step begins, then where it ends; [K, m, 2] of stations. margins,
@@ -49,8 +49,8 @@ class Linear(NamedTuple):
     has a pose at every waypoint, and all terms are finite.
     """
 
-    terms: list[Float[np.ndarray, "rows m"]]
-    term_slopes: list[Float[np.ndarray, "rows m d"]]
+    terms: Float[np.ndarray, "rows m"]
+    term_slopes: Float[np.ndarray, "rows m d"]
     margins: dict[str, Float[np.ndarray, "K m"]]
     margin_slopes: dict[str, Float[np.ndarray, "K m 2"]]
     placed: np.ndarray
@@ -65,9 +65,6 @@ class Near:
 
     def __init__(self, problem: PostureProblem):
         self.problem, self.evaluations = problem, 0
-        parts = parts_of(problem.criterion)
-        self.criteria = [one for one, _ in parts]
-        self.weights = [float(weight) for _, weight in parts]
         self._at: np.ndarray | None = None
         self._linear: Linear | None = None
 
@@ -92,14 +89,11 @@ class Near:
         """The objective, from the terms; infinite where there is none."""
         if not at.placed:
             return np.inf
-        each = zip(self.criteria, self.weights, at.terms, strict=True)
-        return float(sum(weight * outer(one, terms) for one, weight, terms in each))
+        return outer(self.problem.criterion, at.terms)
 
     def scale(self, at: Linear) -> float:
         """A positive size of the objective near there, to divide it by."""
-        each = zip(self.criteria, self.weights, at.terms, strict=True)
-        small = max(w * outer(one, np.abs(terms)) for one, w, terms in each)
-        value = self.value(at)
+        small, value = outer(self.problem.criterion, np.abs(at.terms)), self.value(at)
         return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
 
 
@@ -111,23 +105,19 @@ def outer(criterion: Criterion, terms: np.ndarray) -> float:
 
 
 @float64_program
-def linear_terms(criterion: Criterion | Weighted, at: Station, slopes: Station):
-    """Terms of each criterion and their slopes, as in Linear, and whether all terms are finite."""
+def linear_terms(criterion: Criterion, at: Station, slopes: Station):
+    """Terms and their slopes, as in Linear, and whether all terms are finite."""
     numbers = at._replace(status=jnp.zeros_like(at.torque))
     slopes = slopes._replace(status=jnp.zeros_like(slopes.torque))
     each = jax.tree.map(lambda of: jnp.moveaxis(of, -1, 0), slopes)
     none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)
     begin = jax.tree.map(lambda of, zero: jnp.concatenate([of[:, :-1], zero]), each, none)
     end = jax.tree.map(lambda of, zero: jnp.concatenate([zero, of[:, 1:]]), each, none)
-    pushed = [
-        _pushed(single.terms, steps(numbers), (begin, end))
-        if single.kind == "sum"
-        else _pushed(single.terms, (numbers,), (each,))
-        for single, _ in parts_of(criterion)
-    ]
-    terms, term_slopes = map(list, zip(*pushed, strict=True))
-    finite = jnp.stack([jnp.all(jnp.isfinite(of)) for of in terms])
-    return terms, term_slopes, jnp.all(at.placed & at.finite) & jnp.all(finite)
+    if criterion.kind == "sum":
+        terms, term_slopes = _pushed(criterion.terms, steps(numbers), (begin, end))
+    else:
+        terms, term_slopes = _pushed(criterion.terms, (numbers,), (each,))
+    return terms, term_slopes, jnp.all(at.placed & at.finite) & jnp.all(jnp.isfinite(terms))
 
 
 def _pushed(function, at: tuple[Station, ...], each: tuple[Station, ...]):
@@ -169,15 +159,13 @@ def solve_model(
         step >= np.maximum(low - x, -radius),
         step <= np.minimum(high - x, radius),
     ]
-    goal: Any = 0
-    each = zip(near.criteria, near.weights, at.terms, at.term_slopes, strict=True)
-    for one, weight, terms, slopes in each:
-        factor = np.sqrt(scale) if one.outer == "square" else scale
-        model = np.ravel(terms) / factor + _sparse(slopes / factor, problem.n) @ step
-        if one.kind == "max":
-            goal += weight * cp.max(model)
-        else:
-            goal += weight * cp.sum((cp.square if one.outer == "square" else cp.pos)(model))
+    square = problem.criterion.outer == "square"
+    factor = np.sqrt(scale) if square else scale
+    terms = np.ravel(at.terms) / factor + _sparse(at.term_slopes / factor, problem.n) @ step
+    if problem.criterion.kind == "max":
+        goal = cp.max(terms)
+    else:
+        goal = cp.sum((cp.square if square else cp.pos)(terms))
     for name, margins in at.margins.items():
         slack = cp.Variable(margins.size, nonneg=True)
         model = np.ravel(margins) + _sparse(at.margin_slopes[name], problem.n) @ step

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import Track
-from stickslip.optim import PostureProblem, Weighted, solve
+from stickslip.optim import PostureProblem, solve
 from tests.optim.posture.helpers import over_bump
 
 BAD = ["1.0", True, [[1.0], [1.0, 2.0], [3.0]], 10**400, np.nan, 1j, object(), np.ones(3)]
@@ -39,15 +39,12 @@ def test_fields_of_a_problem(bad):
 
 
 @pytest.mark.parametrize("bad", NONE_TOO, ids=ids)
-def test_points_and_weights(bad):
+def test_points(bad):
     problem = over_bump()
     for function in (problem.objective, problem.gradient, problem.is_feasible):
         refused("x", lambda function=function: function(bad))
     refused("x", lambda: problem.free.expand(bad))
     refused("x", lambda: problem.free.reduce(bad))
-    parts = (("wheel_energy", bad), ("grip", 1.0))
-    refused("weight", lambda: replace(problem, criterion=Weighted(parts)))
-    refused("parts|criterion|weight", lambda: Weighted(bad))
 
 
 @pytest.mark.parametrize("bad", BAD, ids=ids)

@@ -197,8 +197,8 @@ def bound_every_drive(
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
-    function, of which no enclosure is known (Track.resampled makes a table of it), and for weighted
-    sums with a worst station.
+    function, of which no enclosure is known (Track.resampled makes a table of it), and for criteria
+    of one's own.
 
     It is a bound of exact poses, however the problem's solver finds its own: with a coarse
     tolerance a drive may seem to cost less by what that misses.

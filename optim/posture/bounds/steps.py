@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.optim.intervals import Interval, interval
-from stickslip.optim.posture.criteria import Criterion, Weighted
+from stickslip.optim.posture.criteria import Criterion
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
@@ -34,24 +34,23 @@ if TYPE_CHECKING:
 
 
 class Term(NamedTuple):
-    """weight * max(0, p), or weight * p^2 / dx where Y is None."""
+    """max(0, p), or p^2 / dx where Y is None."""
 
-    weight: float
     X: str
     Y: str | None
 
     def cost(self, p: Array, dx: float) -> Array:
-        return self.weight * (np.maximum(p, 0.0) if self.Y is not None else p**2 / dx)
+        return np.maximum(p, 0.0) if self.Y is not None else p**2 / dx
 
     def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:
         """A function below what is paid, were p less by kappa, either way; its derivative by the
         slope. Concave in it."""
         if self.Y is not None:
             p = p - kappa
-            return self.weight * slope * p, self.weight * p
+            return slope * p, p
         size, sign = np.abs(slope), np.sign(slope)
         value = (2 * slope * p - 2 * size * kappa - slope**2) / dx
-        return self.weight * value, self.weight * 2 * (p - sign * kappa - slope) / dx
+        return value, 2 * (p - sign * kappa - slope) / dx
 
     def slopes(self, p: Array) -> tuple[Array, Array]:
         """The least and the largest that may be best; p: [n, corners]."""
@@ -67,18 +66,13 @@ PAIRS = {
 }
 
 
-def terms_of(criterion: Criterion | Weighted) -> list[Term]:
+def terms_of(criterion: Criterion) -> list[Term]:
     """The terms of a sum over steps; ValueError for a criterion that has no such form here."""
-    parts = criterion.parts if isinstance(criterion, Weighted) else ((criterion, 1.0),)
-    found = []
-    for one, weight in parts:
-        if one.name not in PAIRS:
-            raise ValueError(
-                f"criterion = {criterion.name}; accepted: {', '.join(PAIRS)}, their weighted sums, "
-                "and single worst stations"
-            )
-        found += [Term(float(np.asarray(weight)), X, Y) for X, Y in PAIRS[one.name]]
-    return [term for term in found if term.weight > 0]
+    if criterion.name not in PAIRS:
+        raise ValueError(
+            f"criterion = {criterion.name}; accepted: {', '.join(PAIRS)}, and worst stations"
+        )
+    return [Term(X, Y) for X, Y in PAIRS[criterion.name]]
 
 
 FOUR = ((0, 0), (0, 1), (1, 0), (1, 1))

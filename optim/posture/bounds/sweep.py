@@ -22,7 +22,7 @@ import numpy as np
 
 from stickslip.optim.posture.bounds.cells import AHEAD, BACK, NONE, shapes
 from stickslip.optim.posture.bounds.steps import FOUR, Side, Term, kappas, roundings, terms_of
-from stickslip.optim.posture.criteria import Criterion, Station, Weighted, step_cost, steps
+from stickslip.optim.posture.criteria import Criterion, Station, step_cost, steps
 from stickslip.optim.problem import float64_program
 
 if TYPE_CHECKING:
@@ -349,7 +349,7 @@ class Sums:
 
 
 @float64_program
-def _step_costs(criterion: Criterion | Weighted, at: Station) -> Float[Array, "K-1"]:
+def _step_costs(criterion: Criterion, at: Station) -> Float[Array, "K-1"]:
     """Cost of each step of a drive."""
     return step_cost(criterion, *steps(at))
 

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.ugv import PoseSolver, UGVParams, place
-from stickslip.optim import CRITERIA, Criterion, PostureProblem, Station, Weighted, station
+from stickslip.optim import CRITERIA, Criterion, PostureProblem, Station, station
 from stickslip.optim.posture.criteria import increase, station_cost, steps
 from tests.optim.posture.helpers import TRACK, over_bump, plain_cost, random_x
-
-MIXED = Weighted((("wheel_energy", 0.5), (CRITERIA["grip"], 2.0), ("torque_variation", 1e-3)))
 
 
 @pytest.mark.parametrize("name", CRITERIA)
@@ -54,14 +52,6 @@ def test_increases_along_a_drive_add_up_to_the_value(criterion: Criterion):
             a, b = (Station(*(of[i] for of in found)) for i in (k - 1, k))
             paid += increase(criterion, paid, a, b, k == 1)
     np.testing.assert_allclose(paid, problem.objective(x), rtol=1e-12)
-
-
-def test_weighted_sum_is_the_weighted_sum_of_the_values():
-    x = random_x(over_bump())
-    parts = [weight * over_bump(one.name).objective(x) for one, weight in MIXED.parts]
-    np.testing.assert_allclose(over_bump(MIXED).objective(x), sum(parts), rtol=1e-12)
-    assert MIXED.kind == "mixed"
-    assert Weighted((("wheel_energy", 1), ("torque_variation", 1))).kind == "sum"
 
 
 def test_with_moving_legs_wheels_and_legs_together_lift_the_vehicle():
@@ -115,20 +105,3 @@ def test_stations_follow_the_dtype_of_what_they_are_given(dtype):
     wide = over_bump().stations(np.full(over_bump().n, 1.5))
     scale = 1e-3 if dtype == jnp.float32 else 1e-12
     np.testing.assert_allclose(found.N_rear, wide.N_rear, rtol=scale)
-
-
-@pytest.mark.parametrize(
-    ("parts", "message"),
-    [
-        ((), "a single criterion or its name and a weight, one or more"),
-        ((("wheel_energy", -1.0),), "weight of wheel_energy = -1.0"),
-        ((("wheel_energy", float("nan")),), "weight of wheel_energy = nan"),
-        ((("wheel_energy", 0.0), ("grip", 0)), "one of them > 0"),
-        ((("speed", 1.0),), "'speed' is unknown; accepted: 'wheel_energy'"),
-        (3, "accepted: pairs"),
-        (((MIXED, 1.0),), "a single criterion"),
-    ],
-)
-def test_bad_weighted_sums_are_refused(parts, message: str):
-    with pytest.raises(ValueError, match=message):
-        over_bump(Weighted(parts))

@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from stickslip.optim import OptimStatus, Weighted, solve
+from stickslip.optim import OptimStatus, solve
 from stickslip.optim.posture.scp import Near
 from tests.optim.posture.helpers import over_bump, random_x
 
 GRID = 9
-BALANCE = Weighted((("wheel_energy", 1.0), ("torque_variation", 0.1)))
-MIXED = Weighted((("total_energy", 1.0), ("peak_torque", 2.0), ("torque_variation", 0.1)))
 
 
-@pytest.mark.parametrize(
-    "criterion", ["friction_demand", MIXED], ids=lambda c: getattr(c, "name", c)
-)
+@pytest.mark.parametrize("criterion", ["friction_demand", "total_energy", "torque_variation"])
 def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
     problem = over_bump(criterion)
     near, x = Near(problem), random_x(problem, 1)
@@ -24,19 +20,17 @@ def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
     way = np.random.default_rng(2).standard_normal(problem.n)
     ahead, behind = near(x + 1e-6 * way), near(x - 1e-6 * way)
     pairs = way.reshape(-1, 2)
-    for i, slopes in enumerate(at.term_slopes):
-        moves = pairs if slopes.shape[-1] == 2 else np.hstack([pairs[:-1], pairs[1:]])
-        slope = (ahead.terms[i] - behind.terms[i]) / 2e-6
-        np.testing.assert_allclose(
-            np.einsum("kmd,kd->km", slopes, moves), slope, rtol=1e-6, atol=1e-6 * abs(slope).max()
-        )
+    moves = pairs if at.term_slopes.shape[-1] == 2 else np.hstack([pairs[:-1], pairs[1:]])
+    along, slope = np.einsum("kmd,kd->km", at.term_slopes, moves), (ahead.terms - behind.terms)
+    slope /= 2e-6
+    np.testing.assert_allclose(along, slope, rtol=1e-6, atol=1e-6 * abs(slope).max())
     rows, groups = problem.jacobian(x), problem.constraint_groups
     for name, slopes in at.margin_slopes.items():
         along = np.einsum("kmd,kd->km", slopes, pairs).ravel()
         np.testing.assert_allclose(along, rows[groups[name]] @ way, atol=1e-10)
 
 
-@pytest.mark.parametrize("criterion", ["grip", BALANCE], ids=lambda c: getattr(c, "name", c))
+@pytest.mark.parametrize("criterion", ["grip", "wheel_energy"])
 def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
     problem = over_bump(criterion)
     grid = solve(problem, "dp", polish=False, angles=GRID)

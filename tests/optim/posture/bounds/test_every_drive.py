@@ -5,14 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.optim import CRITERIA, OptimStatus, Weighted, solve
+from stickslip.optim import CRITERIA, OptimStatus, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
 from stickslip.optim.posture.bounds.sweep import BESIDE, bottleneck, lossy
 from stickslip.optim.result import OptimStatus as Status
 from tests.optim.posture.bounds.helpers import better, drives, over
 
 MANY = 2048
-MIXED = Weighted((("wheel_energy", 0.7), ("total_energy", 0.2), ("torque_variation", 1e-3)))
 
 
 def quick_of(names):
@@ -38,9 +37,9 @@ def values(problem, searched, name: str) -> tuple[np.ndarray, np.ndarray]:
     return x[good], value[good]
 
 
-@pytest.mark.parametrize("name", quick_of([*CRITERIA, "mixed"]))
+@pytest.mark.parametrize("name", quick_of(CRITERIA))
 def test_no_drive_is_below_the_bound(searched, name: str):
-    problem = over(MIXED if name == "mixed" else name, "short")
+    problem = over(name, "short")
     x, value = values(problem, searched, f"short {name}")
     assert len(value) > 500
     best = x[np.argmin(value)]
@@ -50,7 +49,7 @@ def test_no_drive_is_below_the_bound(searched, name: str):
     bounds = [level.bound for level in found.levels]
     assert len(bounds) > 1
     assert bounds == sorted(bounds)
-    assert found.gap < {"torque_variation": 1.1, "mixed": 0.5}.get(name, 0.3)
+    assert found.gap < (1.1 if name == "torque_variation" else 0.3)
 
 
 @pytest.mark.long
@@ -98,8 +97,8 @@ def test_bad_options_are_refused():
     for name, bad in (("tolerance", -1), ("cells", 1), ("most_corners", 0), ("cells", 10**7)):
         with pytest.raises(ValueError, match=name):
             bound_every_drive(problem, **{name: bad})
-    with pytest.raises(ValueError, match="worst station"):
-        bound_every_drive(over(Weighted((("grip", 1.0), ("wheel_energy", 1.0)))))
+    with pytest.raises(ValueError, match=r"criterion = mine; accepted: .*worst stations"):
+        bound_every_drive(over(replace(CRITERIA["wheel_energy"], name="mine")))
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 2 * BESIDE, 2 * BESIDE + 1, 30])
