@@ -7,7 +7,6 @@ import pytest
 
 from stickslip.cli import OK, main
 from stickslip.paper.figure import FIGURES
-from stickslip.paper.result import VERDICTS
 
 pytest.importorskip("matplotlib")
 
@@ -19,12 +18,11 @@ SLOW = {"fig13", "fig25"}
 """Half a minute each."""
 
 
-def test_the_table_has_every_figure_and_known_verdicts():
+def test_the_table_has_every_figure():
     rows = [line.strip("| ").split(" | ") for line in TABLE]
-    assert {len(row) for row in rows} == {5}
+    assert {len(row) for row in rows} == {4}
     judged = [name for name in FIGURES if name != "fig18"]  # curves only
     assert list(dict.fromkeys(row[0] for row in rows)) == judged
-    assert {row[3] for row in rows} == set(VERDICTS)
 
 
 def test_every_figure_is_shown_by_its_picture():

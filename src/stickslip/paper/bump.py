@@ -14,13 +14,10 @@ from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.problem import refined
 from stickslip.paper.result import (
-    BY_CONSTRUCTION,
     Claim,
     Result,
     claim,
     curves,
-    share_of,
-    verdict_of,
 )
 
 TRACK = Track.bump()
@@ -122,7 +119,7 @@ def exists(held: Held) -> Claim:
     """Every posture has a torque."""
     finite = np.all(np.isfinite(held.stations.torque), axis=1)
     measured = f"{int(np.sum(finite))} of {len(held.pairs)} pairs have one"
-    return claim("fig24", "exists", measured, verdict_of(np.all(finite), word=BY_CONSTRUCTION))
+    return claim("fig24", "exists", measured)
 
 
 def passes(held: Held) -> Claim:
@@ -131,7 +128,7 @@ def passes(held: Held) -> Claim:
     fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
     count = f"{int(np.sum(fine))} of {len(held.pairs)} pairs pass"
     measured = f"{count}: {_needs(at)} above the ground or more"
-    return claim("fig24", "passes", measured, share_of(fine))
+    return claim("fig24", "passes", measured)
 
 
 def least_variation(samples: int) -> Result:
@@ -188,8 +185,7 @@ def varies_less(drives: Mapping[str, Drive], degrees: tuple[float, float]) -> Cl
         f"{' and '.join(f'{100 * of:.0f}' for of in below)} % below the best posture held "
         f"({degrees[0]:g}/{degrees[1]:g}°)"
     )
-    verdict = verdict_of(min(below) >= 0, word=BY_CONSTRUCTION)
-    return claim("fig25", "varies_less", measured, verdict)
+    return claim("fig25", "varies_less", measured)
 
 
 def between(drives: Mapping[str, Drive]) -> Claim:
@@ -201,12 +197,12 @@ def between(drives: Mapping[str, Drive]) -> Claim:
     measured = (
         f"legs turning evenly between the points: {each} N² m: {' and '.join(shown)} the legs held"
     )
-    return claim("fig25", "between", measured, share_of(of > 0 for of in below))
+    return claim("fig25", "between", measured)
 
 
 def passes_turning(drive: Drive) -> Claim:
     """The trajectory holds between its points."""
     at = drive.stations
+    fails = int(np.sum(np.asarray(at.status) != Status.OK))
     measured = f"{LIMITED}, between the points, too: {_needs(at)} of clearance or more"
-    holds = np.all(np.asarray(at.status) == Status.OK)
-    return claim("fig25", "passes", measured, verdict_of(holds))
+    return claim("fig25", "passes", measured + f", {fails} of them fail" * (fails > 0))

@@ -17,7 +17,7 @@ from stickslip.records.files import require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
 TABLE = "table.md"
-HEAD = ("figure", "the chapter states", "measured here", "verdict", "why")
+HEAD = ("figure", "the chapter states", "measured here", "why")
 
 
 def reproduce_command(given: Mapping[str, Any]) -> Content:
@@ -43,8 +43,8 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             rows += [[name, *claim] for claim in result.claims]
     table = Table([Column(title, words=True) for title in HEAD], rows)
     write_whole(out / TABLE, table.markdown(), overwrite=overwrite)
-    for name, stated, measured, verdict, _ in rows:
-        print(f"{name}: {verdict}: {stated}: {measured}")
+    for name, stated, measured, _ in rows:
+        print(f"{name}: {stated}: {measured}")
     return Content({"claims": table}, {"files": list(map(str, files(out, figures)))})
 
 

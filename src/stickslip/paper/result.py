@@ -15,27 +15,20 @@ from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, make_sheet, nam
 from stickslip.records.table import Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
-AGREES, PARTLY, DIFFERS = "agrees", "partly", "differs"
-BY_CALIBRATION = "by calibration"
-"""The default masses were chosen for this number: no evidence."""
-BY_CONSTRUCTION = "by construction"
-"""True of every robot and parameter: a check of the computation, no evidence."""
-VERDICTS = (AGREES, PARTLY, DIFFERS, BY_CALIBRATION, BY_CONSTRUCTION)
 HEIGHT = 2.6
 """Of a panel [inches]."""
 
 
 class Claim(NamedTuple):
-    """The chapter's statement, our measurement, one of VERDICTS, and the reason or the limit."""
+    """The chapter's statement, our measurement, and the reason or the limit."""
 
     stated: str
     measured: str
-    verdict: str
     why: str
 
 
@@ -84,27 +77,12 @@ def _texts() -> dict[str, dict[str, dict[str, str]]]:
     return json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
 
 
-def claim(figure: str, name: str, measured: str, verdict: str) -> Claim:
-    """A claim of claims.json with our measurement and its verdict."""
+def claim(figure: str, name: str, measured: str) -> Claim:
+    """A claim of claims.json with our measurement."""
     text = _texts()[figure][name]
-    return Claim(text["stated"], measured, verdict, text["why"])
+    return Claim(text["stated"], measured, text["why"])
 
 
 def each(form: str, values: Mapping[float, float]) -> str:
     """A list of values by the number that varies: form takes the value and the number."""
     return ", ".join(form.format(value, x) for x, value in values.items())
-
-
-def verdict_of(agrees: object, partly: object = False, word: str = AGREES) -> str:
-    """`word` where it agrees, else PARTLY or DIFFERS.
-
-    A claim by construction or by calibration DIFFERS where it does not hold: the computation is
-    then wrong.
-    """
-    return word if agrees else PARTLY if partly else DIFFERS
-
-
-def share_of(holds: Iterable[object]) -> str:
-    """AGREES where every case holds, PARTLY where some do, DIFFERS where none does or none is."""
-    cases = [bool(one) for one in holds]
-    return verdict_of(cases and all(cases), any(cases))

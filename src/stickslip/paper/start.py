@@ -13,18 +13,14 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.progress import Bar
 from stickslip.paper.result import (
-    BY_CALIBRATION,
-    BY_CONSTRUCTION,
     Claim,
     Result,
     claim,
     curves,
-    verdict_of,
 )
 from stickslip.paper.steady import peak_of, phases, steady
 
 TORQUES = (0.70, 0.80, 0.84, 0.845, 0.90, 1.0, 1.2)
-STATED_TORQUE = 0.84
 DURATION = 4.0
 """Seconds drawn."""
 PATIENCE = 20.0
@@ -104,8 +100,7 @@ def torque_by_work(params: BipedParams, samples: int) -> float:
 def starts_at(least: float, by_work: float) -> Claim:
     """least: by bisection; by_work: by the balance of work; both [N m]."""
     measured = f"{least:.4f} N m by bisection of walks, {by_work:.4f} N m by the balance of work"
-    holds = round(least, 2) == STATED_TORQUE and abs(least - by_work) < TOLERANCE
-    return claim("fig13", "starts_at", measured, verdict_of(holds, word=BY_CALIBRATION))
+    return claim("fig13", "starts_at", measured)
 
 
 def heavier(step: Mapping[float, float], own: float, least: float) -> Claim:
@@ -113,13 +108,11 @@ def heavier(step: Mapping[float, float], own: float, least: float) -> Claim:
     torque that it needs by the balance of work [N m]."""
     heaviest = own * TORQUE / least
     walks = {mass: time for mass, time in step.items() if np.isfinite(time)}
-    expected = list(walks) == [mass for mass in step if mass < heaviest]
     measured = (
         f"first step in {', '.join(f'{time:.3f} s ({mass:g} kg)' for mass, time in walks.items())};"
         f" walks up to {heaviest:.2f} kg = {own:.2f} kg x {TORQUE:g} N m / {least:.4f} N m"
     )
-    holds = expected and np.all(np.diff(list(walks.values())) > 0)
-    return claim("fig14", "heavier", measured, verdict_of(holds, word=BY_CONSTRUCTION))
+    return claim("fig14", "heavier", measured)
 
 
 def _result(walks: Mapping[str, Trajectory], found: Claim) -> Result:
