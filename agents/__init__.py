@@ -37,37 +37,7 @@ if TYPE_CHECKING:
         RecedingHorizon,
     )
 else:
-    __getattr__, __dir__ = loaded_when_used(
-        __name__,
-        {
-            "biped.config": ("TrainConfig",),
-            "biped.controllers": ("ConstantTorque", "CrankSpeedPI"),
-            "biped.prediction": ("ComputedTorque", "GaitTable", "OptimalGait", "gaits_of"),
-            "evaluation.evaluate": ("evaluate", "evaluate_task"),
-            "evaluation.rollout": ("Idle", "Rollout", "rollout"),
-            "evaluation.table": ("Evaluation",),
-            "machine": ("Machine", "machines", "register"),
-            "pictures.film": ("film",),
-            "pictures.view": ("View", "show"),
-            "policy.file": ("describe_environment", "load_policy", "read_metadata", "save_policy"),
-            "policy.network": ("MLPPolicy", "PlainPolicy"),
-            "policy.exchange": ("export_onnx", "from_sb3"),
-            "policy.shipped": ("shipped_names",),
-            "protocol": ("Controller",),
-            "sweeps.sweep": ("sweep",),
-            "sweeps.data": ("SweepArrays", "read_sweep", "sweep_arrays"),
-            "training.run": ("train",),
-            "training.configuration": ("Trained",),
-            "ugv.config": ("UGVTrainConfig",),
-            "ugv.controllers": (
-                "FixedPosture",
-                "FollowPath",
-                "LevelBody",
-                "Optimum",
-                "RecedingHorizon",
-            ),
-        },
-    )
+    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "ComputedTorque",

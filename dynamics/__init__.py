@@ -11,16 +11,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
     from stickslip.dynamics.status import EventKind, Status
 else:
-    __getattr__, __dir__ = loaded_when_used(
-        __name__,
-        {
-            "biped.settings": ("Setting",),
-            "biped.recommendation": ("PRESETS", "Recommendation", "recommend"),
-            "pytrees": ("register_pytree",),
-            "scene": ("Grip", "Patches", "Scene", "Uniform"),
-            "status": ("EventKind", "Status"),
-        },
-    )
+    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "PRESETS",

@@ -2,29 +2,32 @@
 
 from __future__ import annotations
 
+import ast
 import sys
 from importlib import import_module
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable
 
 
-def loaded_when_used(
-    package: str, homes: Mapping[str, Iterable[str]]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package.
+def loaded_when_used(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """`__getattr__` and `__dir__` of a package: the names that its `if TYPE_CHECKING` imports.
 
-    homes: module (its name within the package) -> names that the package takes from it. The
-    package's modules are attributes, too, as they are once they are imported.
+    The package's modules are attributes, too, as they are once they are imported.
     """
     module = sys.modules[package]
-    public = {name: home for home, names in homes.items() for name in names}
+    loader: Any = getattr(module, "__loader__", None)
+    (block,) = (
+        one for one in ast.parse(loader.get_source(package)).body if isinstance(one, ast.If)
+    )
+    imports = [one for one in block.body if isinstance(one, ast.ImportFrom)]
+    homes = {name.name: str(one.module) for one in imports for name in one.names}
 
     def load(name: str) -> Any:
-        if name in public:
-            found = getattr(import_module(f"{package}.{public[name]}"), name)
+        if homes.get(name, package) != package:
+            found = getattr(import_module(homes[name]), name)
         elif not name.startswith("_") and find_spec(f"{package}.{name}") is not None:
             found = import_module(f"{package}.{name}")
         else:
@@ -32,4 +35,4 @@ def loaded_when_used(
         vars(module)[name] = found
         return found
 
-    return load, lambda: sorted({*vars(module), *public})
+    return load, lambda: sorted({*vars(module), *homes})

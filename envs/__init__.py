@@ -21,26 +21,7 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
     from stickslip.envs.ugv.state import UGVEnvState
 else:
-    __getattr__, __dir__ = loaded_when_used(
-        __name__,
-        {
-            "adapters.gym": ("GymEnv",),
-            "adapters.gymnax": ("GymnaxEnv",),
-            "adapters.sb3": ("SB3VecEnv",),
-            "adapters.vector": ("GymVectorEnv",),
-            "biped.env": ("BipedEnv",),
-            "biped.params": ("BipedEnvParams", "Randomisation"),
-            "biped.state": ("BipedEnvState",),
-            "collecting": ("Collected", "collect"),
-            "functional": ("FunctionalEnv",),
-            "tasks.definition": ("TASKS", "TaskDefinition", "task_by_name"),
-            "tasks.known": ("known_of",),
-            "ugv.env": ("UGVEnv",),
-            "ugv.params": ("UGVEnvParams",),
-            "ugv.randomisation": ("RandomTrack", "UGVRandomisation"),
-            "ugv.state": ("UGVEnvState",),
-        },
-    )
+    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "TASKS",

@@ -36,37 +36,7 @@ if TYPE_CHECKING:
     from stickslip.optim.problem import FreeProblem, Method, Problem, Structure, methods_of, solve
     from stickslip.optim.result import Evaluation, OptimStatus, Result
 else:
-    __getattr__, __dir__ = loaded_when_used(
-        __name__,
-        {
-            "gait.gait": ("Certificate", "Gait", "GaitResult"),
-            "gait.problem": ("GaitProblem",),
-            "gait.replay": ("Replay", "replay"),
-            "posture.bounds.branch": ("DriveBound", "bound_every_drive"),
-            "posture.criteria": (
-                "CRITERIA",
-                "Criterion",
-                "Station",
-                "criterion_by_name",
-                "station",
-            ),
-            "posture": ("METHODS",),
-            "posture.problem": ("PostureProblem",),
-            "posture.evaluate": ("PostureResult",),
-            "problem": (
-                "FreeProblem",
-                "Method",
-                "Problem",
-                "Structure",
-                "methods_of",
-                "solve",
-            ),
-            "result": ("Evaluation", "OptimStatus", "Result"),
-            "function_problem": ("FunctionProblem",),
-            "instances.instance": ("FAMILIES", "Instance", "instance", "suite"),
-            "instances.objective": ("BudgetSpent", "Objective", "Record"),
-        },
-    )
+    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "CRITERIA",

@@ -15,15 +15,7 @@ if TYPE_CHECKING:
     from stickslip.agents.optimisers.report import ert, gaps, hits
     from stickslip.agents.optimisers.runs import Run, read_results, write_results
 else:
-    __getattr__, __dir__ = loaded_when_used(
-        __name__,
-        {
-            "methods": ("METHODS", "Method"),
-            "racing": ("race",),
-            "report": ("ert", "gaps", "hits"),
-            "runs": ("Run", "read_results", "write_results"),
-        },
-    )
+    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "METHODS",

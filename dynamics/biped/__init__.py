@@ -48,9 +48,7 @@ from stickslip.dynamics.names import LINKS
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
 else:
-    __getattr__, __dir__ = loaded_when_used(
-        __name__, {"recommendation": ("PRESETS", "Recommendation", "recommend")}
-    )
+    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "BODIES",
