@@ -1,8 +1,6 @@
 """Between a gait's nodes: b as the parabola it is, and all else by the polynomial through samples.
 
-In a cell of length h the acceleration is a + c x and b = b0 + 2 a x + c x^2, so the crank moves as
-x'' = a + c x in time: hyperbolic or circular functions, the same seen from either end. A cell is
-passed in the time
+In a cell of length h the acceleration is a + c x, b = b0 + 2 a x + c x^2, and it is passed in
 
     2 h / (rate + next rate) f(z),   z = sqrt|c| h / (rate + next rate)
 
@@ -15,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebval, chebvander
+from scipy.integrate import quad_vec
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,9 +23,9 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.profile import Grid
 
 STRAIGHT = 1e-4
-"""z below which f(z) and the motion are two terms of their series."""
-MOMENTS = 24
-"""Points of Gauss and Legendre in time, in a cell or in each half of one that has a vertex."""
+"""z below which f(z) is two terms of its series."""
+ACCURATE, LEAST_SQUARE = 1e-11, 1e-300
+"""Relative error of integrals over time; the least b that is divided by."""
 LOOKS, CLOSER_LOOKS = 33, 17
 """Places of a cell where a largest value is looked for, and around the best of them."""
 PIECES = 64
@@ -54,24 +53,24 @@ def times(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1
 def over_time(
     grid: Grid, a: np.ndarray, b: np.ndarray, square: Callable[[np.ndarray], np.ndarray]
 ) -> float:
-    """The integral over time of `square` at shares [n, K, Q] of the cells.
+    """The integral over time of `square` at shares [n, K, 1] of the cells.
 
-    Points are placed in time, from where a cell or its half is slowest, with the crank's own
-    motion: nothing is large there however slow the crank is.
+    By adaptive quadrature in s, share = s^2 (3 - 2 s): smooth at the ends of a cell that rests at
+    one of them, and refined where the crank is slow between them.
     """
-    passed = times(grid, a, b)
-    if not np.all(np.isfinite(passed)):
+    if not np.all(np.isfinite(times(grid, a, b))):
         return np.inf
-    points, weights = np.polynomial.legendre.leggauss(MOMENTS)
-    points, weights = (points + 1) / 2, weights / 2
-    total = 0.0
-    for start, sign, length, rate, end, slope, c in _legs(grid, a, _rested(grid, b)):
-        taken = np.where(length > 0, _passed(length, rate + end, c), 0.0)
-        x = _moved(taken[..., None] * points, rate, slope, c)
-        x = start[..., None] + sign * np.minimum(x, length[..., None])
-        share = x / grid.h[..., None]
-        total += float(np.sum(square(share) * weights * taken[..., None]))
-    return total
+    b, c = _rested(grid, b), np.diff(a, axis=1) / grid.h
+
+    def rates(s: float) -> np.ndarray:
+        share, left = s * s * (3 - 2 * s), (1 - s) ** 2 * (1 + 2 * s)
+        x, y = share * grid.h, left * grid.h
+        from_start = b[:, :-1] + x * (2 * a[:, :-1] + c * x)
+        from_end = b[:, 1:] + y * (c * y - 2 * a[:, 1:])
+        rate = np.sqrt(np.maximum(from_start if s < 0.5 else from_end, LEAST_SQUARE))
+        return square(np.array([share]))[..., 0] * grid.h * 6 * s * (1 - s) / rate
+
+    return float(np.sum(quad_vec(rates, 0.0, 1.0, epsabs=0.0, epsrel=ACCURATE, norm="max")[0]))
 
 
 class Polynomials:
@@ -145,46 +144,3 @@ def _passed(length: np.ndarray, rates: np.ndarray, c: np.ndarray) -> np.ndarray:
         factor = np.where(c > 0, bowl, np.arctan(safe) / safe)
         factor = np.where(small, 1 + np.sign(c) * z**2 / 3, factor)
         return np.where(rates > 0, 2 * length / rates * factor, np.inf)
-
-
-def _legs(grid: Grid, a: np.ndarray, b: np.ndarray) -> list[tuple]:
-    """Each cell as two parts in which b grows: start, direction and length of each, its rates at
-    both ends, a at its start (>= 0), and c."""
-    h, c = grid.h, np.diff(a, axis=1) / grid.h
-    bowl = c > 0
-    with np.errstate(divide="ignore", invalid="ignore"):
-        vertex = np.where(c == 0, np.where(a[:, :-1] >= 0, h, 0.0), -a[:, :-1] / c)
-    vertex = np.clip(vertex, 0.0, h)
-    low, left, right = a[:, :-1] + c * vertex, b[:, :-1], b[:, 1:]
-    turned = (a[:, :-1] < 0) != (a[:, 1:] < 0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        extreme = np.where(turned, left - a[:, :-1] ** 2 / c, np.where(vertex > 0, right, left))
-    rates = [np.sqrt(np.maximum(one, 0.0)) for one in (left, extreme, right)]
-    zero = np.zeros_like(h)
-    rise = np.where(turned, 0.0, low)
-    found = []
-    for sign, end, rate, slope, length in (
-        (-1, zero, rates[0], a[:, :-1], vertex),
-        (1, h, rates[2], -a[:, 1:], h - vertex),
-    ):
-        start = np.where(bowl, vertex, end)
-        direction = np.where(bowl, sign, -sign)[..., None]
-        begins, ends = np.where(bowl, rates[1], rate), np.where(bowl, rate, rates[1])
-        pull = np.maximum(np.where(bowl, sign * rise, slope), 0.0)
-        found.append((start, direction, length, begins, ends, pull, c))
-    return found
-
-
-def _moved(time: np.ndarray, rate: np.ndarray, slope: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Solution of x'' = slope + c x from x' = rate."""
-    rate, slope, c = (one[..., None] for one in (rate, slope, c))
-    root = np.sqrt(np.abs(c))
-    turn = root * time
-    small = turn < STRAIGHT
-    root = np.where(small, 1.0, root)
-    bowl = np.where(small | (c < 0), 0.0, turn)
-    first = np.where(c > 0, np.sinh(bowl), np.sin(turn)) / root
-    half = np.where(c > 0, np.sinh(bowl / 2), np.sin(turn / 2)) / root
-    first = np.where(small, time * (1 + c * time**2 / 6), first)
-    second = np.where(small, time**2 / 2 * (1 + c * time**2 / 12), 2 * half**2)
-    return rate * first + slope * second

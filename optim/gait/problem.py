@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
     from stickslip.dynamics.pytrees import Lists, Number
-    from stickslip.dynamics.scene import Scene
     from stickslip.optim.gait.gait import Gait, Goal
     from stickslip.optim.problem import Vector
 
@@ -45,8 +44,7 @@ class GaitProblem(Problem[GaitResult]):
 
     Build it with `periodic` or `transfer`. params: the robot, its payload in params.payload.
     objective: a name of OBJECTIVES, or a mapping of names to weights. mu: static friction, None for
-    a foot that never slips; one number, one for each step, or a Scene, whose patches give each
-    foothold's. torque_limit [N m]; mean_rate: the mean crank rate, at least [rad/s]; None: any.
+    a foot that never slips; one number, or one for each step. torque_limit [N m]; mean_rate: the mean crank rate, at least [rad/s]; None: any.
     min_normal: least normal force [N]. zmp: whether the zero-moment point stays inside the foot.
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
     the objective "energy" [W/(N m)^2]. cells: of the grid in each step.
@@ -63,7 +61,7 @@ class GaitProblem(Problem[GaitResult]):
     objective_asked: str | Mapping[str, float] = "time"
     steps_taken: int = 1
     is_periodic: bool = True
-    mu: Number | Lists | Scene | None = None
+    mu: Number | Lists | None = None
     torque_limit: float | None = None
     mean_rate: float | None = None
     min_normal: float = 0.0
@@ -87,7 +85,7 @@ class GaitProblem(Problem[GaitResult]):
         params: BipedParams,
         objective: str | Mapping[str, float] = "time",
         *,
-        mu: Number | Scene | None = None,
+        mu: Number | None = None,
         torque_limit: float | None = None,
         mean_rate: float | None = None,
         min_normal: float = 0.0,
@@ -111,7 +109,7 @@ class GaitProblem(Problem[GaitResult]):
         *,
         start_rate: float | None = 0.0,
         end_rate: float | None = None,
-        mu: Number | Lists | Scene | None = None,
+        mu: Number | Lists | None = None,
         torque_limit: float | None = None,
         mean_rate: float | None = None,
         min_normal: float = 0.0,
@@ -133,7 +131,7 @@ class GaitProblem(Problem[GaitResult]):
     def __post_init__(self):
         _check(self)
         robot = robot_of(self.params, self.steps_taken, self.is_periodic)
-        mu = friction_along(self.mu, self.steps_taken, robot.step_length)
+        mu = friction_along(self.mu, self.steps_taken)
         goal = goal_of(self.objective_asked, float(self.copper_loss))
         if goal.is_friction and mu is not None:
             raise ValueError("mu with the objective 'friction', which looks for it; accepted: None")

@@ -11,7 +11,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.pytrees import read_only
-from stickslip.dynamics.scene import Grip, Patches, Scene
 from stickslip.optim.gait.convex.program import Numbers, Program
 from stickslip.optim.gait.gait import (
     FRICTION,
@@ -42,7 +41,7 @@ NORMAL, ZMP, RATE, STANDING = "normal force", "foot edges", "greatest rate", "sq
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
 UNITS |= {STANDING: "rad^2/s^2"}
 """Unit of a row's violation."""
-ACCEPTED = "None, a number >= 0, one for each step, or a Scene"
+ACCEPTED = "None, a number >= 0, or one for each step"
 
 
 @dataclass(frozen=True)
@@ -126,32 +125,13 @@ def torque_unit(p: Profile) -> float:
     return p.robot.weight * p.robot.crank
 
 
-def friction_along(
-    mu: Number | Lists | Scene | None, steps: int, step_length: float
-) -> Float[np.ndarray, "n"] | None:
-    """Static friction of each step [n], None where the foot never slips.
-
-    A scene's patches count where the supporting ankle stands: step k at k step lengths [m].
-    """
+def friction_along(mu: Number | Lists | None, steps: int) -> Float[np.ndarray, "n"] | None:
+    """Static friction of each step [n], None where the foot never slips."""
     if mu is None:
         return None
-    if not isinstance(mu, Scene):
-        found = as_floats("mu", mu, ACCEPTED)
-        if found.shape not in ((), (steps,)):
-            raise ValueError(f"mu has shape {found.shape}; accepted: one number, or ({steps},)")
-    else:
-        floor = mu.floor
-        if isinstance(floor, Grip):
-            return None
-        if isinstance(floor, Patches):
-            edges = as_floats("edges", floor.edges, "finite positions [m]")
-            coefficients = as_floats("mu_static", floor.mu_static, "numbers >= 0")
-            at = np.searchsorted(edges, step_length * np.arange(steps), side="right")
-            found = np.broadcast_to(coefficients, (len(edges) + 1,))[at]
-        else:
-            found = as_floats("mu_static", floor.mu_static, ACCEPTED)
-        if found.ndim > 1 or (found.ndim == 1 and found.shape != (steps,)):
-            raise ValueError(f"mu is a batch of floors {found.shape}; accepted: one floor")
+    found = as_floats("mu", mu, ACCEPTED)
+    if found.shape not in ((), (steps,)):
+        raise ValueError(f"mu has shape {found.shape}; accepted: one number, or ({steps},)")
     if np.any(found < 0):
         raise ValueError(f"mu = {float(np.min(found))!r} is not accepted; accepted: {ACCEPTED}")
     return read_only(np.broadcast_to(found, (steps,)).astype(float))

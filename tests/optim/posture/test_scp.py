@@ -54,11 +54,10 @@ def least_promised(problem, x, radius):
 
     For sums of positive parts and for worst stations; constraints linear, from the jacobian.
     """
-    near = Near(problem)
-    at = near(x)
-    terms, slopes = at.terms[0], at.term_slopes[0]
+    at = Near(problem)(x)
+    terms, slopes = at.terms, at.term_slopes
     rows, m, d = slopes.shape
-    peak = near.criteria[0].kind == "max"
+    peak = problem.criterion.kind == "max"
     tops = 1 if peak else rows * m
     above = np.zeros((rows * m, problem.n + tops))
     for k in range(rows):
