@@ -44,7 +44,8 @@ class GaitProblem(Problem[GaitResult]):
 
     Build it with `periodic` or `transfer`. params: the robot, its payload in params.payload.
     objective: a name of OBJECTIVES, or a mapping of names to weights. mu: static friction, None for
-    a foot that never slips; one number, or one for each step. torque_limit [N m]; mean_rate: the mean crank rate, at least [rad/s]; None: any.
+    a foot that never slips; one number, or one for each step. torque_limit [N m]; mean_rate: the
+    mean crank rate, at least [rad/s]; None: any.
     min_normal: least normal force [N]. zmp: whether the zero-moment point stays inside the foot.
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
     the objective "energy" [W/(N m)^2]. cells: of the grid in each step.
