@@ -117,6 +117,18 @@ def as_optuna(objective: Objective) -> Callable[[External], External]:
     return partial(_of_trial, objective)
 
 
+def as_evosax(objective: Objective) -> tuple[np.ndarray, Callable[[External], np.ndarray]]:
+    """A first solution, and the fitness of a population [B, n] as `tell` takes it, in a box of
+    sides 1: strategies begin with a deviation of 1, so give them params.replace(std_init=0.2)."""
+    return np.full(objective.n, 0.5), _in_unit_box(objective)
+
+
+def as_ioh(objective: Objective, name: str) -> External:
+    """A problem of IOHexperimenter, to which its loggers can be attached; x in a box of sides 1."""
+    function, size = _in_unit_box(objective), objective.n
+    return _library("ioh").wrap_problem(function, name=name, dimension=size, lb=0.0, ub=1.0)
+
+
 def as_cvxpy(instance: Instance) -> tuple[External, Callable[[], Float[np.ndarray, "n"]]]:
     """A cvxpy Problem of a convex instance, and a function for its free numbers once solved.
 
@@ -162,5 +174,5 @@ def _library(module: str) -> External:
     except ModuleNotFoundError as error:
         raise ModuleNotFoundError(
             f"{module.split('.')[0]} is not there ({error}); the extra stickslip[optimisers] has "
-            "all of these libraries but cyipopt"
+            "all of these libraries but ioh and cyipopt"
         ) from error

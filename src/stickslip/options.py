@@ -90,7 +90,9 @@ class VehicleOptions:
 class TrackOptions(VehicleOptions):
     """Ground, waypoints and limits of a drive."""
 
-    track: str = option("bump", f"{', '.join(TRACKS)}, or a file of x and y", metavar="TRACK")
+    track: str = option(
+        "bump", f"{', '.join(TRACKS)}, or a file of x and y or GPX", metavar="TRACK"
+    )
     track_options: list[str] = option(
         [],
         "of the track, as often as needed: height=0.2; see below",

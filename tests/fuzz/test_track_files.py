@@ -25,15 +25,23 @@ ROOM = 2**30
 """Bytes that no file may take."""
 
 ROWS = "".join(f"{0.5 * i:.3f},{np.sin(0.3 * i):.5f}\n" for i in range(40))
+NODES = "".join(
+    f'<trkpt lat="{59 + 1e-4 * i:.5f}" lon="10.5"><ele>{100 + i % 7}</ele></trkpt>'
+    for i in range(30)
+)
+HEAD = '<?xml version="1.0" encoding="UTF-8"?>'
+GPX = f"{HEAD}<gpx version='1.1'><trk><name>a &amp; b</name><trkseg>{NODES}</trkseg></trk></gpx>"
 GOOD = (
     ("a.csv", "x,y\n" + ROWS),
     ("b.csv", "# a comment\n" + ROWS.replace(",", ";")),
     ("c.txt", "elevation\tdistance\n" + "".join(f"{np.cos(i):.4f}\t{i}\n" for i in range(40))),
+    ("d.gpx", GPX),
 )
 PIECES = (
     b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b"nan", b"inf", b"-", b"1e999", b"1e-320", b"_", b",",
-    b";", b"\t", b"\n", b"\r", b"#", b'"', b"9" * 400,
-    b"\xf0\x9f\x9a\x97", b"\xed\xa0\x80", b"\xe2\x80\xa8", b"x,y\n",
+    b";", b"\t", b"\n", b"\r", b"#", b'"', b"<", b">", b"&", b"&#0;", b"&#x110000;", b"&lt;",
+    b"<!--", b"-->", b"<![CDATA[", b"]]>", b"<trkpt>", b"</trkpt>", b"<ele>", b"</ele>", b"<?x?>",
+    b"<!DOCTYPE a>", b"9" * 400, b"\xf0\x9f\x9a\x97", b"\xed\xa0\x80", b"\xe2\x80\xa8", b"x,y\n",
 )  # fmt: skip
 
 
@@ -45,6 +53,22 @@ def damaged(random: np.random.Generator) -> tuple[str, bytes]:
 
 def hostile() -> dict[str, tuple[str, bytes]]:
     """Written to cost time or memory, or to reach what is not the file's."""
+    bomb = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 12))
+    many = 10**6
+    files = {
+        "entity bomb": f'{HEAD}<!DOCTYPE g [<!ENTITY l0 "lol">{bomb}]><gpx>&l11;</gpx>',
+        "external entity": '<!DOCTYPE g [<!ENTITY x SYSTEM "file:///dev/zero">]><g>&x;</g>',
+        "entity without a type": "<gpx><trkpt lat='&lol;'/></gpx>",
+        "nested elements": "<a>" * many,
+        "flat points": "<gpx>" + "<trkpt/>" * many + "</gpx>",
+        "one attribute": f'<gpx><trkpt lat="{"1" * 10**7}"/></gpx>',
+        "a tag without end": "<" + "a" * 10**7,
+        "a comment without end": "<!--" + "-" * 10**7,
+        "utf-16 declared": GPX.replace("UTF-8", "UTF-16"),
+        "utf-7 declared": GPX.replace("UTF-8", "UTF-7"),
+        "namespaces": "<gpx " + " ".join(f'xmlns:n{i}="u"' for i in range(10**5)) + "/>",
+        "elevation in pieces": "<gpx><trkpt lat='1' lon='1'><ele>" + "1<!---->" * 10**6,
+    }
     tables = {
         "one line": "1," * (5 * 10**6),
         "one number": "1" * 10**7,
@@ -55,8 +79,9 @@ def hostile() -> dict[str, tuple[str, bytes]]:
         "points of no distance": "".join(f"{1 + i * 2.3e-16:.17g},0\n" for i in range(1000)),
         "other digits": "٠,٠\n١,١\n",
     }
-    found = {name: ("h.csv", text.encode()) for name, text in tables.items()}
-    found["utf-16"] = ("h.csv", ROWS.encode("utf-16"))
+    found = {name: ("h.gpx", text.encode()) for name, text in files.items()}
+    found |= {name: ("h.csv", text.encode()) for name, text in tables.items()}
+    found["utf-16"] = ("h.gpx", GPX.encode("utf-16"))
     found["too large"] = ("h.csv", b"0,0\n" * (5 * 2**20))
     return found
 
@@ -109,5 +134,6 @@ def test_files_written_to_hurt(tmp_path, capsys):
         print(f"\n{len(files)} hostile track files: {dict(counts)}")
 
 
-TRACKS = ("other digits", "points of no distance")
-"""Odd, but tracks: digits are digits."""
+TRACKS = ("utf-16 declared", "utf-7 declared", "other digits",
+          "points of no distance")  # fmt: skip
+"""Odd, but tracks: the encoding is UTF-8 whatever is declared, and digits are digits."""

@@ -9,7 +9,6 @@ import pytest
 
 from stickslip.agents import untrusted
 from stickslip.agents.policy import file as policy_file
-from stickslip.optim import columns
 from stickslip.optim.posture import track_file
 from stickslip.simulate import torque
 from tests.packaging.test_package_list import package_folders
@@ -32,7 +31,8 @@ LIMITS = {
     "tables of a run": (f"{untrusted.LARGEST_TABLE // MIB} MiB",),
     "track (": (
         f"{track_file.MOST_BYTES // MIB} MiB",
-        f"{columns.MOST_IN_A_LINE:,} characters",
+        f"{track_file.MOST_IN_A_LINE:,} characters",
+        f"{track_file.DEEPEST} levels",
     ),
 }
 RUNS = {"eval", "exec", "pickle.load", "pickle.loads", "onnx.load", "torch.load", "marshal.loads"}

@@ -76,7 +76,7 @@ def track_of(name: str, options: Iterable[str] = ()) -> Track:
     if not path.exists():
         raise ValueError(
             f"track {name!r} is neither a name nor a file; accepted: {', '.join(TRACKS)}, or a "
-            "file of points (x and y)"
+            "file of points (x and y, or GPX)"
         )
     unknown = [key for key in given if key != "interpolation"]
     if unknown:

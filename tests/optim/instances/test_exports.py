@@ -73,6 +73,14 @@ def test_differential_evolution_in_batches():
     assert whole.record.best == pytest.approx(LEAST, abs=1e-2)
 
 
+def test_ioh():
+    pytest.importorskip("ioh")
+    it = toy().objective()
+    problem = exports.as_ioh(it, "toy")
+    assert problem([0.625, 0.375]) == pytest.approx(0.5)
+    assert it.record.values == problem.state.evaluations == 1
+
+
 def test_cvxpy_takes_what_is_convex():
     one = instance("gait-time-d16-v2")
     program, found = exports.as_cvxpy(one)
@@ -85,7 +93,7 @@ def test_cvxpy_takes_what_is_convex():
 
 
 def test_several_goals_are_refused_where_one_is_taken():
-    for export in (exports.as_scipy, exports.as_cma, exports.as_nevergrad):
+    for export in (exports.as_scipy, exports.as_cma, exports.as_evosax):
         with pytest.raises(ValueError, match="2 goals; accepted: one"):
             export(toy(goals=2).objective())
 
@@ -93,6 +101,6 @@ def test_several_goals_are_refused_where_one_is_taken():
 def test_a_library_that_is_not_there_is_named(monkeypatch):
     import sys
 
-    monkeypatch.setitem(sys.modules, "nevergrad", None)
-    with pytest.raises(ModuleNotFoundError, match=r"nevergrad is not there .*\[optimisers\]"):
-        exports.as_nevergrad(toy().objective())
+    monkeypatch.setitem(sys.modules, "ioh", None)
+    with pytest.raises(ModuleNotFoundError, match=r"ioh is not there .*stickslip\[optimisers\]"):
+        exports.as_ioh(toy().objective(), "toy")

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.optim.posture.track_file import read_track
+from stickslip.optim.posture.track_file import EARTH_RADIUS, read_track
 
 TABLES = {
     "comma": "0,0.0\n1,0.5\n3,0.25\n",
@@ -29,12 +29,33 @@ def write(folder, text, name="track.csv"):
     return path
 
 
+def gpx(*points, prologue="", ns=' xmlns="http://www.topografix.com/GPX/1/1"'):
+    nodes = "".join(
+        f'<trkpt lat="{lat}" lon="{lon}"><time>x</time><ele>{ele}</ele></trkpt>'
+        for lat, lon, ele in points
+    )
+    first = f'<?xml version="1.0" encoding="UTF-8"?>{prologue}'
+    return f"{first}<gpx{ns}><trk><trkseg>{nodes}</trkseg></trk></gpx>"
+
+
 @pytest.mark.parametrize("kind", TABLES)
 def test_every_way_of_writing_a_table_gives_the_same_track(kind, tmp_path, float64):
     track = read_track(write(tmp_path, TABLES[kind]), "linear")
     assert (track.start, track.end) == (0.0, 3.0)
     found = track.height(jnp.asarray([0.0, 0.5, 1.0, 2.0, 3.0]))
     np.testing.assert_allclose(found, [0.0, 0.25, 0.5, 0.375, 0.25], rtol=1e-14)
+
+
+@pytest.mark.parametrize("ns", ["", ' xmlns="http://www.topografix.com/GPX/1/1"'])
+def test_an_elevation_profile_is_laid_out_along_great_circles(ns, tmp_path, float64):
+    """A degree along a meridian, one along the parallel of 60 degrees by the law of cosines."""
+    degree = np.radians(1.0)
+    points = [(59, 10, 100), (60, 10, 160), (60, 11, 130.5)]
+    track = read_track(write(tmp_path, gpx(*points, ns=ns), "Ride.GPX"), "linear")
+    east = np.arccos(0.75 + 0.25 * np.cos(degree))
+    x = EARTH_RADIUS * np.asarray([0.0, degree, degree + east])
+    np.testing.assert_allclose(track.end, x[-1], rtol=1e-12)
+    np.testing.assert_allclose(track.height(jnp.asarray(x)), [100, 160, 130.5], rtol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -57,6 +78,33 @@ def test_a_table_that_is_no_track_is_refused_with_its_line(text, parts, tmp_path
         read_track(write(tmp_path, text))
 
 
+def survey(odd):
+    """Ten points 5.56 m apart near 1800 m, some of another elevation."""
+    return [(45 + 5e-5 * i, 7, odd.get(i, 1800 + 0.1 * i)) for i in range(10)]
+
+
+GOOD = [(59, 10, 100), (60, 10, 160)]
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("", ("track.gpx: no XML", "GPX track")),
+        (gpx(GOOD[0], GOOD[0]), ("track.gpx: track point 2: the place of track point 1 again",)),
+        (gpx(GOOD[0], (60, 10, "")), ("track.gpx: track point 2: ele = None",)),
+        (gpx(*survey({7: 46.8})), ("track point 8: elevation 46.8 m, -1753.8 m in 5.56 m",)),
+        (gpx(GOOD[0], (95, 10, 0)), ("track.gpx: track point 2: lat = '95'",)),
+        (gpx(*GOOD, prologue='<!DOCTYPE g [<!ENTITY a "b">]>'), ("declares a document type",)),
+        (gpx(*GOOD).replace("100", "&lol;"), ("track.gpx: no XML (undefined entity",)),
+        ("<a>" * 10**6, ("track.gpx: elements nested deeper than 100",)),
+        (gpx((60, 10, "7" * 20_000)), ("track point 1: a long text in ele",)),
+    ],
+)
+def test_an_elevation_profile_that_is_no_track_is_refused(text, parts, tmp_path):
+    with pytest.raises(ValueError, match=".*".join(map(re.escape, parts))):
+        read_track(write(tmp_path, text, "track.gpx"))
+
+
 def test_files_that_cannot_be_opened_are_os_errors_that_name_them(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"none\.csv"):
         read_track(tmp_path / "none.csv")
@@ -77,6 +125,16 @@ def test_what_is_no_regular_file_is_refused_at_once(tmp_path, monkeypatch):
     monkeypatch.setattr("stickslip.optim.posture.track_file.MOST_BYTES", 10)
     with pytest.raises(ValueError, match=r"track\.csv: larger than"):
         read_track(write(tmp_path, TABLES["comma"]))
+
+
+def test_text_in_sections_comments_and_other_elements_is_passed_over(tmp_path, float64):
+    """CDATA is text, an element inside ele ends it, and only the first ele counts."""
+    nodes = "".join(
+        f'<trkpt lat="{lat}" lon="10"><!-- 9 --><ele><![CDATA[{ele}]]></ele><ele>7</ele></trkpt>'
+        for lat, ele in ((59, 100), (60, 160))
+    )
+    track = read_track(write(tmp_path, f"<gpx><wpt><ele>5</ele></wpt>{nodes}</gpx>", "a.gpx"))
+    assert float(track.height(track.end)) == pytest.approx(160.0, rel=1e-12)
 
 
 SEPARATORS = (",", ";", "\t", " ", ", ", "  ")
