@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.pictures.episodes import LearningPanel
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Policy
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.page import Episode
@@ -231,11 +231,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Evaluation.
 
-    def measures(self, env: Env, *, task: bool = False) -> AnyMeasures:
-        """Kept values of an environment's episodes, and the columns of its tables.
-
-        task: of a named task, whose scores say what an optimum would.
-        """
+    def measures(self, env: Env) -> AnyMeasures:
+        """Kept values of an environment's episodes, and the columns of its tables."""
         return import_module(self.measured).MEASURES
 
     def swept(self) -> Swept:
@@ -250,17 +247,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """The task of a training run. ValueError for numbers that do not go together."""
         env, params = self.standard_task()
         return TrainingTask(env, params, params, params)
-
-    def evaluate_policy(
-        self, task: TrainingTask[Env, Params], policy: Policy, config: Config
-    ) -> dict[str, float]:
-        """A row of evaluations.csv: `evaluated`."""
-        from stickslip.agents.evaluation.rollout import play_unseen
-        from stickslip.agents.evaluation.table import row_of_test
-
-        measures, count = self.measures(task.env), config.evaluation_episodes
-        played = play_unseen(task.env, policy, task.tested, count, measures.keep)
-        return row_of_test(measures.columns, self.evaluated, played)
 
     def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
         """`episode` of training episodes. ended: what the last infos held, each [episodes >= 1];
@@ -297,7 +283,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         from stickslip.agents.pictures.episodes import SCORE, LearningPanel
 
         env = self.training_task(config).env
-        columns = self.measures(env, task=config.task is not None).columns
+        columns = self.measures(env).columns
         panels = [] if config.task is None else [SCORE]
         for name in self.evaluated:
             if name in columns:

@@ -68,7 +68,7 @@ def evaluate_task(
     task = task_by_name(name)
     env, params = task.make()
     known = known_of(task)
-    measures = machine_by_name(task.machine).measures(env, task=True)
+    measures = machine_by_name(task.machine).measures(env)
     usual = EPISODES if known is None else known.episodes
     used = seeds_of(usual if episodes is None else episodes, seeds)
     if known is not None:
@@ -109,12 +109,9 @@ def _evaluated(
     rows = []
     for scene, params in scenes.items():
         used = seeds if is_random(params) else seeds[:1]
-        complete = measures.complete
-        add = None if complete is None else complete(scene, params, used, say)
         for name, controller in named.items():
             say(f"{name} on {scene}")
             played = play(env, controller, params, used, measures.keep)
-            played = played if add is None else add(played)
             metrics = {name: metric(played) for name, (_, metric) in measures.columns.items()}
             rows.append(Row(scene, name, metrics, played))
     return Evaluation(tuple(rows), seeds, measures.columns)

@@ -63,15 +63,10 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
     [episodes]. It has `reward` and says which episodes ended outside the model, `fell`.
-    complete: called with each scene, its parameters, the seeds and something to say a line with;
-    what it returns is applied to all that is played there. None for nothing to add.
     """
 
     keep: Keep[State_contra, Params_contra, Kept]
     columns: Columns[Kept]
-    complete: Callable[[str, Params_contra, Sequence[int], Say], Callable[[Kept], Kept]] | None = (
-        None
-    )
 
 
 AnyMeasures: TypeAlias = Measures[Any, Any, Any]
@@ -200,9 +195,9 @@ def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:
     return replace(parts[0], rows=tuple(rows))
 
 
-def row_of_test(columns: Columns[Kept], names: Sequence[str], played: Kept) -> dict[str, float]:
-    """The named metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
-    found = {name: columns[name][1](played) for name in names}
+def row_of_test(columns: Columns[Kept], played: Kept) -> dict[str, float]:
+    """The metrics of episodes played, and <name>_low, <name>_high of those in INTERVALS."""
+    found = {name: metric(played) for name, (_, metric) in columns.items()}
     row = {name: one.value for name, one in found.items()}
     for name in filter(found.get, INTERVALS):
         row |= {f"{name}_low": found[name].low, f"{name}_high": found[name].high}

@@ -218,7 +218,7 @@ class Player:
 
     def __init__(self, plan: Plan):
         self._plan, self._swept = plan, plan.machine.swept()
-        self._keep = plan.machine.measures(plan.cases[0].env, task=True).keep
+        self._keep = plan.machine.measures(plan.cases[0].env).keep
         self._programs: dict[str, Callable[..., PyTree]] = {}
 
     def __call__(self, number: int) -> dict[str, np.ndarray]:

@@ -1,4 +1,4 @@
-"""The directory of a training run: configuration, lock, checkpoints, tables, TensorBoard's files.
+"""The directory of a training run: configuration, lock, checkpoints, tables.
 
 A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters, optimiser states, for SAC the
 replay buffer, for JAX the episodes, as arrays), `policy.npz` and `state.json`. It appears whole or
@@ -14,13 +14,11 @@ import json
 import math
 import os
 import platform
-import socket
 import sys
-import time
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import installed, read_policy
@@ -336,48 +334,3 @@ def read_columns(path: Path) -> dict[str, list[float]]:
 
 def _number(value: float) -> str:
     return cell_text(float(value), 7) if math.isfinite(value) else ""
-
-
-class TensorBoard:
-    """Scalars under a group's name. What an earlier process wrote beyond step `upto` is hidden.
-
-    Each process writes its own file row by row: a full disk is noticed at once, which
-    tensorboard's own writer does in a thread.
-    """
-
-    def __init__(self, directory: Path, upto: int = 0):
-        from tensorboard.compat.proto import event_pb2, summary_pb2
-        from tensorboard.summary.writer.record_writer import RecordWriter
-
-        self._events: Any = event_pb2
-        self._summaries: Any = summary_pb2
-        directory.mkdir(parents=True, exist_ok=True)
-        name = f"events.out.tfevents.{time.time_ns()}.{socket.gethostname()}.{os.getpid()}"
-        self._file = (directory / name).open("xb", buffering=0)
-        self._writer = RecordWriter(self._file)
-        try:
-            self._write(file_version="brain.Event:2")
-            if upto:
-                start = self._events.SessionLog(status=self._events.SessionLog.START)
-                self._write(step=upto + 1, session_log=start)
-        except BaseException:
-            self._file.close()
-            raise
-
-    def add(self, group: str, timesteps: int, row: Mapping[str, float]) -> None:
-        """Write the finite numbers of a row."""
-        values = [
-            self._summaries.Summary.Value(tag=f"{group}/{name}", simple_value=value)
-            for name, value in row.items()
-            if math.isfinite(value)
-        ]
-        self._write(step=timesteps, summary=self._summaries.Summary(value=values))
-
-    def _write(self, **content: Any) -> None:
-        self._writer.write(self._events.Event(wall_time=time.time(), **content).SerializeToString())
-
-    def __enter__(self) -> TensorBoard:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self._file.close()

@@ -31,7 +31,6 @@ from stickslip.agents.training.directory import (
     POLICY,
     MetricsFile,
     Run,
-    TensorBoard,
     TrainState,
     drop_checkpoints,
     list_checkpoints,
@@ -60,7 +59,7 @@ if TYPE_CHECKING:
     from stickslip.agents.training.configuration import Config
     from stickslip.agents.training.trainer import Trainer, Update
 
-PACKAGES = ("tensorboard", "filelock", "tqdm")
+PACKAGES = ("filelock", "tqdm")
 """Packages of the extra `train` that every trainer needs."""
 COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
 """First columns of metrics.csv; those of the machine's episodes and of the trainer follow."""
@@ -133,14 +132,11 @@ class _Training:
         self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
         columns = (*COLUMNS, *self.machine.episode, *self.trainer.losses)
         self.metrics = MetricsFile(run.path / "metrics.csv", columns, upto=at)
-        self.measures, columns = None, self.machine.evaluated
-        if (task := run.config.task) is not None:
-            self.measures = _task_measures(self.machine, task, self.task.env)
-            columns = tuple(self.measures.columns)
+        self.measures = measures_of(self.machine, run.config, self.task.env)
+        columns = tuple(self.measures.columns)
         ends = (f"{name}_{end}" for name in INTERVALS if name in columns for end in ("low", "high"))
         columns = (*columns, *ends)
         self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
-        self.board = stack.enter_context(TensorBoard(run.path / "tensorboard", at))
         self.shown, self.evaluated = shown, False
         total = run.config.timesteps
         bar = Bar("training", total, "step", shown, at=at, large=True, lines=False)
@@ -184,7 +180,6 @@ class _Training:
             **update.losses,
         }
         self.metrics.append(update.timesteps, row)
-        self.board.add("train", update.timesteps, row)
         self.bar.advance(steps, f"return {row.get('return', math.nan):.2f}")
         self.bar_at = update.timesteps
 
@@ -214,7 +209,6 @@ class _Training:
         self.bar.note("evaluating")
         row, self.evaluated = self._evaluated(policy), True
         self.evaluations.append(at, {"seconds": seconds} | row)
-        self.board.add("evaluation", at, row)
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
         about = {"trained": {"timesteps": at, "config": self.config.digest}, **self.about}
@@ -229,11 +223,8 @@ class _Training:
     def _evaluated(self, policy: Policy) -> dict[str, float]:
         """A row of evaluations.csv, over episodes that neither training nor `stickslip evaluate
         --task` plays."""
-        if (measures := self.measures) is None:
-            return self.machine.evaluate_policy(self.task, policy, self.config)
-        given = self.task.tested, self.config.evaluation_episodes, measures.keep
-        played = play_unseen(self.task.env, policy, *given)
-        return row_of_test(measures.columns, tuple(measures.columns), played)
+        given = self.task.tested, self.config.evaluation_episodes, self.measures.keep
+        return row_of_test(self.measures.columns, play_unseen(self.task.env, policy, *given))
 
     def _tidy(self) -> None:
         """Keep the latest checkpoints and the best, whose policy becomes the run's."""
@@ -259,11 +250,11 @@ def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
     return score + machine.line(row)
 
 
-def _task_measures(machine: AnyMachine, task: str, env: AnyEnv) -> AnyMeasures:
-    """Measures of a named task's episodes, in the columns of evaluations."""
-    definition = task_by_name(task)
-    measures, known = machine.measures(env, task=True), known_of(definition)
-    measures = measures if known is None else scored(measures, known, definition.unit)
+def measures_of(machine: AnyMachine, config: Configuration, env: AnyEnv) -> AnyMeasures:
+    """Measures of a run's evaluations: `evaluated`, and the scores of a named task."""
+    measures, task = machine.measures(env), config.task and task_by_name(config.task)
+    if task and (known := known_of(task)) is not None:
+        measures = scored(measures, known, task.unit)
     shown = {*SCORES, *machine.evaluated}
     return replace(
         measures, columns={name: one for name, one in measures.columns.items() if name in shown}

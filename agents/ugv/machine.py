@@ -27,8 +27,6 @@ AXES = {
     "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
 }
 """Axes in the help of a sweep."""
-EVALUATED = ("return", "cost", "score", "total_energy", "demand", "failures")
-"""Columns of evaluations during training."""
 VIEWED = "bump"
 """The ground that a baseline alone is viewed on, where none is named."""
 TASK, EVALUATE = "stickslip.agents.ugv.task", "stickslip.agents.ugv.evaluate"
@@ -54,7 +52,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     baselines = UGV_BASELINES
     scenes, scene_files = TRACK_NAMES, "or a file of points"
     axes = AXES
-    evaluated = EVALUATED
+    evaluated = ("return", "cost", "total_energy", "demand", "failures")
     episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
     film, frames = FILM, FRAMES
 
@@ -93,7 +91,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     swept = defined_in(TASK)
     baseline = defined_in("stickslip.agents.ugv.controllers")
     measures = defined_in(EVALUATE)
-    evaluate_policy = defined_in(EVALUATE)
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
     demonstration = defined_in(PICTURES)

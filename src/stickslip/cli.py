@@ -42,7 +42,6 @@ EXTRAS = {
     "stable_baselines3": "sb3",
     "torch": "sb3",
     "optax": "train",
-    "tensorboard": "train",
     "tqdm": "train",
     "cma": "optim",
     "matplotlib": "viz",

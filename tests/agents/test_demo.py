@@ -24,15 +24,16 @@ def test_what_has_no_demo_is_refused_before_anything_is_written(tmp_path: Path):
 
 
 @pytest.mark.long
-def test_the_demos_policy_comes_near_the_optimum_on_bumps_that_it_has_not_seen(tmp_path: Path):
+def test_the_demos_policy_is_well_below_the_best_posture_on_bumps_that_it_has_not_seen(
+    tmp_path: Path,
+):
     path = demo(tmp_path, machine="ugv")
     assert path == tmp_path / "demo-ugv"
     rows = {row["controller"]: row for row in json.loads((path / "table.json").read_text())["rows"]}
     found = {name: {k: v["value"] for k, v in r["metrics"].items()} for name, r in rows.items()}
     policy, posture = found["trained policy"], found["fixed-posture"]
     assert policy["failures"] == 0
-    assert 0.99 < policy["score"] < 1.12
-    assert policy["score"] - 1 < 0.4 * (posture["score"] - 1)
+    assert policy["cost"] < 0.85 * posture["cost"]
     machine = machine_by_name("ugv")
     for name in machine.demonstration().files(machine):
         assert (path / name).stat().st_size > 500

@@ -41,7 +41,7 @@ def test_a_third_machine_is_short():
 
 
 def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
-    pytest.importorskip("tensorboard")
+    pytest.importorskip("optax")
     assert main(["train", "mass", "--out", "a run", "--set", "batch_size=32"]) == OK
     said = capsys.readouterr()
     assert "stickslip evaluate 'a run' pull" in said.out  # as a shell takes it

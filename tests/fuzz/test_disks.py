@@ -67,7 +67,7 @@ def disk(tmp_path: Path):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A training that had room."""
-    pytest.importorskip("tensorboard")
+    pytest.importorskip("optax")
     path = tmp_path_factory.mktemp("whole") / "run"
     assert main([*TRAIN, "--out", str(path)]) == OK
     return path

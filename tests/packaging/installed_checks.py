@@ -7,7 +7,7 @@ import importlib.metadata
 import sys
 from pathlib import Path
 
-OPTIONAL = {"torch", "matplotlib", "PIL", "pygame", "stable_baselines3", "tensorboard", "rich"}
+OPTIONAL = {"torch", "matplotlib", "PIL", "pygame", "stable_baselines3", "rich"}
 OPTIONAL |= {"tqdm", "jaxtyping", "pytest", "optax"}
 
 

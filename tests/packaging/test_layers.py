@@ -33,7 +33,7 @@ ELSE_WITHOUT = {"zstandard", "compression"}
 """What JAX packs programs with where it is there; the standard library has one from 3.14 on."""
 
 # Packages an environment has no business with, and that would make a step depend on a solver.
-ENVS_NEVER = {"cvxpy", "scipy", "torch", "tensorboard", "rich", "tqdm"}
+ENVS_NEVER = {"cvxpy", "scipy", "torch", "rich", "tqdm"}
 
 
 def declared_packages() -> set[str]:

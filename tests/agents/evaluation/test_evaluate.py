@@ -147,9 +147,8 @@ def test_every_episode_weighs_alike_and_costs_are_of_drives_that_reached_the_end
     assert of_walks["falls"] == 0.5
     three = np.array([2.0, 4.0, 9.0])
     ends = np.array([Status.OK, Status.OK, Status.WHEEL_SLIP])
-    drives = UGVEpisodes(three, three, three / 2, *[three] * 4, ends)
+    drives = UGVEpisodes(three, three, *[three] * 4, ends)
     of_drives = {name: of(drives).value for name, (_, of) in ugv_columns("J").items()}
     assert of_drives["return"] == pytest.approx(5.0)
     assert of_drives["cost"] == of_drives["wheel_energy"] == pytest.approx(3.0)
-    assert of_drives["score"] == pytest.approx(2.0)
     assert of_drives["failures"] == pytest.approx(1 / 3)

@@ -59,8 +59,6 @@ def work(path: Path, resume: bool = False) -> None:
     config, run = CONFIG, open_run(path, CONFIG, resume=resume)
     at = run.state.timesteps if run.state else 0
     rows = MetricsFile(path / "evaluations.csv", ("return",), upto=at)
-    (path / "tensorboard").mkdir(exist_ok=True)
-    (path / "tensorboard" / f"events.out.tfevents.{at}").write_text("log")
 
     def tidy() -> None:
         latest = list_checkpoints(run.checkpoints)[-1:]

@@ -165,18 +165,3 @@ def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
     assert found["a"][:2] == pytest.approx([10 / 7, 20 / 7], rel=1e-6)
     assert math.isnan(found["a"][2])
     assert path.read_text().count("\n") == 4
-
-
-def test_tensorboard_reads_the_log_and_hides_what_a_resumption_repeats(tmp_path: Path):
-    accumulator = pytest.importorskip("tensorboard.backend.event_processing.event_accumulator")
-    from stickslip.agents.training.directory import TensorBoard
-
-    for upto, offset in ((0, 0.0), (20, 0.5)):
-        with TensorBoard(tmp_path, upto) as board:
-            for steps in range(upto + 10, 50, 10):
-                board.add("train", steps, {"loss": steps + offset, "unknown": math.nan})
-    assert len(list(tmp_path.glob("events.out.tfevents.*"))) == 2
-    found = accumulator.EventAccumulator(str(tmp_path)).Reload()
-    assert found.Tags()["scalars"] == ["train/loss"]
-    told = [(one.step, one.value) for one in found.Scalars("train/loss")]
-    assert told == [(10, 10.0), (20, 20.0), (30, 30.5), (40, 40.5)]

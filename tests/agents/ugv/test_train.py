@@ -18,7 +18,7 @@ from stickslip.agents.ugv.task import ground_by_name, training_task
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import UGVParams
 
-pytest.importorskip("tensorboard")
+pytest.importorskip("optax")
 
 TINY = UGVTrainConfig.of(
     timesteps=256,
@@ -59,7 +59,6 @@ def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trai
     assert tests["timesteps"] == [128, 256]
     assert np.all(np.asarray(tests["cost"]) > 0)
     assert np.allclose(tests["return"], np.negative(tests["cost"]), rtol=1e-4)
-    assert np.all(np.asarray(tests["score"]) > 0.9)
     assert len(metrics["timesteps"]) == 2
     about = read_metadata(run.policy)
     assert about["environment"] == "UGVEnv"
@@ -119,7 +118,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     assert main(["evaluate", policy, "level-body", "--scene", "bump", "--out", "table"]) == OK
     said = capsys.readouterr().out
     assert "level-body" in said
-    assert "cost / best over grid" in said
+    assert "friction used" in said
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     assert [row["controller"] for row in rows] == [policy, "level-body"]
     drawn = ["--out", "drive.gif", "--plot", "drive.png", "--seconds", "0.3"]
