@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
 from stickslip.agents.evaluation.players import (
     common_task,
-    controller_of,
     machine_of,
-    named_on,
     places_of,
+    players_on,
     read_named,
     require_one_table,
 )
 from stickslip.agents.evaluation.rollout import MOST_EPISODES
 from stickslip.agents.evaluation.table import joined
+from stickslip.agents.machine import machine_by_name
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
@@ -26,12 +25,14 @@ from stickslip.records.files import require_folder, require_new, require_writabl
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    from stickslip.agents.evaluation.players import Named
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.protocol import Options
     from stickslip.envs.tasks.definition import TaskDefinition
 
+    Who: TypeAlias = Mapping[str, Named]
     Played: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 EPISODES = 32
@@ -48,9 +49,12 @@ def evaluate_command(given: Options) -> Content:
         targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
     require_new(targets, given["overwrite"])
 
-    task = common_task(given)
-    play = _on_places if task is None else partial(_on_task, task)
-    table, tasks = play(given, targets)
+    task = given.get("task")
+    named = read_named(given["who"], task and machine_by_name(task_by_name(task).machine))
+    if (task := common_task(named, given)) is None:
+        table, tasks = _on_places(named, given, targets)
+    else:
+        table, tasks = _on_task(task, named, given, targets)
     print("\n" + table.to_text())
     if targets:
         table.write_csv(targets[0])
@@ -64,35 +68,29 @@ def _running(line: str) -> None:
     say_stage(f"running {line}")
 
 
-def _on_task(task: str, given: Options, written: Sequence[Path]) -> Played:
+def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Played:
     """All on a named task."""
-    named = named_on(task, given)
+    players = players_on(task, named, given)
     require_writable(written)
     about = task_in_words(task)
     print(about)
-    table = evaluate_task(task, named, episodes=given["episodes"], progress=_running)
+    table = evaluate_task(task, players, episodes=given["episodes"], progress=_running)
     return table, {table.rows[0].scene: about}
 
 
-def _on_places(given: Options, written: Sequence[Path]) -> Played:
+def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     """Each on its own task, as flags change it; those of one environment in one program."""
-    machine = machine_of(given["who"])
-    policies = read_named(given["who"], machine)
-    places = places_of(policies, given, machine)
+    places = places_of(named, given)
     require_writable(written)
-    require_one_table(places, machine)
+    require_one_table(places, machine_of(named))
     parts = []
     for place in places:
         print(place.line())
         for env in dict.fromkeys(place.who.values()):
-            controllers = {
-                name: controller_of(policies[name], name, env, machine)
-                for name, own in place.who.items()
-                if own == env
-            }
-            parts.append((env, controllers, {place.label: place.params}))
+            own = {name: named[name].player(env) for name, its in place.who.items() if its == env}
+            parts.append((env, own, {place.label: place.params}))
     how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
-    table = joined([evaluate(*part, **how) for part in parts], order=list(policies))
+    table = joined([evaluate(*part, **how) for part in parts], order=list(named))
     return table, {place.label: place.line() for place in places}
 
 

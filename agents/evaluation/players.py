@@ -2,39 +2,55 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.machine import (
-    machine_by_name,
-    machine_of_baseline,
-    machine_of_environment,
-    machines,
-)
-from stickslip.agents.policy.file import named_task_of, policy_path, read_metadata, read_policy
+from stickslip.agents.machine import machine_of_baseline, machine_of_environment, machines
+from stickslip.agents.policy.file import named_task_of, policy_path, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
+from stickslip.agents.protocol import Task
 from stickslip.agents.untrusted import RefusedError
 from stickslip.dynamics.checks import nearest, require_choice
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
+    from collections.abc import Mapping, Sequence
 
     from stickslip.agents.machine import AnyMachine, AnyTask, Option
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
     from stickslip.agents.untrusted import Json
 
 
-class Named(NamedTuple):
-    """A policy with what its file says, or a baseline (None, {})."""
+@dataclass(frozen=True)
+class Named:
+    """A policy with its file's metadata, or a baseline (policy None)."""
 
-    policy: MLPPolicy | None
-    metadata: dict[str, Json]
+    name: str
+    machine: AnyMachine
+    policy: MLPPolicy | None = None
+    metadata: Mapping[str, Json] = field(default_factory=dict)
+
+    def player(self, env: AnyEnv) -> AnyPlayer:
+        """The policy or baseline, for an environment."""
+        return self.machine.baseline(self.name, env) if self.policy is None else self.policy
+
+    def own_task(self) -> tuple[AnyTask, str]:
+        """The task in a policy's file, and where it is from."""
+        try:
+            named = named_task_of(self.metadata)
+            found = self.metadata if named is None else self.machine.describe(*named.make())
+            task = self.machine.read_task(found)
+        except RefusedError as error:
+            raise ValueError(f"{policy_path(self.name)}: {error}") from error
+        if task is not None:
+            which = "" if named is None else f", {named.name}"
+            return task, f"the own task of {self.name}{which}"
+        why = self.metadata.get("task_missing")
+        reason = f", {why}" if isinstance(why, str) else ""
+        return self.machine.standard_task(), f"the standard task: {self.name} holds none{reason}"
 
 
 @dataclass
@@ -44,6 +60,7 @@ class Place:
     label: str
     details: str
     params: Timed
+    env: AnyEnv
     who: dict[str, AnyEnv] = field(default_factory=dict)
     """The environment of each, which shows it what it was trained on."""
     origins: list[str] = field(default_factory=list)
@@ -53,116 +70,83 @@ class Place:
         return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
 
 
-def read_named(who: Sequence[str], machine: AnyMachine) -> dict[str, Named]:
-    """Policies and baselines by name. ValueError for anything else, and for another machine's."""
-    return {name: _read_named(name, machine) for name in who}
+def read_named(who: Sequence[str], machine: AnyMachine | None = None) -> dict[str, Named]:
+    """Policies and baselines by name. ValueError for anything else, and for two machines'.
 
-
-def _read_named(name: str, machine: AnyMachine) -> Named:
-    owner, path, own = machine_of_baseline(name), policy_path(name), ", ".join(machine.baselines)
-    if owner is machine:
-        return Named(None, {})
-    if owner is not None:
-        raise ValueError(
-            f"{name!r} is a baseline of the {owner.title}; accepted: {own}, or a policy file"
-        )
-    if not path.exists():
-        raise ValueError(
-            f"{name!r} is neither a baseline nor a file; accepted: {own}, a policy file, the "
-            "directory of a run with one, or a policy of the package (`stickslip policies`)"
-            f"{nearest(name, (*machine.baselines, *shipped_names()))}"
-        )
-    found = Named(*read_policy(path))
-    if (of := found.metadata.get("environment", machine.environment)) != machine.environment:
-        raise ValueError(f"{name!r} is a policy of {of}; accepted: policies of one machine")
+    machine: whose they are to be, by default that of the first.
+    """
+    found: dict[str, Named] = {}
+    for name in who:
+        one = _read_named(name, machine)
+        machine = machine or one.machine
+        if one.machine is not machine:
+            what = "baseline" if one.policy is None else "policy"
+            raise ValueError(
+                f"{name!r} is a {what} of the {one.machine.title}; accepted: "
+                f"{', '.join(machine.baselines)}, or its policy files"
+            )
+        found[name] = one
     return found
 
 
-def machine_of(who: Sequence[str]) -> AnyMachine:
-    """The machine of the first name that is a baseline or a readable policy, else the first one."""
-    for name in who:
-        machine, path = machine_of_baseline(name), policy_path(name)
-        if machine is None and path.is_file():
-            environment = read_metadata(path).get("environment")
-            machine = machine_of_environment(environment) or machines()[0]
-        if machine is not None:
-            return machine
-    return machines()[0]
+def _read_named(name: str, machine: AnyMachine | None) -> Named:
+    if (owner := machine_of_baseline(name)) is not None:
+        return Named(name, owner)
+    usual, path = machine or machines()[0], policy_path(name)
+    if not path.exists():
+        raise ValueError(
+            f"{name!r} is neither a baseline nor a file; accepted: {', '.join(usual.baselines)}, a "
+            "policy file, the directory of a run with one, or a policy of the package "
+            f"(`stickslip policies`){nearest(name, (*usual.baselines, *shipped_names()))}"
+        )
+    policy, metadata = read_policy(path)
+    environment = metadata.get("environment", usual.environment)
+    if (owner := machine_of_environment(environment)) is None:
+        raise ValueError(f"{name!r} is a policy of {environment}; accepted: of a known machine")
+    return Named(name, owner, policy, metadata)
 
 
-def controller_of(one: Named, name: str, env: AnyEnv, machine: AnyMachine) -> AnyPlayer:
-    """The policy or baseline of a name, for an environment."""
-    return machine.baseline(name, env) if one.policy is None else one.policy
+def machine_of(named: Mapping[str, Named]) -> AnyMachine:
+    """The machine of those who were named."""
+    return next(iter(named.values())).machine
 
 
-def places_of(
-    named: Mapping[str, Named], options: Options, machine: AnyMachine, viewed: bool = False
-) -> list[Place]:
+def places_of(named: Mapping[str, Named], options: Options, viewed: bool = False) -> list[Place]:
     """The tasks: each policy's own with the options' changes, equal ones once, for every scene.
 
     A baseline is shown on every one of them, on the standard task if there is no policy. options:
     those of all machines, None where one is not given, and "scenes". viewed: for `view`.
     """
+    machine = machine_of(named)
     _require_options(options, machine)
-    tasks = {
-        name: _own_task(name, one, machine) for name, one in named.items() if one.policy is not None
-    }
-    if not tasks:
-        tasks = {"": (machine.standard_task(), "the standard task")}
+    tasks = {name: one.own_task() for name, one in named.items() if one.policy is not None}
+    tasks = tasks or {"": (machine.standard_task(), "the standard task")}
     places: list[Place] = []
     for scene in options["scenes"] or [None]:
         given = given_flags({**options, "scenes": [scene] if scene else None})
         words = " ".join(f"{flag} {value}" for flag, value in given.items())
-        changes = f" with {words}" if words else ""
         for name, (task, origin) in tasks.items():
-            changed = machine.with_options(task, options, scene, viewed)
-            changed = changed._replace(env=without_resets(changed.env))
-            place = _place_for(places, changed, machine)
+            env, params = machine.with_options(task, options, scene, viewed)
+            task = Task(without_resets(env), params)
+            place = next((one for one in places if _is_same(one, task, machine)), None)
             if place is None:
-                label, details = machine.label(changed, scene), machine.details(changed)
-                place = Place(label, details, changed.params, {"": changed.env})
-                places.append(place)
-            if name:
-                place.who[name] = changed.env
-            place.origins.append(origin + changes)
-    return [_settled(place, named, places) for place in places]
-
-
-def _own_task(name: str, one: Named, machine: AnyMachine) -> tuple[AnyTask, str]:
-    """The task in a policy's file, and where it is from."""
-    with naming(policy_path(name)):
-        named = named_task_of(one.metadata)
-        metadata = one.metadata if named is None else machine.describe(*named.make())
-        task = machine.read_task(metadata)
-    if task is not None:
-        which = "" if named is None else f", {named.name}"
-        return task, f"the own task of {name}{which}"
-    why = one.metadata.get("task_missing")
-    reason = f", {why}" if isinstance(why, str) else ""
-    return machine.standard_task(), f"the standard task: {name} holds none{reason}"
-
-
-def _place_for(places: list[Place], task: AnyTask, machine: AnyMachine) -> Place | None:
-    """The place with exactly these parameters and an environment that computes the same."""
+                label, details = machine.label(task, scene), machine.details(task)
+                places.append(place := Place(label, details, task.params, task.env))
+            place.who |= {name: task.env} if name else {}
+            place.origins.append(origin + (f" with {words}" if words else ""))
+    labels = [place.label for place in places]
     for place in places:
-        first = machine.sightless(next(iter(place.who.values())))
-        if first == machine.sightless(task.env) and same_numbers(place.params, task.params):
-            return place
-    return None
+        if labels.count(place.label) > 1:
+            place.label += f" (of {next(iter(place.who), 'standard')})"
+        there = [name for name, one in named.items() if one.policy is None or name in place.who]
+        place.who = {name: place.who.get(name, place.env) for name in there}
+    return places
 
 
-def _settled(place: Place, named: Mapping[str, Named], places: list[Place]) -> Place:
-    """With the baselines among those who are shown, in the order given, and a label of its own."""
-    first = next(iter(place.who.values()))
-    who = {
-        name: place.who.get(name, first)
-        for name, one in named.items()
-        if one.policy is None or name in place.who
-    }
-    if sum(other.label == place.label for other in places) > 1:
-        owner = next((name for name in place.who if name), "standard")
-        return replace(place, label=f"{place.label} (of {owner})", who=who)
-    return replace(place, who=who)
+def _is_same(place: Place, task: AnyTask, machine: AnyMachine) -> bool:
+    """True for exactly these parameters and an environment that computes the same."""
+    alike = machine.sightless(place.env) == machine.sightless(task.env)
+    return alike and same_numbers(place.params, task.params)
 
 
 def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
@@ -208,56 +192,39 @@ def _require_options(options: Options, machine: AnyMachine) -> None:
     machine.require_options(options)
 
 
-def named_on(name: str, options: Options) -> dict[str, AnyPlayer]:
-    """Players of a named task, by the names of options["who"].
-
-    ValueError for an unknown task, for options that would change it, for the baselines and policies
-    of another machine, and for a policy that observes something else.
-    """
+def players_on(name: str, named: Mapping[str, Named], options: Options) -> dict[str, AnyPlayer]:
+    """Players of a named task. ValueError for options that would change it, and for a policy that
+    observes something else."""
     task = task_by_name(name)
-    machine = machine_by_name(task.machine)
     if given := given_flags(options):
         raise ValueError(
             f"{', '.join(given)} with --task {task.name}, which is fixed; accepted: one or the "
             "other"
         )
-    named = read_named(options["who"], machine)  # before anything is compiled
     env, params = task.make()
-    seen = len(env.observation_bounds(params)[0])
-    for who, one in named.items():
-        if one.policy is not None and one.policy.layer_sizes[0] != seen:
-            raise ValueError(
-                f"{policy_path(who)} observes {one.policy.layer_sizes[0]} numbers, {task.name} "
-                f"has {seen}; accepted: a policy trained on what the task observes"
-            )
     env = without_resets(env)
-    return {who: controller_of(one, who, env, machine) for who, one in named.items()}
+    players = {who: one.player(env) for who, one in named.items()}
+    for who, player in players.items():
+        require_observed(player, str(policy_path(who)), env, params, task.name)
+    return players
 
 
-def common_task(options: Options) -> str | None:
-    """The task options["task"], or else the named one that all policies of options["who"] were
-    trained on: None where there is none, or where an option changes it.
-
-    ValueError for a file that is damaged, and where its task is another one here.
-    """
-    if options.get("task") is not None:
-        return options["task"]
-    if given_flags(options):
-        return None
-    found = []
-    who = options["who"]
-    for name in [who] if isinstance(who, str) else who:
-        if machine_of_baseline(name) is None and (path := policy_path(name)).is_file():
-            with naming(path):
-                found.append(named_task_of(read_metadata(path)))
-    first = found[0] if found else None
-    return None if first is None or any(one != first for one in found) else first.name
+def require_observed(player: object, name: str, env: AnyEnv, params: Timed, task: str) -> None:
+    """Raise ValueError for a network of other sizes than the task's observation and action."""
+    if isinstance(player, MLPPolicy):
+        wanted = len(env.observation_bounds(params)[0]), len(env.action_names)
+        if (made := (player.layer_sizes[0], player.layer_sizes[-1])) != wanted:
+            raise ValueError(
+                f"{name} observes {made[0]} numbers and gives {made[1]}, {task} has {wanted[0]} "
+                f"and takes {wanted[1]}; accepted: a policy trained on what the task observes"
+            )
 
 
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Inside, what is refused of a file's contents is a ValueError that names the file."""
-    try:
-        yield
-    except RefusedError as error:
-        raise ValueError(f"{path}: {error}") from error
+def common_task(named: Mapping[str, Named], options: Options) -> str | None:
+    """The task options["task"], or else the named one that all policies were trained on: None
+    where there is none, or where an option changes it."""
+    if options.get("task") is not None or given_flags(options):
+        return options.get("task")
+    own = [named_task_of(one.metadata) for one in named.values() if one.policy is not None]
+    first = own[0] if own else None
+    return None if first is None or any(one != first for one in own) else first.name

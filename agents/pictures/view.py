@@ -10,13 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from stickslip.agents.evaluation.players import (
-    common_task,
-    controller_of,
-    machine_of,
-    places_of,
-    read_named,
-)
+from stickslip.agents.evaluation.players import common_task, machine_of, places_of, read_named
 from stickslip.agents.evaluation.rollout import (
     planned,
     require_places,
@@ -124,12 +118,12 @@ def view_command(given: Options) -> None:
     """`stickslip view`: write a page, or an animation and a plot."""
     asked = list(given["who"])
     _require_flags(given, asked)
-    machine = machine_of(asked)
-    named = read_named(asked, machine)
+    named = read_named(asked)
+    machine = machine_of(named)
     usual = machine.usual_scene(viewed=True)
     if all(one.policy is None for one in named.values()) and usual != machine.usual_scene():
         given = {**given, "scenes": given["scenes"] or [usual]}
-    places, task = places_of(named, given, machine, viewed=True), common_task(given)
+    places, task = places_of(named, given, viewed=True), common_task(named, given)
     _require_players(sum(len(place.who) for place in places))
     files = _files(given, asked[0], places[0].label, task)
     require_new(list(files.values()), given["overwrite"])
@@ -140,9 +134,8 @@ def view_command(given: Options) -> None:
         params = machine.params_to_view(place.params, given["seconds"])
         for name, env in place.who.items():
             say_stage(f"playing {name}")
-            player = controller_of(named[name], name, env, machine)
-            who = Path(name).name
-            played.append(_play(who, place.label, env, player, params, given["seed"]))
+            given_by, player = Path(name).name, named[name].player(env)
+            played.append(_play(given_by, place.label, env, player, params, given["seed"]))
     if files.keys() & {"html", "plot"}:
         page = _page(machine, played, task, lead)
         if "html" in files:

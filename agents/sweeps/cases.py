@@ -12,10 +12,14 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 import jax
 import numpy as np
 
-from stickslip.agents.evaluation.players import controller_of, given_flags, places_of, read_named
+from stickslip.agents.evaluation.players import (
+    given_flags,
+    places_of,
+    read_named,
+    require_observed,
+)
 from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
 from stickslip.agents.machine import machine_by_name, machine_of_env
-from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
@@ -80,18 +84,18 @@ def cases_named(
             raise ValueError(f"--task {others[0]}; accepted: tasks of the {machine.title}")
         _, found = cases_on([one.name for one in named], list(who))
         return found, "\n".join(f"{one.name}: {one.title}" for one in named)
-    players = read_named(who, machine)
-    places = places_of(players, options, machine)
+    named = read_named(who, machine)
+    places = places_of(named, options)
     if len(places) > 1:
         labels = "; ".join(place.label for place in places)
         raise ValueError(
             f"{len(places)} tasks: {labels}; accepted: policies of one task, or --task NAME for all"
         )
     (place,) = places
-    found = []
-    for name, env in place.who.items():
-        player = controller_of(players[name], name, env, machine)
-        found.append(Given(place.label, name, env, place.params, player))
+    found = [
+        Given(place.label, name, env, place.params, named[name].player(env))
+        for name, env in place.who.items()
+    ]
     return found, place.line()
 
 
@@ -112,7 +116,7 @@ def _players(policies: Policies, env: AnyEnv, machine: AnyMachine) -> dict[str, 
         return {str(name): one for name, one in policies.items()}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
     read = read_named([policies] if isinstance(policies, str) else policies, machine)
-    return {name: controller_of(read[name], name, env, machine) for name in read}
+    return {name: one.player(env) for name, one in read.items()}
 
 
 @dataclass(frozen=True)
@@ -147,7 +151,7 @@ class Case:
         swept = machine.swept()
         env = without_resets(given.env)
         player = validated(given.policy, given.player, Controller)
-        _require_observed(player, given, env)
+        require_observed(player, given.policy, env, given.params, given.task)
         params = swept.opened(given.params, axes)
         fields = {name: swept.targets(params, name) for name in axes}
         twice = list(itertools.chain(*fields.values()))
@@ -167,18 +171,6 @@ class Case:
         steps = max(horizon(one) for one in corners)
         random = is_random(corners[-1])
         return cls(given.task, given.policy, env, params, player, fields, steps, random)
-
-
-def _require_observed(player: object, given: Given, env: AnyEnv) -> None:
-    """Raise ValueError for a network of other sizes than the task's observation and action."""
-    if isinstance(player, MLPPolicy):
-        wanted = len(env.observation_bounds(given.params)[0]), len(env.action_names)
-        if (made := (player.layer_sizes[0], player.layer_sizes[-1])) != wanted:
-            raise ValueError(
-                f"{given.policy} observes {made[0]} numbers and gives {made[1]}, {given.task} has "
-                f"{wanted[0]} and takes {wanted[1]}; accepted: a policy trained on what the task "
-                "observes"
-            )
 
 
 def _corners(axes: Axes) -> list[dict[str, float]]:
