@@ -18,7 +18,6 @@ WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 """Boundaries of words in a task's name: Biped|Ice|Seen, UGV|Low|Grip."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,99}")
 """Pattern of a name; anything else is a path."""
-VERSIONED = re.compile(r"(.+)-v(\d{1,6})")
 
 
 def policy_name(task: str) -> str:
@@ -26,17 +25,24 @@ def policy_name(task: str) -> str:
     return WORDS.sub("-", task).lower()
 
 
+def _latest(folder: Path) -> dict[str, Path]:
+    """The file of the latest version by the name without it."""
+    found = {}
+    for path in sorted(folder.glob(f"*{SUFFIX}"), key=lambda one: (len(one.stem), one.stem)):
+        found[path.stem.rpartition("-v")[0]] = path
+    return found
+
+
 def shipped_names(folder: Path = FOLDER) -> tuple[str, ...]:
     """Names of the policies without their versions, in the order of the ladder."""
-    order = [_stem(policy_name(task)) for task in TASKS]
-    found = {_stem(path.stem) for path in folder.glob(f"*{SUFFIX}")}
-    known = [name for name in dict.fromkeys(order) if name in found]
-    return (*known, *sorted(found - set(known)))
+    found = sorted(_latest(folder))
+    order = [policy_name(task.stem) for task in TASKS.values()]
+    return tuple(sorted(found, key=lambda name: (*order, *found).index(name)))
 
 
 def shipped_titles() -> dict[str, str]:
     """Titles of the policies' tasks, by the policies' names."""
-    titles = {_stem(policy_name(task.name)): task.title for task in TASKS.values()}
+    titles = {policy_name(task.stem): task.title for task in TASKS.values()}
     return {name: titles.get(name, "") for name in shipped_names()}
 
 
@@ -47,12 +53,8 @@ def shipped_path(name: str, folder: Path = FOLDER) -> Path | None:
     """
     if not NAME.fullmatch(name):
         return None
-    plain = policy_name(name)
-    found = {path.stem: path for path in folder.glob(f"*{SUFFIX}")}
-    if plain in found:
-        return found[plain]
-    versions = [one for one in found if _stem(one) == plain]
-    return found[max(versions, key=_version)] if versions else None
+    path = folder / (policy_name(name) + SUFFIX)
+    return path if path.is_file() else _latest(folder).get(policy_name(name))
 
 
 def no_policy(name: str) -> str:
@@ -64,17 +66,7 @@ def no_policy(name: str) -> str:
     )
 
 
-def _stem(name: str) -> str:
-    match = VERSIONED.fullmatch(name)
-    return name if match is None else match.group(1)
-
-
-def _version(name: str) -> int:
-    match = VERSIONED.fullmatch(name)
-    return -1 if match is None else int(match.group(2))
-
-
 def short_name(path: Path) -> str:
     """The name of a policy's file, without a version where it is the latest."""
-    stem = _stem(path.stem)
-    return stem if shipped_path(stem, path.parent) == path else path.stem
+    latest = {one: name for name, one in _latest(path.parent).items()}
+    return latest.get(path, path.stem)

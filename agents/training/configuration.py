@@ -21,7 +21,7 @@ from stickslip.agents.untrusted import (
     refusing,
     require_head,
 )
-from stickslip.dynamics.checks import require_choice, require_known, require_memory, shown
+from stickslip.dynamics.checks import require_known, require_memory, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -41,6 +41,7 @@ RESIDUALS = 20_000
 """About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
 ALGORITHMS_OF = {"jax": ("ppo", "shac"), "sb3": ("ppo", "sac")}
 """Algorithms by trainer."""
+PPO_OF_SB3 = {"algorithm": "ppo", "trainer": "sb3"}
 GROUPS = ("ppo", "shac", "sac")
 """Algorithms whose settings stand together in files."""
 
@@ -158,8 +159,12 @@ class Configuration:
             refuse_fixed(changed, self.task)
         self._check_together()
         if self.algorithm != "sac":
-            name = self.steps_name
-            require_divisor(self.batch_size, name, self.num_envs * getattr(self, name))
+            samples = self.num_envs * getattr(self, self.steps_name)
+            if self.batch_size > samples or samples % self.batch_size:
+                raise ValueError(
+                    f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
+                    f"num_envs x {self.steps_name} = {samples}"
+                )
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
@@ -181,7 +186,8 @@ class Configuration:
     def _require_room(self, observation: int) -> None:
         """Raise ValueError for networks that no policy file holds, and for samples that no memory
         does. observation: about how many numbers an observation has."""
-        size = 4 * weights_of(observation, self.hidden, self.layers, 2)
+        widths = [observation, *[self.hidden] * self.layers, 2]
+        size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
         if size > LARGEST - 2 * LARGEST_TEXT:
             raise ValueError(
                 f"hidden = {self.hidden} with layers = {self.layers} makes a policy of {size:,} "
@@ -218,10 +224,11 @@ class Configuration:
         known = {one.name: one for one in fields(cls)}
         require_known(given, known)
         given = {name: value for name, value in given.items() if value is not None}
-        usual = cls._usual(given, given.get("trainer"))
+        asked = {kind: given[kind] for kind in ("algorithm", "trainer") if kind in given}
+        usual = cls.defaults_of(**asked)
         if "task" in given:
             refuse_fixed([name for name in cls.fixed() if name in given], str(given["task"]))
-        chosen = {name: known[name].default for name in ("algorithm", "trainer")} | usual | given
+        chosen = {"algorithm": cls.algorithm, "trainer": cls.trainer} | usual | asked
         for name in given:
             of = known[name].metadata["of"]
             kind = "trainer" if of in ALGORITHMS_OF else "algorithm"
@@ -233,24 +240,15 @@ class Configuration:
         return cls(**usual | given)
 
     @classmethod
-    def _usual(cls, given: Mapping[str, object], trainer: object) -> dict[str, Any]:
-        """Defaults of the given algorithm and of a trainer that differ from the fields' own.
-
-        ValueError for unknown ones.
-        """
-        rules = {one.name: rule_of(one) for one in fields(cls)}
-        for kind in sorted(given.keys() & {"algorithm", "trainer"}):
-            require_choice(kind, given[kind], rules[kind].choices)
-        return dict(cls.defaults_of(str(given.get("algorithm", "ppo")), trainer))
-
-    @classmethod
-    def defaults_of(cls, algorithm: str, trainer: object = None) -> Mapping[str, Json]:
+    def defaults_of(cls, algorithm: object = "ppo", trainer: object = None) -> dict[str, Any]:
         """Defaults of an algorithm and a trainer that differ from the fields' own.
 
-        trainer: None where none is asked for, the algorithm's usual one is meant then.
+        trainer: None for the algorithm's usual one. ValueError for unknown ones.
         """
-        name = "sb3" if (algorithm, trainer) == ("ppo", "sb3") else algorithm
-        return cls.DEFAULTS.get(name, {})
+        asked = {"algorithm": algorithm} | ({} if trainer is None else {"trainer": trainer})
+        for kind, name in asked.items():
+            rule_of(cls.__dataclass_fields__[kind]).require(kind, name)
+        return dict(cls.DEFAULTS.get("sb3" if asked == PPO_OF_SB3 else str(algorithm), {}))
 
     def to_json(self) -> str:
         """JSON text that `from_json` reads; what the named task decides is left out."""
@@ -273,7 +271,8 @@ class Configuration:
         """
         entries = cls.flat(content_of(text))
         entries.setdefault("trainer", UNNAMED_TRAINER)
-        return cls(**cls._usual(entries, entries["trainer"]) | entries)
+        usual = cls.defaults_of(entries.get("algorithm", cls.algorithm), entries["trainer"])
+        return cls(**usual | entries)
 
     @classmethod
     def flat(cls, content: Mapping[str, Json]) -> dict[str, Any]:
@@ -309,21 +308,6 @@ class Configuration:
 def shared(name: str, default: T) -> T:
     """The field of Configuration of that name, with a machine's own default."""
     return field(default=default, metadata=Configuration.__dataclass_fields__[name].metadata)
-
-
-def require_divisor(batch_size: int, steps: str, samples: int) -> None:
-    """Raise ValueError unless batches divide the samples of a rollout."""
-    if batch_size > samples or samples % batch_size:
-        raise ValueError(
-            f"batch_size = {batch_size} is not accepted; accepted: a divisor of num_envs x {steps} "
-            f"= {samples}"
-        )
-
-
-def weights_of(inputs: int, hidden: int, layers: int, outputs: int) -> int:
-    """Weights and biases of a perceptron."""
-    widths = [inputs, *[hidden] * layers, outputs]
-    return sum((one + 1) * other for one, other in itertools.pairwise(widths))
 
 
 def content_of(text: str) -> dict[str, Json]:
