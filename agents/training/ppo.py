@@ -22,7 +22,6 @@ from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
-    Learnt,
     Moments,
     Now,
     Rates,
@@ -238,13 +237,11 @@ class PPOTrainer(JAXTrainer[Learner, State, Params]):
     first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
     network_of = staticmethod(policy_of)
 
-    def learnt(
-        self, now: Now, key: Array, progress: Progress[State]
-    ) -> Learnt[Learner, State] | None:
+    def learnt(self, now: Now, key: Array):
         """See JAXTrainer."""
-        given = self.env, self.params, self._sizes, now.noise, self._learner, progress, self._infos
-        found = rollout(*given)
+        given = self.env, self.params, self._sizes, now.noise, self._learner, self._progress
+        found = rollout(*given, self._infos)
         if self.stop():
             return None
         learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, key)
-        return Learnt(learner, found, losses)
+        return learner, found, losses

@@ -28,7 +28,6 @@ from stickslip.agents.training.ppo import flattened, judged
 from stickslip.agents.training.trainer import (
     JAXTrainer,
     Layers,
-    Learnt,
     Moments,
     Rates,
     Sizes,
@@ -306,9 +305,7 @@ class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
     first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
     network_of = staticmethod(policy_of)
 
-    def learnt(
-        self, now: Now, key: Array, progress: Progress[State]
-    ) -> Learnt[ShortLearner, State] | None:
+    def learnt(self, now: Now, key: Array):
         """See JAXTrainer."""
-        given = self.env, self.params, self._sizes, self._rates, now, self._learner, progress, key
-        return Learnt(*_improve(*given, self._infos))
+        given = self.env, self.params, self._sizes, self._rates, now, self._learner
+        return _improve(*given, self._progress, key, self._infos)

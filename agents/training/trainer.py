@@ -243,29 +243,12 @@ def network(layers: Layers, seen: Moments, squash: str = "clip") -> MLPPolicy:
     )
 
 
-class Start(NamedTuple):
-    """Start of a training, without its learner."""
-
-    progress: Progress
-    key: Array
-    """Key of the updates; update i uses fold_in(key, i)."""
-
-
 def begin_episodes(
     env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
-) -> Start:
-    """Fresh episodes and random numbers."""
+) -> tuple[Progress[State], Array]:
+    """Fresh episodes, and the key of the updates: update i uses fold_in(key, i)."""
     episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
-    return Start(begin(env, sizes.num_envs, params, episodes), updates)
-
-
-class Learnt(NamedTuple, Generic[Learner, State]):
-    """Result of an update."""
-
-    learner: Learner
-    found: Collected[State]
-    """Its rollout."""
-    losses: Mapping[str, Array]
+    return begin(env, sizes.num_envs, params, episodes), updates
 
 
 class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, Params]):
@@ -278,18 +261,19 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
 
     def build(self) -> None:
         """See Trainer."""
-        self.env, seed = same_step(self.env), self.config.seed
+        env, seed = self.env, self.config.seed  # every step of a rollout is one of an episode
+        self.env = replace(env, autoreset="same_step") if is_dataclass(env) else env
         self._sizes, self._rates = settings_of(self.config)
         inputs, self._infos = shapes_of(self.env, self.params)
         given = inputs, len(self.env.action_names), self._sizes, jax.random.key(seed)
         self._learner: Learner = self.first_learner(*given)
-        self._start = begin_episodes(self.env, self.params, self._sizes, seed)
+        self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
     @abstractmethod
     def learnt(
-        self, now: Now, key: Array, progress: Progress[State]
-    ) -> Learnt[Learner, State] | None:
-        """One update of the learner; None where it was stopped."""
+        self, now: Now, key: Array
+    ) -> tuple[Learner, Collected[State], Mapping[str, Array]] | None:
+        """The learner after an update, its rollout and losses; None where it was stopped."""
 
     def begin_stretch(self, timesteps: int) -> None:
         """See Trainer. Episodes and random numbers are in the state, so they go on."""
@@ -302,34 +286,37 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
 
     def _update(self) -> None:
         """One update; none where it is stopped."""
-        progress, key = self._start
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
-        own = jax.random.fold_in(key, self.timesteps // self._sizes.samples)
-        learnt = jax.block_until_ready(self.learnt(now, own, progress))
+        key = jax.random.fold_in(self._key, self.timesteps // self._sizes.samples)
+        learnt = jax.block_until_ready(self.learnt(now, key))
         self.stopped = learnt is None or self.stop()
         if learnt is None or self.stopped:
             return
-        self._learner, self._start = learnt.learner, Start(learnt.found.progress, key)
+        self._learner, found, losses = learnt
+        self._progress = found.progress
         self.timesteps += self._sizes.samples
         self.report(
             Update(
                 timesteps=self.timesteps,
                 learning_rate=float(now.learning_rate),
                 noise=float(now.noise),
-                ended=ended_in(learnt.found, self._infos),
-                losses={name: float(learnt.losses[name]) for name in self.losses},
+                ended=ended_in(found, self._infos),
+                losses={name: float(losses[name]) for name in self.losses},
             )
         )
 
+    @property
+    def _state(self) -> dict[str, Any]:
+        return {"learner": self._learner, "episodes": self._progress}
+
     def take_state(self) -> ModelState:
         """See Trainer."""
-        return _named({"learner": self._learner, "episodes": self._start.progress})
+        return _named(self._state)
 
     def put_state(self, state: ModelState) -> None:
         """See Trainer."""
-        filled = _filled({"learner": self._learner, "episodes": self._start.progress}, state)
-        self._learner = filled["learner"]
-        self._start = self._start._replace(progress=filled["episodes"])
+        filled = _filled(self._state, state)
+        self._learner, self._progress = filled["learner"], filled["episodes"]
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""
@@ -338,11 +325,6 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
     def is_finite(self) -> bool:
         """See Trainer."""
         return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
-
-
-def same_step(env: FunctionalEnv[State, Params]) -> FunctionalEnv[State, Params]:
-    """The environment as rollouts need it: every step is one of an episode."""
-    return replace(env, autoreset="same_step") if is_dataclass(env) else env
 
 
 def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:

@@ -37,7 +37,7 @@ def test_the_gradient_is_what_differences_show_with_the_critic_at_the_end(float6
     env, params = MassEnv(), replace(EASY, time_limit=0.3)
     learner = begin_learning(2, 1, SIZES, jax.random.key(0))
     learner = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), learner)
-    progress = begin_episodes(env, params, SIZES, 0).progress
+    progress = begin_episodes(env, params, SIZES, 0)[0]
     progress = progress._replace(
         state=jax.tree.map(
             lambda leaf: leaf.astype(jnp.float64) if leaf.dtype == jnp.float32 else leaf,
