@@ -19,13 +19,11 @@ from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
     import argparse
-    from collections.abc import Sequence
 
     import numpy as np
 
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.table import AnyMeasures
-    from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import AnyEnv, AnyPlayer
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.agents.untrusted import Json
@@ -136,23 +134,16 @@ class Machine(ABC, Generic[Env, Params, Config]):
     film_time: ClassVar[float | None] = None
     """Seconds of the episode in a run's animation; None: all of it."""
 
-    # What the command line shows before anything is computed.
-
-    def usual_scene(self, viewed: bool = False) -> str:
-        """The scene where none is named; viewed: of a baseline alone in `view`."""
-        return self.scenes[0] if self.scenes else ""
-
-    def options(self, viewed: bool = False) -> tuple[Option, ...]:
-        """The flags that change a task in `evaluate`, or in `view`."""
-        return ()
+    viewed_scene: ClassVar[str | None] = None
+    """Scene of baselines alone in `view`, by default the first, as in `evaluate`."""
+    options: ClassVar[tuple[Option, ...]] = ()
+    """Flags that change a task in `evaluate`, `view` and `sweep`."""
+    tables: ClassVar[Mapping[str, Mapping[str, str]]] = {}
+    """More names for the end of the help, by title."""
 
     def require_options(self, options: Options) -> None:
         """Raise ValueError for options that contradict each other; "scenes" is among them."""
         del options
-
-    def tables(self) -> dict[str, Mapping[str, str]]:
-        """More names for the end of the help, by title."""
-        return {}
 
     # Tasks.
 
@@ -257,11 +248,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
             "duration": float(ended["episode_length"].mean()) * period,
         }
 
-    def line(self, row: Mapping[str, float]) -> str:
-        """An evaluation in a line."""
-        given = (name for name in self.evaluated if name in row)
-        return "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in given)
-
     # Pictures.
 
     def as_episode(
@@ -274,25 +260,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         from stickslip.agents.pictures.episodes import standard_episode
 
         return standard_episode(played, env, params, name, scale)
-
-    def learning_panels(self, config: Config) -> Sequence[LearningPanel]:
-        """Panels of a run's learning curves: the score on a named task, `evaluated`, the noise.
-
-        Returns of training episodes are left out: their reward may be another one.
-        """
-        from stickslip.agents.pictures.episodes import SCORE, LearningPanel
-
-        env = self.training_task(config).env
-        columns = self.measures(env).columns
-        panels = [] if config.task is None else [SCORE]
-        for name in self.evaluated:
-            if name in columns:
-                column, trained = columns[name][0], name in self.episode and name != "return"
-                factor = 100.0 if column.percent else 1.0
-                panel = LearningPanel(column.title, name if trained else None, name, factor)
-                panels.append(panel)
-        noise = "entropy_weight" if config.algorithm == "sac" else "noise"
-        return [*panels, LearningPanel(f"exploration: {noise.replace('_', ' ')}", noise, None)]
 
     def params_to_view(self, params: Params, seconds: float) -> Params:
         """The parameters of an episode of which so much is shown [s]."""

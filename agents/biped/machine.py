@@ -63,22 +63,19 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     episode = ("episodes", "return", "duration", "mean_crank_rate", "speed", *PER_METRE, "falls")
     film, frames, film_time = FILM, FRAMES, 6.0
 
-    def options(self, viewed: bool = False) -> tuple[Option, ...]:
-        """See Machine."""
-        usual = "rest" if viewed else "moving"
-        return (
-            Option("robot", "another robot: its file in TOML", str, metavar="FILE"),
-            Option("mu_static", "one floor instead", metavar="MU"),
-            Option("mu_kinetic", "its kinetic friction", metavar="MU"),
-            Option("payload", "mass on the hip [kg]", metavar="KG"),
-            Option("mean_rate", "mean crank rate [rad/s]", metavar="RATE"),
-            Option(
-                "start",
-                f"from any phase and rate up to the commanded one, or from rest (default: {usual})",
-                str,
-                choices=STARTS,
-            ),
-        )
+    options = (
+        Option("robot", "another robot: its file in TOML", str, metavar="FILE"),
+        Option("mu_static", "one floor instead", metavar="MU"),
+        Option("mu_kinetic", "its kinetic friction", metavar="MU"),
+        Option("payload", "mass on the hip [kg]", metavar="KG"),
+        Option("mean_rate", "mean crank rate [rad/s]", metavar="RATE"),
+        Option(
+            "start",
+            "from any phase and rate up to the commanded one (default), or from rest (in view)",
+            str,
+            choices=STARTS,
+        ),
+    )
 
     def require_options(self, options: Options) -> None:
         """See Machine."""

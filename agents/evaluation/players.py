@@ -163,7 +163,7 @@ def every_option() -> dict[str, tuple[Option, AnyMachine]]:
     """The options of all machines by name; of one that several have, the first one's."""
     found: dict[str, tuple[Option, AnyMachine]] = {}
     for machine in machines():
-        for option in machine.options():
+        for option in machine.options:
             found.setdefault(option.name, (option, machine))
     return found
 
@@ -179,7 +179,7 @@ def given_flags(options: Options) -> dict[str, str]:
 
 def _require_options(options: Options, machine: AnyMachine) -> None:
     """Raise ValueError for options of another machine, or that contradict each other."""
-    own = {option.name for option in machine.options()}
+    own = {option.name for option in machine.options}
     for name, (option, other) in every_option().items():
         if name not in own and options[name] is not None:
             raise ValueError(

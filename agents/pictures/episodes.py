@@ -1,8 +1,8 @@
-"""An episode sample by sample, with the panels that every machine has; panels of learning."""
+"""An episode sample by sample, with the panels that every machine has."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import jax
 import numpy as np
@@ -21,20 +21,6 @@ if TYPE_CHECKING:
     from stickslip.envs.tasks.known import Scale
 
 T = TypeVar("T")
-
-
-class LearningPanel(NamedTuple):
-    """Columns of metrics.csv (training) and evaluations.csv (test), None for neither."""
-
-    title: str
-    training: str | None
-    test: str | None
-    factor: float = 1.0
-    """From the column's unit to the panel's."""
-
-
-SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_score")
-"""Panel of a run on a named task."""
 
 
 def standard_episode(

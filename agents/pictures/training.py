@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -17,12 +17,10 @@ from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import make_sheet, name_panel, save_sheet, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
 
-    from stickslip.agents.pictures.episodes import LearningPanel
     from stickslip.agents.protocol import Timed
     from stickslip.agents.training.configuration import Configuration, Trained
 
@@ -37,6 +35,20 @@ EXPLAINED = (
 
 Curves: TypeAlias = dict[str, list[float]]
 """A run's table by columns."""
+
+
+class LearningPanel(NamedTuple):
+    """Columns of metrics.csv (training) and evaluations.csv (test), None for neither."""
+
+    title: str
+    training: str | None
+    test: str | None
+    factor: float = 1.0
+    """From the column's unit to the panel's."""
+
+
+SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_score")
+"""Panel of a run on a named task."""
 
 
 def write_products(
@@ -67,7 +79,7 @@ def write_products(
 def plot_learning(directory: Path, config: Configuration) -> Path:
     """Write learning.png into a run's directory from its metrics and evaluations; return it."""
     machine = machine_by_name(config.machine)
-    panels: Sequence[LearningPanel] = machine.learning_panels(config)
+    panels = learning_panels(config)
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
     seconds = (metrics.get("seconds") or [0.0])[-1]
@@ -91,6 +103,22 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
     handles = [line([], [], color=TRAINING), line([], [], color=TEST, lw=1.7)]
     figure.legend(handles, EXPLAINED, loc="outside lower right", ncols=2)
     return save_sheet(figure, directory / "learning.png")
+
+
+def learning_panels(config: Configuration) -> list[LearningPanel]:
+    """Panels of a run's learning curves: the score on a named task, `evaluated`, the noise.
+
+    Returns of training episodes are left out: their reward may be another one.
+    """
+    machine = machine_by_name(config.machine)
+    columns = machine.measures(machine.training_task(config).env).columns
+    panels = [] if config.task is None else [SCORE]
+    for name in machine.evaluated:
+        column, trained = columns[name][0], name in machine.episode and name != "return"
+        factor = 100.0 if column.percent else 1.0
+        panels.append(LearningPanel(column.title, name if trained else None, name, factor))
+    noise = "entropy_weight" if config.algorithm == "sac" else "noise"
+    return [*panels, LearningPanel(f"exploration: {noise.replace('_', ' ')}", noise, None)]
 
 
 def _draw(

@@ -120,9 +120,8 @@ def view_command(given: Options) -> None:
     _require_flags(given, asked)
     named = read_named(asked)
     machine = machine_of(named)
-    usual = machine.usual_scene(viewed=True)
-    if all(one.policy is None for one in named.values()) and usual != machine.usual_scene():
-        given = {**given, "scenes": given["scenes"] or [usual]}
+    if machine.viewed_scene and all(one.policy is None for one in named.values()):
+        given = {**given, "scenes": given["scenes"] or [machine.viewed_scene]}
     places, task = places_of(named, given, viewed=True), common_task(named, given)
     _require_players(sum(len(place.who) for place in places))
     files = _files(given, asked[0], places[0].label, task)

@@ -247,7 +247,8 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
 def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
     """An evaluation in a line."""
     score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
-    return score + machine.line(row)
+    given = (name for name in machine.evaluated if name in row)
+    return score + "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in given)
 
 
 def measures_of(machine: AnyMachine, config: Configuration, env: AnyEnv) -> AnyMeasures:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.machine import Machine, Option, defined_in
-from stickslip.agents.ugv.config import GROUND, TRACK_NAMES, UGVTrainConfig
+from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams  # noqa: F401, in the class's bases
 
@@ -27,8 +25,6 @@ AXES = {
     "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
 }
 """Axes in the help of a sweep."""
-VIEWED = "bump"
-"""The ground that a baseline alone is viewed on, where none is named."""
 TASK, EVALUATE = "stickslip.agents.ugv.task", "stickslip.agents.ugv.evaluate"
 PICTURES = "stickslip.agents.ugv.pictures"
 
@@ -56,26 +52,18 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
     film, frames = FILM, FRAMES
 
-    def usual_scene(self, viewed: bool = False) -> str:
-        """See Machine."""
-        return VIEWED if viewed else GROUND
-
-    def options(self, viewed: bool = False) -> tuple[Option, ...]:
-        """See Machine."""
-        return (
-            Option("vehicle", "another vehicle: its file in TOML", str, metavar="FILE"),
-            Option("friction", "between wheels and ground [-]", metavar="MU"),
-            Option(
-                "criterion",
-                "what is to be small, see below (default: the policy's own)",
-                str,
-                metavar="NAME",
-            ),
-        )
-
-    def tables(self) -> dict[str, Mapping[str, str]]:
-        """See Machine."""
-        return {"criteria of the UGV": CRITERIA_IN_WORDS}
+    viewed_scene = "bump"
+    options = (
+        Option("vehicle", "another vehicle: its file in TOML", str, metavar="FILE"),
+        Option("friction", "between wheels and ground [-]", metavar="MU"),
+        Option(
+            "criterion",
+            "what is to be small, see below (default: the policy's own)",
+            str,
+            metavar="NAME",
+        ),
+    )
+    tables: ClassVar = {"criteria of the UGV": CRITERIA_IN_WORDS}
 
     def env(self) -> UGVEnv:
         """See Machine."""

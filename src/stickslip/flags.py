@@ -125,7 +125,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
     group.add_argument("--task", nargs="+", metavar="TASK", help=about)
     group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
-    for option in machine.options():
+    for option in machine.options:
         option.add_to(group)
     parser.add_parts("changes", machine.configuration.PARTS)
     axes = {**machine.axes, "PART.NAME": "any other number, see docs/sweeps.md"}
@@ -144,7 +144,7 @@ def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
     found = {"baselines": baselines, "scenes": scenes}
     tables: dict[str, Mapping[str, str]] = {name: one for name, one in found.items() if one}
     for machine in every:
-        tables |= machine.tables()
+        tables |= machine.tables
     return tables
 
 
@@ -220,7 +220,7 @@ def _shipped() -> dict[str, Mapping[str, str]]:
 def _add_scene(parser: Parser, many: bool) -> None:
     """Add the scene and changes of the task, machine by machine."""
     every = machines()
-    usual = [machine.usual_scene(viewed=not many) for machine in every if machine.scenes]
+    usual = [(not many and one.viewed_scene) or one.scenes[0] for one in every if one.scenes]
     about = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
     parser.add_argument(
         "--scene",
@@ -233,7 +233,7 @@ def _add_scene(parser: Parser, many: bool) -> None:
     parser.add_parts("changes", parts)
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")
-        for option in machine.options(viewed=not many):
+        for option in machine.options:
             if option.flag not in parser._option_string_actions:
                 option.add_to(under)
     parser.tables = _names_of(every) | _shipped()

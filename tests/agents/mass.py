@@ -125,12 +125,10 @@ class MassMachine(Machine[MassEnv, MassParams, MassConfig]):
     environment, modules = "MassEnv", (__name__,)
     configuration = MassConfig
     baselines, scenes = ("pull",), ("patchy", "even")
+    options = (Option("mu", "friction of the floor", metavar="MU"),)
 
     def env(self) -> MassEnv:
         return MassEnv()
-
-    def options(self, viewed: bool = False):
-        return (Option("mu", "friction of the floor", metavar="MU"),)
 
     def with_scene(self, params: MassParams, scene: str) -> MassParams:
         return params if scene == "patchy" else replace(params, mu_patch=params.mu)
