@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         read_metadata,
         save_policy,
     )
-    from stickslip.agents.policy.network import MLPPolicy, PlainPolicy
+    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.policy.shipped import shipped_names
     from stickslip.agents.protocol import Controller
     from stickslip.agents.sweeps.data import SweepArrays, read_sweep, sweep_arrays
@@ -54,7 +54,6 @@ __all__ = [
     "Machine",
     "OptimalGait",
     "Optimum",
-    "PlainPolicy",
     "RecedingHorizon",
     "Rollout",
     "SweepArrays",

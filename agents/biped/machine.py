@@ -71,7 +71,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         Option("mean_rate", "mean crank rate [rad/s]", metavar="RATE"),
         Option(
             "start",
-            "from any phase and rate up to the commanded one (default), or from rest (in view)",
+            "from any phase and rate up to the commanded one, or from rest (default of `view`)",
             str,
             choices=STARTS,
         ),

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from gymnasium.wrappers import NormalizeObservation
 
-from stickslip.agents.policy.network import MLPPolicy, PlainPolicy
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.dynamics.checks import require_kind
 from stickslip.records.files import write_whole
 
@@ -139,13 +139,14 @@ def as_onnx(policy: MLPPolicy, metadata: Mapping[str, Json] | None = None) -> Mo
     import onnx
     from onnx import helper, numpy_helper
 
-    plain = PlainPolicy.of(policy)
-    kind = helper.np_dtype_to_tensor_dtype(plain.weights[0].dtype)
-    sizes = {INPUT: len(plain.shift), OUTPUT: len(plain.biases[-1])}
+    policy.validate()
+    dtype = np.asarray(policy.weights[0]).dtype
+    kind = helper.np_dtype_to_tensor_dtype(dtype)
+    sizes = {INPUT: policy.layer_sizes[0], OUTPUT: policy.layer_sizes[-1]}
     ends = [helper.make_tensor_value_info(name, kind, [BATCH, sizes[name]]) for name in sizes]
-    numbers = {name: value.astype(plain.weights[0].dtype) for name, value in _numbers(plain)}
+    numbers = {name: np.asarray(value, dtype) for name, value in _numbers(policy)}
     held = [numpy_helper.from_array(value, name) for name, value in numbers.items()]
-    graph = helper.make_graph(list(_nodes(plain)), "policy", ends[:1], ends[1:], held)
+    graph = helper.make_graph(list(_nodes(policy)), "policy", ends[:1], ends[1:], held)
     model = helper.make_model(
         graph,
         opset_imports=[helper.make_opsetid("", OPSET)],
@@ -158,37 +159,37 @@ def as_onnx(policy: MLPPolicy, metadata: Mapping[str, Json] | None = None) -> Mo
     return model
 
 
-def _numbers(plain: PlainPolicy) -> Iterator[tuple[str, np.ndarray]]:
-    yield "shift", plain.shift
-    yield "scale", plain.scale
-    for index, (weight, bias) in enumerate(zip(plain.weights, plain.biases, strict=True)):
+def _numbers(policy: MLPPolicy) -> Iterator[tuple[str, Any]]:
+    yield "shift", policy.shift
+    yield "scale", policy.scale
+    for index, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
         yield f"weight_{index}", weight
         yield f"bias_{index}", bias
-    if plain.observation_clip is not None:
-        yield "farthest", np.asarray(plain.observation_clip)
-        yield "nearest", np.asarray(-plain.observation_clip)
-    if plain.squash == "clip":
-        yield "most", np.asarray(1.0)
-        yield "least", np.asarray(-1.0)
+    if policy.observation_clip is not None:
+        yield "farthest", policy.observation_clip
+        yield "nearest", -policy.observation_clip
+    if policy.squash == "clip":
+        yield "most", 1.0
+        yield "least", -1.0
 
 
-def _nodes(plain: PlainPolicy) -> Iterator[NodeProto]:
+def _nodes(policy: MLPPolicy) -> Iterator[NodeProto]:
     """Nodes of the graph in order."""
     from onnx import helper
 
     yield helper.make_node("Sub", [INPUT, "shift"], ["moved"])
     yield helper.make_node("Div", ["moved", "scale"], ["scaled"])
     now = "scaled"
-    if plain.observation_clip is not None:
+    if policy.observation_clip is not None:
         yield helper.make_node("Clip", [now, "nearest", "farthest"], ["limited"])
         now = "limited"
-    last = len(plain.weights) - 1
+    last = len(policy.weights) - 1
     for index in range(last + 1):
         yield helper.make_node("Gemm", [now, f"weight_{index}", f"bias_{index}"], [f"sum_{index}"])
         now = f"sum_{index}"
         if index < last:
-            kind = "Tanh" if plain.activation == "tanh" else "Relu"
+            kind = "Tanh" if policy.activation == "tanh" else "Relu"
             yield helper.make_node(kind, [now], [f"hidden_{index}"])
             now = f"hidden_{index}"
-    limits = ["least", "most"] if plain.squash == "clip" else []
+    limits = ["least", "most"] if policy.squash == "clip" else []
     yield helper.make_node("Clip" if limits else "Tanh", [now, *limits], [OUTPUT])

@@ -1,4 +1,4 @@
-"""Policies without JAX: in NumPy and in onnxruntime they act as they do in JAX."""
+"""Policies without JAX: in onnxruntime they act as they do in JAX."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import pytest
 
 from stickslip.agents import (
     MLPPolicy,
-    PlainPolicy,
     export_onnx,
     load_policy,
     read_metadata,
@@ -58,16 +57,13 @@ def test_every_kind_of_policy_acts_alike(tmp_path, activation, squash, clip, lay
     policy = made(layers, activation, squash, clip, layers)
     obs = observations(policy)
     assert np.ptp(policy(obs)) > 0.5
-    assert_alike(PlainPolicy.of(policy)(obs), policy, obs)
     assert_alike(run(export_onnx(policy, tmp_path / "policy.onnx"), obs), policy, obs)
-    assert_alike(PlainPolicy.of(policy)(obs[3]), policy, obs[3])
 
 
 def test_policies_of_the_package_act_alike(tmp_path):
     for name in shipped_names():
         policy = load_policy(name)
         obs = observations(policy)
-        assert_alike(PlainPolicy.of(policy)(obs), policy, obs)
         assert_alike(run(export_onnx(policy, tmp_path / f"{name}.onnx"), obs), policy, obs)
 
 
@@ -99,8 +95,3 @@ def test_plain_numpy_as_the_page_shows_it():
     policy = load_policy("biped-ice")
     for obs in observations(policy, 8):
         assert_alike(spaces["act"](obs), policy, obs)
-
-
-def test_other_observations_are_refused():
-    with pytest.raises(ValueError, match=r"shape \(3,\); accepted by this policy: 6 entries"):
-        PlainPolicy.of(load_policy("biped-ice"))(np.zeros(3))
