@@ -16,8 +16,9 @@ import stat
 import zipfile
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known, shown
 
@@ -67,6 +68,16 @@ def refusing(what: str) -> Iterator[None]:
         raise RefusedError(f"{what} is damaged ({reason[:160]})") from error
 
 
+@contextmanager
+def reading(path: str | Path, accepted: str, what: str = "it") -> Iterator[None]:
+    """Inside, every failure is a ValueError that names the file and says what is accepted."""
+    try:
+        with refusing(what):
+            yield
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}; accepted: {accepted}") from error
+
+
 def read_bytes(path: str | Path, largest: int = LARGEST) -> bytes:
     """The contents of a plain file of at most `largest` bytes. RefusedError without the path.
 
@@ -107,9 +118,9 @@ def parse_json(text: str, what: str) -> Json:
         if _depth(raw) > DEEPEST:
             raise RefusedError(f"{what} is JSON nested deeper than {DEEPEST}")
         try:
-            value = json.loads(
-                text, parse_int=_integer, parse_float=_finite, parse_constant=_no_number
-            )
+            of_float = partial(_number, float)
+            how = {"parse_int": partial(_number, int), "parse_constant": of_float}
+            value = json.loads(text, parse_float=of_float, **how)
         except json.JSONDecodeError as error:
             raise RefusedError(f"{what} is no JSON ({error})") from error
         if re.search(r"\\u[dD][89a-fA-F]", text):
@@ -126,25 +137,12 @@ def _depth(raw: bytes) -> int:
     return int(np.max(np.cumsum(opened), initial=0))
 
 
-def _integer(digits: str) -> int:
-    _require_short(digits)
-    return int(digits)
-
-
-def _finite(digits: str) -> float:
-    _require_short(digits)
-    if not math.isfinite(value := float(digits)):
-        _no_number(digits)
-    return value
-
-
-def _require_short(digits: str) -> None:
+def _number(kind: type[int] | type[float], digits: str) -> float:
     if len(digits) > LONGEST_NUMBER:
         raise RefusedError(f"a number of {len(digits)} digits; accepted: at most {LONGEST_NUMBER}")
-
-
-def _no_number(word: str) -> NoReturn:
-    raise RefusedError(f"{word} is not a finite number")
+    if not math.isfinite(value := kind(digits)):
+        raise RefusedError(f"{digits} is not a finite number")
+    return value
 
 
 def metadata_text(own: Mapping[str, object], extra: Mapping[str, object] | None) -> str:

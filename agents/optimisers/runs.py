@@ -16,7 +16,7 @@ from stickslip.agents.untrusted import (
     RefusedError,
     parse_json,
     read_bytes,
-    refusing,
+    reading,
 )
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.optim.instances.instance import suite
@@ -165,20 +165,15 @@ def read_runs(path: Path) -> list[Run]:
     """Runs of one table or directory, see `read_results`."""
     if path.is_dir():
         return [run for one in cell_files(path, "race").values() for run in read_runs(one)]
-    try:
-        with refusing("it"):
-            rows = _rows(path)
-            for number, row in enumerate(rows, start=1):
-                try:
-                    _require_row(row)
-                except RefusedError as error:
-                    raise RefusedError(f"row {number}: {error}") from error
-            by_run = groupby(sorted(rows, key=_key), key=_key)  # rows of a run keep their order
-            return [_run_of_rows(list(group)) for _, group in by_run]
-    except ValueError as error:
-        raise ValueError(
-            f"{path}: {error}; accepted: a table as docs/suite.md has it, in .parquet or .csv"
-        ) from error
+    with reading(path, "a table as docs/suite.md has it, in .parquet or .csv"):
+        rows = _rows(path)
+        for number, row in enumerate(rows, start=1):
+            try:
+                _require_row(row)
+            except RefusedError as error:
+                raise RefusedError(f"row {number}: {error}") from error
+        by_run = groupby(sorted(rows, key=_key), key=_key)  # rows of a run keep their order
+        return [_run_of_rows(list(group)) for _, group in by_run]
 
 
 def _rows(path: Path) -> list[Row]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import platform
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,7 +20,7 @@ from stickslip.agents.untrusted import (
     arrays_and_metadata,
     metadata_text,
     read_bytes,
-    refusing,
+    reading,
     require_format,
 )
 from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
@@ -29,14 +29,14 @@ from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, wi
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from stickslip.agents.protocol import Params, State
     from stickslip.agents.untrusted import Json
     from stickslip.envs.functional import FunctionalEnv
 
 FORMAT, VERSION = "stickslip policy", 1
-ACCEPTED = "accepted: a .npz written by stickslip.agents.policy.save_policy"
+ACCEPTED = "a .npz written by stickslip.agents.policy.save_policy"
 PACKAGES = ("stickslip", "jax", "numpy", "gymnasium", "stable-baselines3", "torch")
 SAVED = f"accepted: float32 or float64 numbers, at most {LARGEST} bytes of them"
 DEEPEST = 64
@@ -104,7 +104,7 @@ def load_policy(name: str | Path) -> MLPPolicy:
 
 def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
     """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
-    with _naming(path):
+    with reading(path, ACCEPTED, "its contents"):
         arrays, metadata = _contents(read_bytes(path))
         policy = _policy(arrays, metadata)
         named_task_of(metadata)  # for what it refuses
@@ -117,18 +117,8 @@ def read_metadata(name: str | Path) -> dict[str, Json]:
     ValueError as there, but for a definition that changed.
     """
     path = existing_path(name)
-    with _naming(path):
+    with reading(path, ACCEPTED, "its contents"):
         return _contents(read_bytes(path))[1]
-
-
-@contextmanager
-def _naming(path: str | Path) -> Iterator[None]:
-    """Inside, every failure is a ValueError that names the file."""
-    try:
-        with refusing("its contents"):
-            yield
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}; {ACCEPTED}") from error
 
 
 def policy_path(name: str | Path) -> Path:

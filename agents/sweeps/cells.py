@@ -23,7 +23,7 @@ from stickslip.agents.untrusted import (
     RefusedError,
     parse_json,
     read_text,
-    refusing,
+    reading,
     require_format,
 )
 from stickslip.dynamics.checks import require_integer, shown
@@ -47,6 +47,7 @@ PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distribu
 POLL, CONNECT, RETRIES, WINDOW = 0.2, 30.0, 3, 1024
 """Longest interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions
 of a cell whose worker failed; cells submitted at once."""
+CELL_FILE = "a cell as it was written; move the file away, and --resume computes it again"
 LOST = "the Dask scheduler does not answer any more: start it again, and continue with --resume"
 
 
@@ -208,17 +209,14 @@ def digest_of(definition: Mapping[str, object]) -> str:
 def read_head(path: Path, kind: str) -> Head:
     """Head of a directory. ValueError naming the file where it is missing or damaged."""
     file = path / f"{kind}.json"
-    try:
-        with refusing("it"):
-            content = parse_json(read_text(file), "it")
-            found: Head = require_format(content, f"stickslip {kind}", VERSION, f"a {kind}")
-            if not (isinstance(found.get("definition"), dict) and found.get("digest")):
-                raise RefusedError("it has no definition")
-            if not 0 < int(found["cells"]) <= MOST_CELLS:
-                raise RefusedError(f"it has {shown(found['cells'])} cells")
-            return found
-    except ValueError as error:
-        raise ValueError(f"{file}: {error}; accepted: the directory of a {kind}") from error
+    with reading(file, f"the directory of a {kind}"):
+        content = parse_json(read_text(file), "it")
+        found: Head = require_format(content, f"stickslip {kind}", VERSION, f"a {kind}")
+        if not (isinstance(found.get("definition"), dict) and found.get("digest")):
+            raise RefusedError("it has no definition")
+        if not 0 < int(found["cells"]) <= MOST_CELLS:
+            raise RefusedError(f"it has {shown(found['cells'])} cells")
+        return found
 
 
 def cell_files(path: Path, kind: str) -> dict[int, Path]:
@@ -234,7 +232,7 @@ def cell_files(path: Path, kind: str) -> dict[int, Path]:
         if not name or int(name[1]) >= int(head["cells"]):
             raise ValueError(f"{file} is no cell of the {kind} in {path}; accepted: its own alone")
         found[int(name[1])] = file
-        with reading(file):
+        with reading(file, CELL_FILE):
             about = (parquet.read_metadata(file).metadata or {}).get(KEY, b"{}")
             if json.loads(about) != _key(head, int(name[1])):
                 raise RefusedError("it belongs to another store, or another place in it")
@@ -270,19 +268,6 @@ def write_cell(path: Path, number: int, head: Head, table: pa.Table) -> None:
 
 def _key(head: Head, number: int) -> dict[str, object]:
     return {"digest": head["digest"], "cells": head["cells"], "cell": number}
-
-
-@contextmanager
-def reading(file: Path) -> Iterator[None]:
-    """Inside, an error of a damaged cell is a ValueError that names the file and what to do."""
-    try:
-        with refusing("it"):
-            yield
-    except ValueError as error:
-        raise ValueError(
-            f"{file}: {error}; accepted: a cell as it was written; move the file away, and "
-            "--resume computes it again"
-        ) from error
 
 
 def _differing(one: Mapping[str, object], other: Mapping[str, object]) -> str:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.sweeps.cells import cell_files, read_head, reading
+from stickslip.agents.sweeps.cells import CELL_FILE, cell_files, read_head
 from stickslip.agents.sweeps.plan import ENDINGS
-from stickslip.agents.untrusted import refusing
+from stickslip.agents.untrusted import reading, refusing
 from stickslip.dynamics.checks import require_known, require_memory
 from stickslip.records.table import Column, Table
 
@@ -78,11 +78,11 @@ def read_sweep(
             "with --resume), or partial=True with at least one cell"
         )
     for file in files.values():
-        with reading(file):
+        with reading(file, CELL_FILE):
             known = parquet.read_schema(file).names
         if columns is not None:
             require_known(columns, known, "column of the sweep")
-        with reading(file):
+        with reading(file, CELL_FILE):
             parts.append(parquet.read_table(file, columns=columns))
     with refusing(f"{path}"):
         return pa.concat_tables(parts).unify_dictionaries()
@@ -116,11 +116,8 @@ def sweep_arrays(path: str | Path) -> SweepArrays:
     """A complete sweep as arrays with labels. ValueError for what is incomplete or no sweep."""
     path = Path(path)
     head, table = read_head(path, "sweep"), read_sweep(path)
-    try:
-        with refusing("it"):
-            return _arrays(head, table, str(path))
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}; accepted: a sweep as it was written") from error
+    with reading(path, "a sweep as it was written"):
+        return _arrays(head, table, str(path))
 
 
 def _arrays(head: Head, table: pa.Table, name: str) -> SweepArrays:

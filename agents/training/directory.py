@@ -30,7 +30,7 @@ from stickslip.agents.untrusted import (
     parse_json,
     read_bytes,
     read_text,
-    refusing,
+    reading,
     require_entries,
     require_head,
     unpack,
@@ -66,6 +66,9 @@ PACKAGES = (
 )
 FORMAT, VERSION = "stickslip checkpoint", 3
 MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
+CHECKPOINT = (
+    "a checkpoint as training wrote it. Delete its folder to resume from the checkpoint before it"
+)
 RULES = {
     "timesteps": Rule(int, "so far", low=0),
     "seconds": Rule(float, "trained so far", low=0),
@@ -128,11 +131,8 @@ def read_config(path: Path) -> Configuration:
             f"{path} holds no training run ({CONFIG}: {error}); accepted: the directory of a run "
             "that was begun"
         ) from error
-    try:
-        with refusing("it"):
-            return read_configuration(text)
-    except ValueError as error:
-        raise ValueError(f"{path / CONFIG}: {error}; accepted: as training wrote it") from error
+    with reading(path / CONFIG, "as training wrote it"):
+        return read_configuration(text)
 
 
 @contextmanager
@@ -242,7 +242,7 @@ def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
 
 def read_state(folder: Path) -> TrainState:
     """Metadata of a checkpoint. ValueError if it is not a whole checkpoint."""
-    with _naming(folder, STATE):
+    with reading(folder / STATE, CHECKPOINT):
         content = parse_json(read_text(folder / STATE), "it")
         content = require_head(content, FORMAT, VERSION, "the state of a checkpoint")
         return TrainState(**require_entries(content, RULES))
@@ -250,29 +250,16 @@ def read_state(folder: Path) -> TrainState:
 
 def read_model(folder: Path) -> ModelState:
     """The arrays of a checkpoint. ValueError if they are missing, cut short or anything else."""
-    with _naming(folder, MODEL):
+    with reading(folder / MODEL, CHECKPOINT):
         largest = int(min(memory_limit(), 2**62))
         return unpack(read_bytes(folder / MODEL, largest), largest)
 
 
 def require_policy(folder: Path) -> bytes:
     """The policy's file of a checkpoint. ValueError if it is missing or damaged."""
-    with _naming(folder, POLICY):
+    with reading(folder / POLICY, CHECKPOINT):
         read_policy(folder / POLICY)
         return (folder / POLICY).read_bytes()
-
-
-@contextmanager
-def _naming(folder: Path, name: str) -> Iterator[None]:
-    """Turn every failure to read into a ValueError that names the checkpoint."""
-    try:
-        with refusing("it"):
-            yield
-    except RefusedError as error:
-        raise ValueError(
-            f"{folder}: {name} is missing or damaged ({error}); accepted: a checkpoint as training "
-            "wrote it. Delete this folder to resume from the checkpoint before it"
-        ) from error
 
 
 KEY = "timesteps"
@@ -311,18 +298,15 @@ def read_rows(path: Path) -> list[dict[str, str]]:
     A line without its end is one that was being written. ValueError, naming the file, unless every
     cell is empty or a number and the first of each row a whole one.
     """
-    try:
-        with refusing("the table"):
-            text = read_text(path, LARGEST_TABLE)
-            whole = text[: text.rfind("\n") + 1]
-            head, *rows = list(csv.reader(io.StringIO(whole))) or [[]]
-            found = [dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)]
-            for row in found:
-                int(row[KEY])
-                _ = [float(cell or "nan") for cell in row.values()]
-    except RefusedError as error:
-        raise ValueError(f"{path}: {error}; accepted: a table as training wrote it") from error
-    return found
+    with reading(path, "a table as training wrote it", "the table"):
+        text = read_text(path, LARGEST_TABLE)
+        whole = text[: text.rfind("\n") + 1]
+        head, *rows = list(csv.reader(io.StringIO(whole))) or [[]]
+        found = [dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)]
+        for row in found:
+            int(row[KEY])
+            _ = [float(cell or "nan") for cell in row.values()]
+        return found
 
 
 def read_columns(path: Path) -> dict[str, list[float]]:
