@@ -265,10 +265,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """The parameters of an episode of which so much is shown [s]."""
         return params
 
-    def demonstration(self) -> Any:
-        """The Demonstration (agents/demo.py) that `stickslip demo` runs; None without one."""
-        return None
-
 
 AnyMachine: TypeAlias = Machine[Any, Any, Any]
 """Whichever machine."""

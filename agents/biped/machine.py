@@ -106,7 +106,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
-    demonstration = defined_in(PICTURES)
 
     def sightless(self, env: BipedEnv) -> BipedEnv:
         """See Machine."""

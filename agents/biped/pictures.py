@@ -1,4 +1,4 @@
-"""A walk for plots and pages, the learning curves and the demo of the biped."""
+"""A walk of the biped for plots and pages."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.machine import BIPED_BASELINES, STOPPING
 from stickslip.agents.pictures.episodes import (
     facts,
     from_start,
@@ -24,7 +22,6 @@ from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 if TYPE_CHECKING:
     from jaxtyping import Array
 
-    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.envs.biped.env import BipedEnv
@@ -185,16 +182,3 @@ def _events(frames: BipedFrame) -> tuple[Event, ...]:
     if frames.ended:
         events.append(Event(len(slips) - 1, "end", f"ended: {frames.ended}"))
     return tuple(events)
-
-
-def demonstration() -> Demonstration:
-    """See Machine: mu_s = 0.06, mu_k = 0.05 and 3 rad/s, the defaults."""
-    from stickslip.agents.demo import Demonstration
-
-    return Demonstration(
-        TrainConfig.of(mu_static=0.06, mu_kinetic=0.05, mean_rate=3.0),
-        "static friction 0.06, kinetic 0.05, commanded 3.0 rad/s on average\n"
-        "(at a constant 3 rad/s the foot holds from a friction of 0.08 up).",
-        tuple(name for name in BIPED_BASELINES if name != STOPPING),
-        "moving start",
-    )

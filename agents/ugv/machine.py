@@ -81,7 +81,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     measures = defined_in(EVALUATE)
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
-    demonstration = defined_in(PICTURES)
 
     def sightless(self, env: UGVEnv) -> UGVEnv:
         """See Machine."""

@@ -1,4 +1,4 @@
-"""A drive for plots and pages, the learning curves and the demo of the UGV."""
+"""A drive of the UGV for plots and pages."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from stickslip.agents.pictures.episodes import (
     reward_panels,
     samples,
 )
-from stickslip.agents.ugv.config import UGVTrainConfig
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.rendering.ugv import ugv_picture
 from stickslip.envs.ugv.picture import ugv_frames
@@ -21,7 +20,6 @@ from stickslip.envs.ugv.picture import ugv_frames
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from stickslip.agents.demo import Demonstration
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.rendering.ugv import UGVFrame
     from stickslip.envs.tasks.known import Scale
@@ -121,22 +119,3 @@ def _events(slips: np.ndarray, ended: str) -> tuple[Event, ...]:
     if ended:
         found.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
     return tuple(found)
-
-
-def demonstration() -> Demonstration:
-    """See Machine: bumps of 2 to 20 cm drawn at random, least work of the wheels' motors.
-
-    About half of the default's steps, with which a smaller discount does better. Baselines that
-    take seconds an episode are left out of the table.
-    """
-    from stickslip.agents.demo import Demonstration
-
-    config = UGVTrainConfig.of(timesteps=327_680, discount=0.95)
-    return Demonstration(
-        config,
-        f"leg angles for the least {config.criterion.replace('_', ' ')} on {config.tracks},\n"
-        f"seen at {config.preview} points of the {config.preview_length:g} m ahead.",
-        ("fixed-posture", "level-body"),
-        config.tracks,
-        "demo-ugv",
-    )

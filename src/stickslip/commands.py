@@ -101,10 +101,10 @@ COMMANDS = {
         json=False,
     ),
     "demo": Command(
-        "train a machine on a task of its own and compare it",
+        "train the biped on a slippery floor and compare it",
         "flags:demo_flags",
-        "agents.demo:demo_command",
-        {"stickslip demo": "the biped on a slippery floor", "stickslip demo ugv": "the UGV"},
+        "agents.biped.demo:demo_command",
+        {"stickslip demo": "half a minute on two cores"},
     ),
     "tasks": Command(
         "named tasks that never change, and the best known on each",

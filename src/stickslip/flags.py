@@ -149,10 +149,7 @@ def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
 
 
 def demo_flags(parser: Parser, _: object) -> None:
-    """Add the machine and the directory."""
-    names = [machine.name for machine in machines()]
-    how: dict[str, Any] = {"nargs": "?", "choices": names, "default": names[0]}
-    parser.add_argument("machine", help="default: %(default)s", **how)
+    """Add the directory."""
     about = "where its directory goes (default: %(default)s)"
     parser.add_argument("--out", metavar="DIR", default="runs", help=about)
 

@@ -12,7 +12,7 @@ import pytest
 
 from stickslip.agents import read_metadata
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.demo import demo
+from stickslip.agents.biped.demo import demo
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import (
     STATE,

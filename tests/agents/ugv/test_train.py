@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents import load_policy, read_metadata
+from stickslip.agents import FixedPosture, evaluate, load_policy, read_metadata
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import read_columns
@@ -138,3 +138,14 @@ def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: 
     line = refusal(capsys, *arguments.split())
     assert said in line
     assert line.count("\n") == 1
+
+
+@pytest.mark.long
+def test_a_policy_drives_well_below_the_best_posture_on_bumps_that_it_has_not_seen(tmp_path: Path):
+    config = UGVTrainConfig.of(timesteps=327_680, discount=0.95)
+    trained, task = train(config, tmp_path / "run", bar=False), training_task(config)
+    who = {"policy": load_policy(trained.policy), "posture": FixedPosture(task.env)}
+    table = evaluate(task.env, who, {"bumps": task.tested}, episodes=config.evaluation_episodes)
+    policy, posture = (table.row("bumps", name).metrics for name in who)
+    assert policy["failures"].value == 0
+    assert policy["cost"].value < 0.85 * posture["cost"].value
