@@ -118,9 +118,8 @@ def parse_json(text: str, what: str) -> Json:
         if _depth(raw) > DEEPEST:
             raise RefusedError(f"{what} is JSON nested deeper than {DEEPEST}")
         try:
-            of_float = partial(_number, float)
-            how = {"parse_int": partial(_number, int), "parse_constant": of_float}
-            value = json.loads(text, parse_float=of_float, **how)
+            whole, number = partial(_number, int), partial(_number, float)
+            value = json.loads(text, parse_int=whole, parse_float=number, parse_constant=number)
         except json.JSONDecodeError as error:
             raise RefusedError(f"{what} is no JSON ({error})") from error
         if re.search(r"\\u[dD][89a-fA-F]", text):

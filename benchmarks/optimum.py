@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -244,7 +244,8 @@ class Walk:
     def step(self, state: BipedEnvState, action: Float[Array, " 1"]) -> tuple[Any, Array, Array]:
         """The state after a step, its reward and whether it terminated."""
         unused = jax.random.key(0)  # an environment that leaves resetting to the caller
-        return pure_step(self.env, unused, state, action, self.params)[1:4]
+        found = pure_step(self.env, unused, state, action, self.params)
+        return found[1], found[2], found[3]
 
     @property
     def outside(self) -> Array:
@@ -293,7 +294,8 @@ def transitions(process: Any, *, progress: bool = False) -> Transitions:
         rows = np.concatenate(one)
         rows = np.pad(rows, [(0, filled)] + [(0, 0)] * (rows.ndim - 1))
         whole.append(jnp.asarray(rows.reshape(-1, block, *rows.shape[1:])))
-    return Transitions(*whole, grid)
+    base, share, reward = whole
+    return Transitions(base, share, reward, grid)
 
 
 @jax.jit
@@ -452,7 +454,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--episodes", type=int, default=32)
     given = parser.parse_args(arguments)
     env, params = task_by_name(given.task).make()
-    walk = Walk.of(env, params, given.actions, given.fineness)
+    walk = Walk.of(cast("BipedEnv", env), params, given.actions, given.fineness)
     policy = solve(walk, depth=given.ahead, beam=given.beam, progress=True)
     found = known(policy, given.episodes)
     entry = {"settings": vars(given), **found._asdict(), **provenance()}

@@ -237,7 +237,9 @@ class PPOTrainer(JAXTrainer[Learner, State, Params]):
     first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
     network_of = staticmethod(policy_of)
 
-    def learnt(self, now: Now, key: Array):
+    def learnt(
+        self, now: Now, key: Array
+    ) -> tuple[Learner, Collected[State], dict[str, Array]] | None:
         """See JAXTrainer."""
         given = self.env, self.params, self._sizes, now.noise, self._learner, self._progress
         found = rollout(*given, self._infos)

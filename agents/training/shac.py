@@ -305,7 +305,9 @@ class SHACTrainer(JAXTrainer[ShortLearner, State, Params]):
     first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
     network_of = staticmethod(policy_of)
 
-    def learnt(self, now: Now, key: Array):
+    def learnt(
+        self, now: Now, key: Array
+    ) -> tuple[ShortLearner, Collected[State], dict[str, Array]] | None:
         """See JAXTrainer."""
         given = self.env, self.params, self._sizes, self._rates, now, self._learner
         return _improve(*given, self._progress, key, self._infos)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from dataclasses import is_dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
@@ -261,8 +261,8 @@ class JAXTrainer(Trainer[Configuration, State, Params], Generic[Learner, State, 
 
     def build(self) -> None:
         """See Trainer."""
-        env, seed = self.env, self.config.seed  # every step of a rollout is one of an episode
-        self.env = replace(env, autoreset="same_step") if is_dataclass(env) else env
+        env: Any = self.env  # every step of a rollout is to be one of an episode
+        self.env, seed = replace(env, autoreset="same_step"), self.config.seed
         self._sizes, self._rates = settings_of(self.config)
         inputs, self._infos = shapes_of(self.env, self.params)
         given = inputs, len(self.env.action_names), self._sizes, jax.random.key(seed)
