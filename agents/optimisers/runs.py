@@ -14,6 +14,7 @@ from stickslip.agents.sweeps.cells import cell_files
 from stickslip.agents.untrusted import (
     LARGEST_TABLE,
     RefusedError,
+    Rule,
     parse_json,
     read_bytes,
     reading,
@@ -59,6 +60,14 @@ COLUMNS = {
     "point": ("string", "at the end: free numbers of the value, as JSON"),
 }
 """Type and meaning of each column; those that are not REQUIRED may be empty or missing."""
+RULES = {
+    "seed": Rule(int, "", low=0),
+    "evaluations": Rule(int, "", low=0),
+    "value": Rule(float, "", optional=True),
+    "seconds": Rule(float, "", low=0, optional=True),
+    "outcome": Rule(str, "", choices=OUTCOMES, optional=True),
+    **{name: Rule(int, "", low=0, optional=True) for name in COUNTED},
+}
 DIGITS, SHORT = 6, 12
 """Digits of seconds after the point, and of digests."""
 MOST_ROWS = 5_000_000
@@ -170,7 +179,7 @@ def read_runs(path: Path) -> list[Run]:
         for number, row in enumerate(rows, start=1):
             try:
                 _require_row(row)
-            except RefusedError as error:
+            except ValueError as error:
                 raise RefusedError(f"row {number}: {error}") from error
         by_run = groupby(sorted(rows, key=_key), key=_key)  # rows of a run keep their order
         return [_run_of_rows(list(group)) for _, group in by_run]
@@ -217,28 +226,18 @@ def _table(raw: bytes, suffix: str) -> pa.Table:
 
 def _require_row(row: Row) -> None:
     """Refuse a row by itself."""
-    name, outcome = row["instance"], row["outcome"] or OUTCOMES[1]
+    name = row["instance"]
     if name not in suite():
         raise RefusedError(f"instance {shown(name)} is unknown{nearest(str(name), suite())}")
     if not row["method"] or len(row["method"]) > 80:
         raise RefusedError(f"method = {shown(row['method'])}, of 1 to 80 characters")
-    if outcome not in OUTCOMES:
-        raise RefusedError(f"outcome = {shown(outcome)} is none of {', '.join(OUTCOMES)}")
+    for entry, rule in RULES.items():
+        rule.require(entry, row[entry])
     if row["point"]:
         n, found = suite()[name].n, parse_json(row["point"], "point")
-        if (
-            not isinstance(found, list)
-            or [type(one) in (int, float) for one in found] != [True] * n
-        ):
+        kinds = [type(one) for one in found] if isinstance(found, list) else []
+        if len(kinds) != n or not set(kinds) <= {int, float}:
             raise RefusedError(f"point = {shown(row['point'])}, a list of {n} numbers")
-    for entry in ("seed", "evaluations", "value", "seconds", *COUNTED):
-        cell = row[entry]
-        if cell is None and entry in ("seed", "evaluations"):
-            raise RefusedError(f"{entry} is empty")
-        if cell is not None and np.isinf(cell):
-            raise RefusedError(f"{entry} = {cell}, a finite number or empty")
-        if cell is not None and cell < 0 and entry != "value":
-            raise RefusedError(f"{entry} = {cell}, at least 0")
 
 
 def _run_of_rows(rows: list[Row]) -> Run:
