@@ -81,10 +81,7 @@ class Corridor(FunctionalEnv[CorridorState, CorridorParams]):
     def is_over(self, state):
         return state.left <= 0
 
-    def picture(self, state, info, params):
-        return state
-
-    def renderer(self, params):
+    def pictures(self, states, infos, params):
         raise NotImplementedError
 
     def _observe(self, state):
