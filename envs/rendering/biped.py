@@ -34,8 +34,7 @@ LEGEND = (
     ("hip-edge", "hip with its slot"),
     ("motor", "crank and motor"),
     ("holds", "foot sticks: ground force, cone"),
-    ("slides", "foot slips; dashed: kinetic cone;"),
-    ("slides", "on the floor: how far"),
+    ("slides", "foot slips; dashed: kinetic cone"),
 )
 UNKNOWN = ("mu_static", "mu_kinetic")
 """Numbers of a frame that may be NaN."""

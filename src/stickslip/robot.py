@@ -97,7 +97,7 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
     fastest = fastest_table(robot, limit, frictions, jolt < MISMATCH)
     apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
     frames = BipedFrame(np.asarray(phases(POSES)[:-1]), (), 1.0, floor_position=apart)
-    drawing = biped_drawing(frames, Mechanism(robot), np.zeros(POSES, bool))
+    drawing = biped_drawing(frames, Mechanism(robot))
     needed = np.array([row[1] for row in rates.rows])
     tables = {"friction": rates, "fastest": fastest}
     return Page(facts, tables, drawing, RATES, needed, "constant crank rate [rad/s]")
