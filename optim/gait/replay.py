@@ -21,7 +21,6 @@ from stickslip.dynamics.checks import require_integer, require_kind, require_mem
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
-from stickslip.optim.gait.gait import WORK
 from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
@@ -49,11 +48,9 @@ BLOCK = 4000
 class Replay:
     """A gait's torque in `dynamics.biped`, event_exact, in float64.
 
-    mu: of the floor, static and kinetic (None: the foot cannot slip). feedback [1/rad]: gain on the
-    energy; 0 is open loop, the torque over the crank angle. hold: how long a torque is held [s].
-    status: the gravest one met. slid: path of the foot over the floor [m]. steps: exchanges
-    reached. duration [s], work (positive, [J]) and mean_rate [rad/s] up to the last exchange,
-    beside the promised ones. friction_use: largest |friction| / normal force at the ends of holds,
+    mu: of the floor, static and kinetic (None: the foot cannot slip). status: the gravest one met.
+    slid: path of the foot over the floor [m]. steps: exchanges reached. duration [s], work
+    (positive, [J]) and mean_rate [rad/s] up to the last exchange. friction_use: largest |friction| / normal force at the ends of holds,
     exchanges left out [-]. rate_error: largest |crank rate - gait's| [rad/s] there; end_rate: the
     crank rate in the end. arrived: whether all steps were done; of a
     gait that stops, whether the crank was within a hundredth of a step of its place at the time
@@ -61,17 +58,12 @@ class Replay:
     """
 
     mu: float | None
-    feedback: float
-    hold: float
     status: Status
     slid: float
     steps: int
     duration: float
-    promised_duration: float
     work: float
-    promised_work: float
     mean_rate: float
-    promised_mean_rate: float
     friction_use: float
     rate_error: float
     end_rate: float
@@ -104,7 +96,8 @@ def replay(
 ) -> Replay:
     """Walk a gait from its own beginning. See Replay.
 
-    params: the robot that walks, the gait's own or another. walk_steps: how far, by default the
+    params: the robot that walks, the gait's own or another. feedback [1/rad]: gain on the energy; 0
+    is open loop, the torque over the crank angle. walk_steps: how far, by default the
     gait's own steps, of a periodic one 3. zmp: whether a zero-moment point outside the foot topples
     the robot; a gait without the limit zmp may pass the edges. ValueError for a gait that stands
     still on its way.
@@ -123,7 +116,7 @@ def replay(
     require_memory(f"walk_steps = {count}", "holds", 1.5 * count * HOLDS, 400)
     with jax.enable_x64(True):
         trace = _walked(params, gait, mu, float(feedback), count, float(hold), zmp, whole)
-    return _summed(gait, trace, mu, float(feedback), float(hold), count, whole)
+    return _summed(gait, trace, mu, count, whole)
 
 
 @register_pytree
@@ -211,12 +204,9 @@ def _block(
     return jax.lax.scan(body, state, None, length=BLOCK)[1]
 
 
-def _summed(
-    gait: Gait, trace: Trace, mu: float | None, feedback: float, hold: float, count: int,
-    whole: float,
-) -> Replay:  # fmt: skip
+def _summed(gait: Gait, trace: Trace, mu: float | None, count: int, whole: float) -> Replay:
     """The numbers of a walk, up to its last exchange."""
-    n, times = gait.grid.steps, trace.state.time
+    times = trace.state.time
     failed = np.nonzero(trace.contact.status > Status.SLIP_ONSET)[0]
     angle = trace.state.phase - np.pi / 2 + np.pi * trace.state.steps
     if gait.grid.to_rest:  # look at the time that was promised
@@ -236,17 +226,12 @@ def _summed(
     use = np.abs(contact.friction_force) / np.maximum(contact.normal_force, 1e-300)
     return Replay(
         mu=mu,
-        feedback=feedback,
-        hold=hold,
         status=status,
         slid=float(np.sum(contact.slide_distance)),
         steps=int(state.steps[-1]),
         duration=duration,
-        promised_duration=whole,
         work=float(np.sum(contact.positive_work)),
-        promised_work=gait.spent[WORK] * count / n,
         mean_rate=turned / duration if duration > 0 else 0.0,
-        promised_mean_rate=float(np.pi * count / whole),
         friction_use=float(np.max(np.where(inside, use, 0.0))),
         rate_error=float(np.max(np.abs(trace.error[upto]))),
         end_rate=rate,

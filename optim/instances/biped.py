@@ -65,17 +65,6 @@ SHOTS = (
 )
 """Scene, numbers, and how far the foot may slide [m]. On "firm" in FINE steps."""
 GAINS = ((2, 3.0), (4, 3.0), (8, 3.0), (4, 5.0))
-COARSE = "its best point missed limits, or was worth less, between the nodes"
-WITHDRAWN = {
-    "gait-time-d16-v1": COARSE,
-    "gait-time-d64-v1": COARSE,
-    "gait-energy-d32-v1": COARSE,
-    "gait-friction-d32-v1": COARSE,
-    "goals-gait-time-energy-d32-v1": COARSE,
-    "shoot-firm-d20-v1": "its best point topples when computed finely: it ends 4e-6 m short of the "
-    "foot's edge in steps of 20 ms",
-    "design-biped-friction-d12-v1": "friction is greatest at the ends of a step: it did not look",
-}
 TORQUE_LIMIT = 4.0
 DT = 0.02
 """Length of one step of the simulator [s]."""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
 """Families of instances (docs/suite.md)."""
 MACHINES = ("stickslip.optim.instances.ugv", "stickslip.optim.instances.biped")
-"""Modules whose `instances()` the suite holds, and whose WITHDRAWN it refuses."""
+"""Modules whose `instances()` the suite holds."""
 HERE = Path(__file__).parent
 VALUES, POINTS = HERE / "known.json", HERE / "best.npz"
 DRAWS_FROM = 2**32 - 1
@@ -168,24 +168,9 @@ def suite(*families: str) -> dict[str, Instance]:
 
 
 def instance(name: str) -> Instance:
-    """The instance with an id. ValueError, with the nearest ids, for an unknown one, and with the
-    reason for a withdrawn one."""
-    if name in withdrawn():
-        stem = name.rpartition("-v")[0]
-        latest = [one for one in _all() if one.rpartition("-v")[0] == stem]
-        raise ValueError(
-            f"id = {name} is withdrawn: {withdrawn()[name]}; accepted: "
-            f"{', '.join(latest) or 'another one'}"
-        )
+    """The instance with an id. ValueError, with the nearest ids, for an unknown one."""
     require_choice("id", name, tuple(_all()))
     return _all()[name]
-
-
-def withdrawn() -> dict[str, str]:
-    """Reasons of withdrawn instances, by id. They are listed and refused."""
-    return {
-        name: why for machine in MACHINES for name, why in import_module(machine).WITHDRAWN.items()
-    }
 
 
 @cache

@@ -294,11 +294,3 @@ def _posture(track: Track, criterion: str) -> Posture:
     x = np.linspace(start + 2.5, end, STATIONS)
     usual = PostureProblem.along(track).params
     return PostureProblem(usual, track, x, criterion, leg_rate=None).posture
-
-
-WITHDRAWN: dict[str, str] = {
-    f"{one.id.removesuffix('2')}1": "its wheels could overlap"
-    for one in instances()
-    if one.id.endswith("-v2")
-}
-"""Reasons of withdrawn instances, by id."""

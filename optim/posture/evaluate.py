@@ -352,15 +352,27 @@ def margins_and_slopes(
 ) -> tuple[dict[str, Float[Array, "K m"]], dict[str, Float[Array, "K m 2"]]]:
     """Each station's margins and their slopes in its own two angles; slopes 0 where not finite."""
 
-    def margins(*numbers):
-        return posture.margins(at.with_numbers(numbers))
+    return pushed(posture.margins, (at,), (each_angle(slopes),))
 
-    each = []
-    for angle in range(2):
-        along = tuple(slope[..., angle] for slope in slopes.numbers)
-        each.append(jax.jvp(margins, at.numbers, along))
-    both = jax.tree.map(lambda rear, front: jnp.stack([rear, front], -1), each[0][1], each[1][1])
-    return each[0][0], {name: jnp.where(jnp.isfinite(of), of, 0) for name, of in both.items()}
+
+def each_angle(slopes: Station) -> Station:
+    """Slopes with the angle as first axis."""
+    numbered = slopes._replace(status=jnp.zeros_like(slopes.torque))
+    return numbered.map(lambda of: jnp.moveaxis(of, -1, 0))
+
+
+def pushed(function: Callable[..., Any], at: tuple[Station, ...], each: tuple[Station, ...]):
+    """The function's value, and its slopes in each direction as a new last axis; 0 where not
+    finite."""
+    numbers = tuple(of.numbers for of in at)
+
+    def of_numbers(*numbers: tuple[Array, ...]) -> Any:
+        whole = (of.with_numbers(one) for of, one in zip(at, numbers, strict=True))
+        return function(*whole)
+
+    directions = tuple(of.numbers for of in each)
+    slopes = jax.vmap(lambda *d: jax.jvp(of_numbers, numbers, d)[1], out_axes=-1)(*directions)
+    return function(*at), jax.tree.map(lambda v: jnp.where(jnp.isfinite(v), v, 0), slopes)
 
 
 @dataclass(frozen=True)

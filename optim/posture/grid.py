@@ -30,12 +30,10 @@ from stickslip.optim.posture.criteria import (
 )
 from stickslip.optim.posture.evaluate import PostureResult, below, natural
 from stickslip.optim.posture.waypoints import (
-    CONVEX,
     LEAST,
     MOVE,
     ROUNDING,
     grid_angles,
-    rate_used,
     step_of,
     windows_of,
 )
@@ -172,14 +170,12 @@ class PostureGrid:
         ).rstrip()
 
     def result(self, nodes: Sequence[int], message: str, **details: Any) -> PostureResult:
-        """The result of a path. details: besides the number of angles of each leg and the share of
-        its rate that it can use on them."""
-        used = tuple(rate_used(angles, self.limits) for angles in (self.rear, self.front))
+        """The result of a path. details: besides the number of angles of each leg."""
         return self.problem.result(
             self.angles_at(nodes),
             status=OptimStatus.FEASIBLE,
             message=message,
-            details={"grid": self.shape, "rate_used": used} | details,
+            details={"grid": self.shape} | details,
             **self._common,
         )
 
@@ -266,7 +262,7 @@ def solve_grid(
     angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
     result may break it (VIOLATED; its residuals say by how much). For single worst-station
     criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
-    grid is below it. evaluations: stations. details: grid, rate_used, grid_bound (None for sums).
+    grid is below it. evaluations: stations. details: grid, grid_bound (None for sums).
     """
     grid, criterion = build_grid(problem, angles, least, progress, "grid"), problem.criterion
     before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
@@ -310,12 +306,8 @@ def solve_dp(
     INACCURATE where the objective is not within 1e-8 of the value, nor within 1e-12 of what the
     vehicle's weight would give. It bounds no drive off the grid, so that lower_bound is None;
     `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
-    `without_path`. evaluations: stations. details: grid, rate_used (the share of the leg rate that
-    each leg can use on it), grid_bound, edges (moves looked at).
+    `without_path`. evaluations: stations. details: grid, grid_bound, edges (moves looked at).
     """
-    K = len(problem.x)
-    if polish:
-        require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
     grid = build_grid(problem, angles, least, progress)
     costs, back, edges = _arrivals(grid, progress)
     if not np.any(np.isfinite(costs[-1])):

@@ -22,11 +22,10 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.dynamics.checks import require_integer
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Station, steps
-from stickslip.optim.posture.evaluate import PostureResult
-from stickslip.optim.posture.waypoints import CONVEX
+from stickslip.optim.posture.evaluate import PostureResult, each_angle, pushed
 from stickslip.optim.problem import COUNT, float64_program, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, solve_quietly
@@ -107,24 +106,15 @@ def outer(criterion: Criterion, terms: np.ndarray) -> float:
 @float64_program
 def linear_terms(criterion: Criterion, at: Station, slopes: Station):
     """Terms and their slopes, as in Linear, and whether all terms are finite."""
-    numbers = at._replace(status=jnp.zeros_like(at.torque))
-    slopes = slopes._replace(status=jnp.zeros_like(slopes.torque))
-    each = jax.tree.map(lambda of: jnp.moveaxis(of, -1, 0), slopes)
+    each = each_angle(slopes)
     none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)
     begin = jax.tree.map(lambda of, zero: jnp.concatenate([of[:, :-1], zero]), each, none)
     end = jax.tree.map(lambda of, zero: jnp.concatenate([zero, of[:, 1:]]), each, none)
     if criterion.kind == "sum":
-        terms, term_slopes = _pushed(criterion.terms, steps(numbers), (begin, end))
+        terms, term_slopes = pushed(criterion.terms, steps(at), (begin, end))
     else:
-        terms, term_slopes = _pushed(criterion.terms, (numbers,), (each,))
+        terms, term_slopes = pushed(criterion.terms, (at,), (each,))
     return terms, term_slopes, jnp.all(at.placed & at.finite) & jnp.all(jnp.isfinite(terms))
-
-
-def _pushed(function, at: tuple[Station, ...], each: tuple[Station, ...]):
-    """The function's value, and its slopes in each direction as a new last axis; 0 where not
-    finite."""
-    slopes = jax.vmap(lambda *d: jax.jvp(function, at, d)[1], out_axes=-1)(*each)
-    return function(*at), jax.tree.map(lambda v: jnp.where(jnp.isfinite(v), v, 0), slopes)
 
 
 def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarray | None:
@@ -236,8 +226,6 @@ def solve_scp(
     for name, value in (("radius", radius), ("tolerance", tolerance)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
     iterations = require_integer("iterations", iterations, low=0, high=COUNT)
-    K = len(problem.x)
-    require_memory(f"method = 'scp' with {K} waypoints", "rows", K, CONVEX)
     begun = problem.begin("scp", start, progress, began)
     if isinstance(begun, PostureResult):
         return begun

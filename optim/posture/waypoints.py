@@ -33,8 +33,6 @@ NODE = 360
 """Bytes of a grid's station, kept, and copied by the recursion."""
 MOVE = 300
 """Bytes of one of the moves that a leg pair may make on a grid."""
-CONVEX = 150_000
-"""Bytes of a waypoint in scp's convex program."""
 
 _slope = run_once(Track.slope)
 
@@ -335,12 +333,3 @@ def windows_of(
     if most == 0:
         return np.zeros(limits.shape)
     return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most)
-
-
-def rate_used(angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]) -> float:
-    """The share of its rate that a leg can use on these angles, 0 to 1; 1 where it can reach
-    every one of them in a single step."""
-    windows = windows_of(angles, limits)
-    if np.all(windows == len(angles) - 1):
-        return 1.0
-    return float(min(np.sum(windows) * step_of(angles) / np.sum(limits), 1.0))

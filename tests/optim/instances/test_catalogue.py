@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.suite import verified
 from stickslip.optim import FAMILIES, instance, suite
-from stickslip.optim.instances.instance import parts_of, withdrawn
+from stickslip.optim.instances.instance import parts_of
 
 CHEAP = {"ugv-bump-energy-d8-v2", "gait-time-d16-v2", "gait-friction-d32-v2"}
 
@@ -22,14 +22,11 @@ def test_there_are_enough_of_every_family_under_ids_that_say_what_they_are():
     assert sum(len(suite(family)) for family in FAMILIES) == len(everything)
 
 
-def test_an_unknown_one_brings_the_nearest_and_a_withdrawn_one_the_reason():
+def test_an_unknown_one_brings_the_nearest():
     with pytest.raises(ValueError, match="ugv-bump-energy-d64-v2"):
         instance("ugv-bump-energie-d64-v2")
     with pytest.raises(ValueError, match="posture"):
         suite("postures")
-    assert not set(withdrawn()) & set(suite())
-    with pytest.raises(ValueError, match=r"d16-v1 is withdrawn: .*accepted: gait-time-d16-v2"):
-        instance("gait-time-d16-v1")
 
 
 def test_all_have_a_best_known_point_and_those_with_a_bound_none_below_it():

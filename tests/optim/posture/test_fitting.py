@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.optim import OptimStatus, solve
-from stickslip.optim.posture.waypoints import FINEST, fitting_grid, rate_used
+from stickslip.optim.posture.waypoints import FINEST, fitting_grid, step_of, windows_of
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, tiny
 
 ANGLE = st.floats(LOW, HIGH)
@@ -18,6 +18,14 @@ SPACING = 0.6
 
 def limits(problem):
     return problem.leg_rate * np.diff(problem.x)
+
+
+def rate_used(angles, limits):
+    """The share of its rate that a leg can use on these angles; 1 where it reaches them all."""
+    windows = windows_of(angles, limits)
+    if np.all(windows == len(angles) - 1):
+        return 1.0
+    return np.sum(windows) * step_of(angles) / np.sum(limits)
 
 
 @given(rate=st.floats(0.08, 3.0), start=st.tuples(ANGLE, ANGLE), least=st.integers(2, 60))
