@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -110,24 +110,17 @@ class GaitProblem(Problem[GaitResult]):
         *,
         start_rate: float | None = 0.0,
         end_rate: float | None = None,
-        mu: Number | Lists | None = None,
-        torque_limit: float | None = None,
-        mean_rate: float | None = None,
-        min_normal: float = 0.0,
-        zmp: bool = False,
-        max_rate: float | None = None,
-        copper_loss: float = 0.5,
         steps: int = 200,
+        **limits: Any,
     ) -> GaitProblem:
         """A walk of `steps_taken` steps, from rest unless start_rate is given.
 
         end_rate: 0 for a stop, the crank rate at which a steady gait begins its step to go on with
-        it, None for any. steps: cells of the grid in each step; else see the class.
+        it, None for any. steps: cells of the grid in each step. limits: as of `periodic`; mu may be
+        one number for each step.
         """
-        return cls(
-            params, objective, steps_taken, False, mu, torque_limit, mean_rate, min_normal, zmp,
-            max_rate, copper_loss, start_rate, end_rate, steps,
-        )  # fmt: skip
+        ends = {"start_rate": start_rate, "end_rate": end_rate}
+        return cls(params, objective, steps_taken, False, cells=steps, **ends, **limits)
 
     def __post_init__(self):
         _check(self)

@@ -50,11 +50,11 @@ class Replay:
 
     mu: of the floor, static and kinetic (None: the foot cannot slip). status: the gravest one met.
     slid: path of the foot over the floor [m]. steps: exchanges reached. duration [s], work
-    (positive, [J]) and mean_rate [rad/s] up to the last exchange. friction_use: largest |friction| / normal force at the ends of holds,
-    exchanges left out [-]. rate_error: largest |crank rate - gait's| [rad/s] there; end_rate: the
-    crank rate in the end. arrived: whether all steps were done; of a
-    gait that stops, whether the crank was within a hundredth of a step of its place at the time
-    promised.
+    (positive, [J]) and mean_rate [rad/s] up to the last exchange. friction_use: largest
+    |friction| / normal force at the ends of holds, exchanges left out [-]. rate_error: largest
+    |crank rate - gait's| [rad/s] there; end_rate: the crank rate in the end. arrived: whether all
+    steps were done; of a gait that stops, whether the crank was within a hundredth of a step of its
+    place at the time promised.
     """
 
     mu: float | None

@@ -231,7 +231,10 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
     free = replace(problem, longest=None)
     polygons = Polygons.of(free.sample(inside=False))
     proved, needed = bool(np.any(polygons.low > polygons.high)), []
-    for limit in filter(free.limits.asks, (TORQUE, FRICTION, NORMAL, ZMP)):
+    asked = [TORQUE] if free.limits.motor else []
+    for limit in (*asked, FRICTION, NORMAL, ZMP):
+        if limit not in free.rows.names:
+            continue
         solved = relaxed(free, limit)
         if isinstance(solved, Solved):
             proved |= excluded(free, solved, every=False)
@@ -293,7 +296,7 @@ def _needed(problem: GridProblem, limit: str, solved: Solved) -> str:
         if isinstance(least, Ended):
             return ""
         return f"mu = {np.min(limits.mu):.6g}: {least.certificate.value:.6g} is needed"
-    excess = solved.relaxation * problem.rows.size[limits.names.index(limit)]
+    excess = solved.relaxation * problem.rows.size[problem.rows.names.index(limit)]
     if limit == NORMAL:
         least = limits.min_normal - excess
         return f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had"
@@ -401,7 +404,7 @@ def _at_nodes(cells: np.ndarray) -> np.ndarray:
 def _kept_moving(problem: GridProblem, gait: Gait, numbers: Numbers, slow: np.ndarray) -> Numbers:
     """b at both nodes of a cell kept by what is missing above what it is now; where the walk rests
     the acceleration is."""
-    grid, row = gait.grid, problem.limits.names.index(STANDING)
+    grid, row = gait.grid, problem.rows.names.index(STANDING)
     size = problem.rows_between.size[row]
     A, C, now = numbers.A.copy(), numbers.C.copy(), gait.b.ravel() / size
     for rests, end, sign in _ends(grid):

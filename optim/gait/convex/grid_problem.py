@@ -58,16 +58,6 @@ class Limits:
     lift_off: float
     motor: bool = True
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Name of each row, in order."""
-        found = [FRICTION] * 2 if self.mu is not None else []
-        return (*[TORQUE] * 2, *found, NORMAL, *([ZMP] * 2 if self.zmp else []), RATE, STANDING)
-
-    def asks(self, name: str) -> bool:
-        """True if it is a limit that was asked for."""
-        return name in self.names and (name != TORQUE or self.motor)
-
 
 class Rows(NamedTuple):
     """Coefficients [m, n, ...] of A a + B b <= C, with the size of one unit of each [m]."""
@@ -100,24 +90,26 @@ class Rows(NamedTuple):
 def rows_of(p: Profile, limits: Limits) -> Rows:
     """All limits along a profile [n, ...], its first axis the steps."""
     weight, zero, one = p.robot.weight, np.zeros_like(p.M), np.ones_like(p.M)
-    parts: list[tuple[np.ndarray, np.ndarray, np.ndarray, float]] = []
+    parts: list[tuple[str, np.ndarray, np.ndarray, np.ndarray, float]] = []
     for s in (1, -1):
-        parts.append((s * p.M, s * (p.dM / 2), limits.torque - s * p.fall, torque_unit(p)))
+        most = limits.torque - s * p.fall
+        parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, torque_unit(p)))
     if limits.mu is not None:
         mu = limits.mu.reshape(-1, *[1] * (p.M.ndim - 1))
         for s in (1, -1):
-            parts.append((s * p.P - mu * p.Y, s * p.dP - mu * p.dY, mu * weight * one, weight))
-    parts.append((-p.Y, -p.dY, (weight - limits.min_normal) * one, weight))
+            A, B = s * p.P - mu * p.Y, s * p.dP - mu * p.dY
+            parts.append((FRICTION, A, B, mu * weight * one, weight))
+    parts.append((NORMAL, -p.Y, -p.dY, (weight - limits.min_normal) * one, weight))
     if limits.zmp:
         unit = weight * max(p.robot.heel + p.robot.toe, p.robot.crank)
         lean = p.robot.gravity * p.X
         for s, edge in ((1, p.robot.toe), (-1, p.robot.heel)):
             A, B = s * p.L - edge * p.Y, s * p.dL - edge * p.dY
-            parts.append((A, B, edge * weight - s * lean, unit))
-    parts.append((zero, one, limits.cap**2 * one, limits.cap**2))
-    parts.append((zero, -one, zero, limits.lift_off**2))
-    A, B, C = (np.stack([part[i] for part in parts]) for i in range(3))
-    return Rows(limits.names, A, B, C, np.array([part[3] for part in parts]))
+            parts.append((ZMP, A, B, edge * weight - s * lean, unit))
+    parts.append((RATE, zero, one, limits.cap**2 * one, limits.cap**2))
+    parts.append((STANDING, zero, -one, zero, limits.lift_off**2))
+    names, *coefficients, sizes = zip(*parts, strict=True)
+    return Rows(names, *map(np.stack, coefficients), np.array(sizes))
 
 
 def torque_unit(p: Profile) -> float:
@@ -239,7 +231,7 @@ class GridProblem:
         """The program's numbers. relaxed: a limit that may be violated by r units, of which the
         least is looked for."""
         sample = self.sample(inside=False)
-        names, C = np.array(self.limits.names), sample.C
+        names, C = np.array(self.rows.names), sample.C
         for node, end in ((0, self.first), (-1, self.last)):
             if end[1] == 0:  # said by an equality already: a limit would have no inside
                 C = C.copy()
