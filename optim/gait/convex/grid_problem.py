@@ -108,8 +108,8 @@ def rows_of(p: Profile, limits: Limits) -> Rows:
             parts.append((ZMP, A, B, edge * weight - s * lean, unit))
     parts.append((RATE, zero, one, limits.cap**2 * one, limits.cap**2))
     parts.append((STANDING, zero, -one, zero, limits.lift_off**2))
-    names, *coefficients, sizes = zip(*parts, strict=True)
-    return Rows(names, *map(np.stack, coefficients), np.array(sizes))
+    names, A, B, C, sizes = zip(*parts, strict=True)
+    return Rows(names, np.stack(A), np.stack(B), np.stack(C), np.array(sizes))
 
 
 def torque_unit(p: Profile) -> float:

@@ -127,18 +127,20 @@ class Program:
 
     def _paced(self, h: np.ndarray, torque: cp.Expression) -> list[cp.Expression]:
         """Terms of the objective that go with the time of each cell; its limit is a constraint."""
-        weights, longest, parts = self._given.weights, self._given.longest, []
-        moving = self._moving()
-        root = cp.Variable(moving.shape[0])
-        pair = ((self._left + self._right) @ moving.T) @ root  # rate + next rate
-        self._constraints.append(cp.square(root) <= moving @ self._b)
-        if longest is not None or TIME in weights:
+        given, weights = self._given, self._given.weights
+        parts: list[cp.Expression] = []
+        rests = [int(high == 0) for _, high in (given.first, given.last)]
+        moving = slice(rests[0], self._b.size - rests[1])  # at rest a cone has no inside
+        root = cp.Variable(self._b.size - sum(rests))
+        pair = (self._left + self._right)[:, moving] @ root  # rate + next rate
+        self._constraints.append(cp.square(root) <= self._b[moving])
+        if given.longest is not None or TIME in weights:
             slow = cp.Variable(h.size)  # >= 1 / pair
             rows = cp.vstack([np.full(h.size, 2.0), slow - pair])
             self._constraints.append(cp.SOC(slow + pair, rows, axis=0))
-            if longest is not None:
-                self._timing = 2 * (h @ slow) <= longest
-                self._constraints.append(self._timing)
+            if given.longest is not None:
+                self._timing = 2 * (h @ slow) <= given.longest
+                self._constraints += [self._timing]
             if TIME in weights:
                 parts.append(2 * weights[TIME] * h @ slow)
         if TORQUE in weights:
@@ -148,12 +150,6 @@ class Program:
             self._constraints.append(cp.SOC(heat + pair, rows, axis=0))
             parts.append(weights[TORQUE] * h @ heat)
         return parts
-
-    def _moving(self) -> sp.csr_array:
-        """Matrix that picks the nodes at which the crank may move: at rest a cone has no inside."""
-        nodes = self._b.size
-        rests = [high == 0 for _, high in (self._given.first, self._given.last)]
-        return sp.eye_array(nodes, format="csr")[int(rests[0]) : nodes - int(rests[1])]
 
     def solve(self) -> Solved | Ended:
         """The solution, or how the solver ended without a point."""
@@ -172,7 +168,8 @@ class Program:
 
     def read(self) -> tuple[np.ndarray, np.ndarray]:
         """a and b at the nodes of the solved problem [n, K+1]."""
-        a, b = (np.reshape(one.value, (len(self._given.h), -1)) for one in (self._a, self._b))
+        n = len(self._given.h)
+        a, b = (np.asarray(one.value).reshape(n, -1) for one in (self._a, self._b))
         return a, b
 
 
