@@ -12,10 +12,6 @@ class Picture {
     this.colours = new Map();
   }
 
-  forgetColours() {
-    this.colours.clear();
-  }
-
   colour(name) {
     if (!this.colours.has(name)) this.colours.set(name, colour(name));
     return this.colours.get(name);
