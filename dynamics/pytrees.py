@@ -188,9 +188,16 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
     def call(*arguments: object) -> Result:
         if jax.default_backend() != "cpu" or _in_a_trace(arguments):
             return usual(*arguments)
-        return hurried(*arguments)
+        given = jax.tree.map(_as_jax, arguments[fixed:])
+        return hurried(*arguments[:fixed], *given)
 
     return call
+
+
+def _as_jax(leaf: Any) -> Any:
+    """An array of NumPy's as one of JAX's: inside an abstract trace, JAX 0.10 would round it to the
+    precision of that trace, not of the program."""
+    return jnp.asarray(leaf) if isinstance(leaf, np.ndarray) else leaf
 
 
 def _in_a_trace(arguments: object) -> bool:
