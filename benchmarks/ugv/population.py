@@ -46,6 +46,9 @@ class Together(Closed):
     shapes: tuple
     height: Any
 
+    def greatest_bend(self, radius):
+        """Not known."""
+
     def near(self, base, u):
         """Heights, slopes and second derivatives added; the height by itself."""
         seen = [shape.near(base, u) for shape in self.shapes]

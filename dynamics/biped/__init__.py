@@ -1,7 +1,5 @@
 """PASIBOT: a planar biped with one motor, whose supporting foot sticks or slips."""
 
-from typing import TYPE_CHECKING
-
 from stickslip.dynamics.biped.contact import (
     ForwardDynamics,
     InverseDynamics,
@@ -27,6 +25,7 @@ from stickslip.dynamics.biped.links import (
 )
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams, own_time
+from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
 from stickslip.dynamics.biped.settings import (
     FIDELITIES,
     INTEGRATORS,
@@ -42,13 +41,7 @@ from stickslip.dynamics.biped.settings import (
 )
 from stickslip.dynamics.biped.simulation import simulate, simulate_inverse, step
 from stickslip.dynamics.biped.state import BipedState, Contact, Events, Trajectory, floor_position
-from stickslip.dynamics.lazily import loaded_when_used
 from stickslip.dynamics.names import LINKS
-
-if TYPE_CHECKING:
-    from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
-else:
-    __getattr__, __dir__ = loaded_when_used(__name__)
 
 __all__ = [
     "BODIES",

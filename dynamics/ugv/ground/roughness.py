@@ -66,11 +66,9 @@ class Waves(Closed):
     frequencies: Float[np.ndarray | Array, "waves"]
     phases: Float[np.ndarray | Array, "waves"]
 
-    def near(self, base: Numeric, u: Numeric):
+    def _near(self, base, u, *waves):
         """Sums over the waves, of amplitudes [m], frequencies [cycles/m] and phases [rad]; whole
         cycles left out of n x."""
-        values = (base, u, self.amplitudes, self.frequencies, self.phases)
-        base, u, *waves = as_floats(*values)
         base, u, a, n, phase = same_rank(base[..., None], u[..., None], *waves)
         k = 2 * np.pi * n
         turns = n * base
@@ -79,9 +77,8 @@ class Waves(Closed):
         cosine, sine = jnp.cos(angle), jnp.sin(angle)
         return ((cosine * a).sum(-1),), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
 
-    def greatest_bend(self, radius: Numeric):
-        """See Closed."""
-        a, n = as_floats(self.amplitudes, self.frequencies)
+    def _greatest_bend(self, radius, a, n, phases):
+        del radius, phases
         return jnp.sum(jnp.abs(a) * (2 * np.pi * n) ** 2, axis=-1)
 
 

@@ -73,22 +73,35 @@ def nowhere_hollow(shape: Any, radius: Values | float) -> Bool[Array, "..."] | N
 
 
 class Closed:
-    """A shape given by `near`: (parts of the height, slope, second derivative) at base + u."""
+    """A shape in closed form: a dataclass of numbers, and `_near` of them."""
+
+    def near(self, base: Numeric, u: Numeric) -> tuple[tuple, Any, Any]:
+        """Parts that add up to the height, slope and second derivative at base + u [m]; see
+        `parts_of`."""
+        return self._near(*as_floats(base, u, *self._numbers()))
 
     def greatest_bend(self, radius: Values | float) -> Values | None:
         """A number that the second derivative exceeds nowhere [1/m]; infinite or None: not known.
         radius: of the wheel [m]."""
-        del radius
-
-    def near(self, base: Numeric, u: Numeric) -> tuple[tuple, Any, Any]:
-        """The parts add up to the height; see `parts_of`."""
-        raise NotImplementedError
+        return self._greatest_bend(*as_floats(radius, *self._numbers()))
 
     def profile(self, x: Numeric) -> Profile:
         """Height [m], slope [-] and second derivative [1/m] at each x [m]."""
         (x,) = as_floats(x)
         parts, slope, second = self.near(x, jnp.zeros_like(x))
         return sum(parts), slope, second  # pyright: ignore[reportReturnType]
+
+    def _numbers(self) -> list[Numeric]:
+        numbers = (one for one in fields(self) if not one.metadata.get("static"))  # pyright: ignore
+        return [getattr(self, one.name) for one in numbers]
+
+    def _near(self, *numbers: Any, **named: Any) -> Any:
+        """`near` of base, u and the fields, all in one floating type."""
+        raise NotImplementedError
+
+    def _greatest_bend(self, radius: Any, *numbers: Any, **named: Any) -> Any:
+        """`greatest_bend` of the radius and the fields, all in one floating type."""
+        del radius, numbers, named
 
 
 def require_ends(start: Numeric, end: Numeric) -> None:
@@ -114,43 +127,22 @@ def require_numbers(shape: Shape) -> None:
             require_number(name, getattr(shape, name), low=-np.inf, accepted="a finite number")
 
 
-class Form(Closed):
-    """A closed form of a few numbers, the fields of a dataclass."""
-
-    def near(self, base: Numeric, u: Numeric):
-        """See Closed."""
-        base, u, *numbers = as_floats(base, u, *vars(self).values())
-        return self._near(base, u, *numbers)
-
-    def greatest_bend(self, radius: Values | float) -> Values | None:
-        """See Closed."""
-        return self._greatest_bend(*as_floats(*vars(self).values()))
-
-    def _near(self, *numbers: Any, **named: Any) -> Any:
-        """`near` of base, u and the fields, all in one floating type."""
-        raise NotImplementedError
-
-    def _greatest_bend(self, *numbers: Any, **named: Any) -> Any:
-        """`greatest_bend`, given the fields in one floating type."""
-        raise NotImplementedError
-
-
 @register_pytree
 @dataclass(frozen=True)
-class Flat(Form):
+class Flat(Closed):
     """Level ground, y = 0."""
 
     def _near(self, base, u):
         zero = jnp.zeros_like(base + u)
         return (zero,), zero, zero
 
-    def _greatest_bend(self):
-        return 0.0
+    def _greatest_bend(self, radius):
+        return jnp.zeros_like(radius)
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Incline(Form):
+class Incline(Closed):
     """One endless straight through the origin, y = slope x. slope = tan(angle) [-]."""
 
     slope: Numeric = 0.3
@@ -159,13 +151,13 @@ class Incline(Form):
         zero = jnp.zeros_like(base + u)
         return (m * base, m * u), m + zero, m * zero
 
-    def _greatest_bend(self, m):
+    def _greatest_bend(self, radius, m):
         return jnp.zeros_like(m)
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Bump(Form):
+class Bump(Closed):
     """The chapter's soft bump, y = height exp(-((x - centre) / width)^2); all in [m]."""
 
     height: Numeric = 0.1
@@ -180,14 +172,14 @@ class Bump(Form):
         y = h * jnp.exp(-z * z)
         return (y,), -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
 
-    def _greatest_bend(self, h, c, w):
-        del c
+    def _greatest_bend(self, radius, h, c, w):
+        del radius, c
         return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Sinusoid(Form):
+class Sinusoid(Closed):
     """y = amplitude sin(2 pi x / wavelength), without end; both in [m]."""
 
     amplitude: Numeric = 0.05
@@ -202,13 +194,13 @@ class Sinusoid(Form):
         y = a * jnp.sin(angle)
         return (y,), a * k * jnp.cos(angle), -k * k * y
 
-    def _greatest_bend(self, a, wavelength):
+    def _greatest_bend(self, radius, a, wavelength):
         return jnp.abs(a) * (2 * np.pi / wavelength) ** 2
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Ramp(Form):
+class Ramp(Closed):
     """A straight of one slope between two levels, y = 0 before it.
 
     slope: of the straight [-]; position: middle of the lower joint [m]; length: from there
@@ -232,14 +224,14 @@ class Ramp(Form):
         y, dy, d2y = (m * (a - b) for a, b in zip(up, down, strict=True))
         return (y,), dy, d2y
 
-    def _greatest_bend(self, m, begin, length, joint):
-        del begin, length
+    def _greatest_bend(self, radius, m, begin, length, joint):
+        del radius, begin, length
         return 1.5 * jnp.abs(m) / joint
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Step(Form):
+class Step(Closed):
     """A smoothed step from y = 0 up to y = height [m].
 
     position: its middle [m]; length: that of the rise [m]. The rise is the quintic
@@ -260,14 +252,14 @@ class Step(Form):
         y, dy, d2y = _quintic_rise((base - at) + u, length)
         return (h * y,), h * dy, h * d2y
 
-    def _greatest_bend(self, h, at, length):
-        del at
+    def _greatest_bend(self, radius, h, at, length):
+        del radius, at
         return RISE * jnp.abs(h) / length**2
 
 
 @register_pytree
 @dataclass(frozen=True)
-class Ditch(Form):
+class Ditch(Closed):
     """A smoothed ditch (a flat-topped hump for depth < 0) in level ground, y = 0 outside.
 
     depth [m]; position: its middle [m]; width: between the middles of its sides [m]; side: length
@@ -289,8 +281,8 @@ class Ditch(Form):
         y, dy, d2y = (depth * (b - a) for a, b in zip(first, second, strict=True))
         return (y,), dy, d2y
 
-    def _greatest_bend(self, depth, middle, width, side):
-        del middle
+    def _greatest_bend(self, radius, depth, middle, width, side):
+        del radius, middle
         sides = jnp.where(side > width, 2.0, 1.0)  # they overlap
         return sides * RISE * jnp.abs(depth) / side**2
 

@@ -24,7 +24,7 @@ from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, in_two, loca
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.ugv.ground.shapes import Profile, Values
+    from stickslip.dynamics.ugv.ground.shapes import Profile
 
 INTERPOLATIONS = ("cubic", "pchip", "makima", "linear")
 
@@ -68,10 +68,8 @@ class Spline(Closed):
         first, rests = in_two(knots)
         return cls(*(read_only(of) for of in (first, rests, table, lows)), even=even)
 
-    def near(self, base: Numeric, u: Numeric):
+    def _near(self, base, u, knots, rests, coefficients, lows):
         """The polynomial of the piece that base + u [m] lies in, by Horner's rule."""
-        fields = (self.knots, self.rests, self.coefficients, self.lows)
-        base, u, knots, rests, coefficients, lows = as_floats(base, u, *fields)
         piece, t, outside = locate(knots, rests, self.even, base, u)
         row = coefficients[piece]
         powers = coefficients.shape[-1]
@@ -81,14 +79,12 @@ class Spline(Closed):
             half, dy, y = half * t + dy, dy * t + y, y * t + lowest
         return (row[..., 0], y + dy * outside), dy, jnp.where(outside == 0, 2 * half, 0.0)
 
-    def greatest_bend(self, radius: Values | float) -> Values | None:
+    def _greatest_bend(self, radius, knots, rests, rows, lows):
         """The largest Bernstein coefficient of each piece, which bounds its polynomial;
         infinite where heights or slopes jump at knots by more than rounding."""
-        pieces, powers = self.coefficients.shape[-2:]
+        pieces, powers = rows.shape[-2:]
         if pieces > MOST_PIECES or powers > POWERS:
             return None
-        numbers = (self.knots, self.rests, self.coefficients, self.lows, radius)
-        knots, rests, rows, lows, r = as_floats(*numbers)
         h = (knots[..., 1:] - knots[..., :-1]) + (rests[..., 1:] - rests[..., :-1])
         zero = jnp.zeros_like(lows)
         # In parts of the piece: what each power adds to the height at its end.
@@ -102,11 +98,11 @@ class Spline(Closed):
         slope = rows[..., 1]
         turn = slope[..., 1:] - (sum((k + 1) * c[k] for k in range(POWERS - 1)) / h)[..., :-1]
         rise = (c0[..., 1:] - c0[..., :-1]) + (lows[..., 1:] - (lows + sum(c))[..., :-1])
-        knots_below = 1 + 2 * r / jnp.min(h, axis=-1)
+        knots_below = 1 + 2 * radius / jnp.min(h, axis=-1)
         eps = jnp.finfo(h.dtype).eps
         turn, rise = (knots_below * jnp.max(of, axis=-1, initial=0) for of in (turn, rise))
         steep = jnp.max(jnp.abs(slope), axis=-1)
-        smooth = (turn <= jnp.sqrt(eps) / 16) & (rise <= 64 * eps * r) & (steep <= STEEPEST)
+        smooth = (turn <= jnp.sqrt(eps) / 16) & (rise <= 64 * eps * radius) & (steep <= STEEPEST)
         return jnp.where(smooth, bend, jnp.inf)
 
     def require_resolved(self, dtype: Any) -> None:
