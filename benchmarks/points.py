@@ -4,24 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
-
-class Measured(Protocol):
-    """A setting with a cost and an error."""
-
-    @property
-    def cost(self) -> float:
-        """Seconds."""
-        ...
-
-    @property
-    def error(self) -> float:
-        """The worst of its errors, in one unit."""
-        ...
-
-
-P = TypeVar("P", bound=Measured)
+P = TypeVar("P", bound=Any)
+"""A setting with its `cost` [s] and `error`, the worst of its errors in one unit."""
 
 USEFUL = 0.1
 """Largest error of a point of a front, in its own unit: beyond it, the answer is but a guess."""
