@@ -195,10 +195,8 @@ def patch_at(floor: Floor, position: Scalar, direction: Scalar) -> Integer:
     return jnp.sum(passed, dtype=jnp.int32)
 
 
-def friction_on(floor: Floor, patch: Integer, dtype: DTypeLike) -> Friction | None:
-    """The coefficients on one patch; None on a floor without slip."""
-    if isinstance(floor, Grip):
-        return None
+def friction_on(floor: Uniform | Patches, patch: Integer, dtype: DTypeLike) -> Friction:
+    """The coefficients on one patch."""
     kinetic = jnp.asarray(floor.mu_kinetic, dtype)
     static = jnp.asarray(floor.mu_static, dtype)
     if isinstance(floor, Uniform):
@@ -238,6 +236,11 @@ class System(NamedTuple):
     duration: Array
     max_rate: Array | None = None
     """Crank rate beyond which a walk ends as a RUNAWAY [rad/s]; None: no such end."""
+
+    def friction(self, patch: Integer) -> Friction | None:
+        """The coefficients on one patch; None on a floor without slip."""
+        floor = self.scene.floor
+        return None if isinstance(floor, Grip) else friction_on(floor, patch, self.duration.dtype)
 
     def still(self, inertia: Coefficients, crank_rate: Scalar) -> Motion:
         """The motion with the foot held at rest."""

@@ -16,7 +16,6 @@ from stickslip.dynamics.biped.contact import (
     System,
     Torque,
     at_instant,
-    friction_on,
 )
 from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
@@ -194,7 +193,7 @@ def stepped(
         walk = advance_euler(spec, system, walk)
     else:
         walk = advance(spec, system, walk)
-    friction = friction_on(scene.floor, walk.patch, dtype)
+    friction = system.friction(walk.patch)
     rate, slide, velocity = walk.crank_rate, walk.foot_position, walk.foot_velocity
     instant = at_instant(system, friction, walk.phase, rate, velocity, scene.outputs)
     log = walk.log

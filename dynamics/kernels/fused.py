@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     Needed = tuple[bool, ...]
     """True for each result, or each argument, that is needed."""
     Less = tuple["_Kernel", Needed] | None
-    Flag = Flag
     Flags = Bool[Array, " members"]
 
 BLOCK, LARGE_BLOCK = 64, 128

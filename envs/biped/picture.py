@@ -71,5 +71,4 @@ def under_foot(
     if isinstance(floor, Grip):
         return place, (None, None)
     velocity = jnp.asarray(state.foot_velocity)
-    friction = friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)
-    return place, (None, None) if friction is None else (friction[0], friction[1])
+    return place, friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)

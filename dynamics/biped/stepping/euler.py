@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import friction_on
 from stickslip.dynamics.biped.settings import Euler
 from stickslip.dynamics.biped.state import (
     Walk,
@@ -56,7 +55,7 @@ def advance_euler(spec: Euler, system: System, walk: Walk) -> Walk:
 
 def _part(system: System, walk: Walk, step: Scalar) -> tuple[Walk, Scalar]:
     """A step of length `step` up to a slide's stop; the walk there and the rest of the step."""
-    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
+    friction = system.friction(walk.patch)
     inertia = system.model.inertia.at(walk.phase)
     mode = mode_at(system, friction, walk, inertia)
     first = system.motion(friction, mode, inertia, walk.crank_rate)

@@ -24,7 +24,6 @@ from stickslip.dynamics.biped.contact import (
     System,
     Torque,
     edge_ahead,
-    friction_on,
 )
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.biped.state import (
@@ -160,7 +159,7 @@ def _blank(system: System, walk: Walk) -> Trial:
 
 def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     """Take one Runge-Kutta step in the walk's mode and judge it."""
-    friction = friction_on(system.scene.floor, walk.patch, walk.phase.dtype)
+    friction = system.friction(walk.patch)
     inertia = system.model.inertia.at(walk.phase)
     begun = _begun(spec, system, walk, friction, inertia)
     step, mode = begun.step, begun.mode
