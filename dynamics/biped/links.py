@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete
-from stickslip.dynamics.pytrees import float_type, run_once, same_rank
+from stickslip.dynamics.pytrees import float_type, require_broadcast, run_once, same_rank
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -155,15 +155,9 @@ def as_batch(params: Any) -> tuple[tuple[int, ...], Any]:
     """The batch's shape, () for one robot, and every field as an array with its axes first."""
     leaves, structure = jax.tree.flatten(params)
     cuts = [(np.shape(of), np.ndim(of) - n) for of, n in zip(leaves, PLAIN_NDIM, strict=True)]
-    heads = [shape[:cut] for shape, cut in cuts]
-    try:
-        batch = np.broadcast_shapes(*heads)
-    except ValueError:
-        names = (field.name for field in fields(params))
-        given = {name: head for name, head in zip(names, heads, strict=True) if head}
-        raise ValueError(
-            f"batch axes do not broadcast: {given}; accepted: none, or the same in every field"
-        ) from None
+    names = (field.name for field in fields(params))
+    heads = {n: np.broadcast_to(0, of[:cut]) for n, (of, cut) in zip(names, cuts, strict=True)}
+    batch = require_broadcast(**heads)
     whole = [
         jnp.broadcast_to(jnp.asarray(leaf), batch + shape[cut:])
         for leaf, (shape, cut) in zip(leaves, cuts, strict=True)

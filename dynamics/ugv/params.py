@@ -26,9 +26,15 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.ugv.ground.shapes import Points
 
-POSITIVE = ("body_length", "leg_length", "wheel_radius", "gravity")
 NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
-MASSES = ("wheel_mass", "body_mass", "leg_mass")
+POSITIVE: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "numbers > 0"}
+MASS: dict[str, Any] = {"low": 0.0, "accepted": "numbers >= 0, not all 0"}
+ANGLE: dict[str, Any] = {"low": 0.0, "accepted": "angles from 0 to pi [rad]"}
+RULES = dict.fromkeys(("body_length", "leg_length", "wheel_radius", "gravity"), POSITIVE)
+RULES |= dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), MASS)
+RULES |= dict.fromkeys(("leg_angle_min", "leg_angle_max"), ANGLE)
+RULES |= {"wheel_gap": {"low": 0.0, "accepted": "lengths >= 0 [m]"}}
+"""Accepted range of each field."""
 
 
 @register_pytree
@@ -60,9 +66,8 @@ class UGVParams:
     def __post_init__(self):
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         if any(value is not None for value in values.values()):  # else: axes to map over
-            accepted = "finite numbers"
             for name, value in values.items():
-                settle(self, **{name: as_number(name, value, accepted=accepted)})
+                settle(self, **{name: as_number(name, value, **RULES[name])})
             self.validate()
 
     def replace(self, **changes: Numbers) -> UGVParams:
@@ -105,15 +110,9 @@ class UGVParams:
 
     def validate(self) -> UGVParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
-        for name in (field.name for field in fields(self)):  # a list passes as its numbers would
+        for name, rule in RULES.items():
             require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
-        for name in POSITIVE:
-            require_number(name, getattr(self, name), low=0.0, strict=True, accepted="numbers > 0")
-        for name in MASSES:
-            require_number(name, getattr(self, name), low=0.0, accepted="numbers >= 0, not all 0")
-        require_number("wheel_gap", self.wheel_gap, low=0.0, accepted="lengths >= 0 [m]")
-        for name in ("leg_angle_min", "leg_angle_max"):
-            require_number(name, getattr(self, name), low=0.0, accepted="angles from 0 to pi [rad]")
+            require_number(name, getattr(self, name), **rule)
         require_broadcast(**vars(self))
         if is_concrete(self):
             with jax.ensure_compile_time_eval():  # numbers, also inside a trace of other things

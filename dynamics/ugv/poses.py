@@ -15,7 +15,7 @@ from jax.core import Tracer
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.kernels.fused import fused, where_needed
 from stickslip.dynamics.kernels.jax_interface import jvp_in_front
-from stickslip.dynamics.pytrees import Lists, Number, float_type
+from stickslip.dynamics.pytrees import Lists, Number, float_type, require_broadcast
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.ground.shapes import nowhere_hollow
 from stickslip.dynamics.ugv.params import UGVParams, legs
@@ -85,17 +85,8 @@ def require_place(
     params.validate()
     require_number("x_front", x_front, accepted="finite numbers [m]")
     params.check_leg_angles(leg_angles)
-    shapes = {"x_front": np.shape(x_front), "leg_angles": np.shape(leg_angles)[:-1]}
-    vehicles = {name: value for name, value in vars(params).items() if np.ndim(value)}
-    shapes |= {name: np.shape(value) for name, value in (others | vehicles).items()}
-    try:
-        np.broadcast_shapes(*shapes.values())
-    except ValueError:
-        listed = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
-        raise ValueError(
-            f"the shapes {listed} do not go together (leg_angles without its last axis); "
-            "accepted: the same, or 1"
-        ) from None
+    angles = np.broadcast_to(0, np.shape(leg_angles)[:-1])
+    require_broadcast(x_front=x_front, leg_angles=angles, **others, **vars(params))
     track.require_resolved(float_type(params, track, x_front, leg_angles))
     listed = (list, tuple)
     x_front, leg_angles = (

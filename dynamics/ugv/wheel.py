@@ -11,14 +11,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    require_choice,
-    require_integer,
-    require_kind,
-    require_number,
-    shown,
-)
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.dynamics.kernels.fused import where_needed
+from stickslip.dynamics.pytrees import require_one
 from stickslip.dynamics.ugv.ground.shapes import Near
 from stickslip.dynamics.ugv.track import Track
 
@@ -203,7 +198,7 @@ METHODS = ("newton", "scan")
 MOST_ITERATIONS = 100
 MOST = 10_000
 """Samples, candidates or fixed iterations that may be asked for."""
-TOLERANCES = "None, or one number, 0 < it <= 0.1"
+TOLERANCES = "None, or a number, 0 < it <= 0.1"
 
 
 @dataclass(frozen=True)
@@ -236,11 +231,8 @@ class PoseSolver:
     def __post_init__(self):
         require_choice("method", self.method, METHODS)
         if self.tolerance is not None:
-            require_number(
-                "tolerance", self.tolerance, low=0.0, high=0.1, strict=True, accepted=TOLERANCES
-            )
-            if np.ndim(self.tolerance):
-                raise ValueError(f"tolerance = {shown(self.tolerance)}; accepted: {TOLERANCES}")
+            rule = {"low": 0.0, "high": 0.1, "strict": True, "accepted": TOLERANCES}
+            require_one("tolerance", self.tolerance, **rule)
         for name, low in (("iterations", 1), ("samples", 0), ("candidates", 2)):
             if getattr(self, name) is not None or name != "iterations":
                 require_integer(name, getattr(self, name), low=low, high=MOST)

@@ -204,22 +204,17 @@ def _begun(spec: RK4Split | EventExact, system: System, walk: Walk, friction, in
 
 def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> Samples:
     """The step's samples; in the middle, cubics through the ends' values and slopes."""
-
-    def halfway(before, after, slope, slope_after):
-        return (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
-
     end = taken.end
-    return Samples(
-        halfway(walk.phase, taken.phase, walk.crank_rate, taken.crank_rate),
-        halfway(
-            walk.crank_rate, taken.crank_rate, first.crank_acceleration, end.crank_acceleration
-        ),
-        halfway(walk.foot_position, taken.foot_position, walk.foot_velocity, taken.foot_velocity),
-        halfway(
-            walk.foot_velocity, taken.foot_velocity, first.foot_acceleration, end.foot_acceleration
-        ),
-        (cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)),
+    slopes = walk.crank_rate, first.crank_acceleration, walk.foot_velocity, first.foot_acceleration
+    later = taken.crank_rate, end.crank_acceleration, taken.foot_velocity, end.foot_acceleration
+    cubics = (
+        (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
+        for before, after, slope, slope_after in zip(
+            walk[:4], taken[:4], slopes, later, strict=True
+        )
     )
+    cone = cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)
+    return Samples(*cubics, cone)
 
 
 def _event(

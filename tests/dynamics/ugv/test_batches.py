@@ -74,7 +74,7 @@ def test_vehicles_in_a_column_are_each_put_at_every_place(poses):
     alone = equilibrium(UGVParams(wheel_radius=radii[1, 0]), track, x, angles)
     np.testing.assert_allclose(held.torque[1], alone.torque, rtol=1e-4, atol=0.01)
     pair = UGVParams(wheel_radius=radii[:, 0])
-    with pytest.raises(ValueError, match=r"x_front \(3,\).*wheel_radius \(2,\) do not go together"):
+    with pytest.raises(ValueError, match=r"not broadcast: x_front \(3,\).*wheel_radius \(2,\)"):
         equilibrium(pair, track, x, angles)
 
 
