@@ -207,12 +207,12 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> Samples
     end = taken.end
     slopes = walk.crank_rate, first.crank_acceleration, walk.foot_velocity, first.foot_acceleration
     later = taken.crank_rate, end.crank_acceleration, taken.foot_velocity, end.foot_acceleration
-    cubics = (
+    cubics = [
         (before, (before + after) / 2 + step / 8 * (slope - slope_after), after)
         for before, after, slope, slope_after in zip(
             walk[:4], taken[:4], slopes, later, strict=True
         )
-    )
+    ]
     cone = cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)
     return Samples(*cubics, cone)
 
