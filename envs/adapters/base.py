@@ -89,8 +89,8 @@ class Compiled(Generic[State, Params]):
         if not self._envs.begun:
             raise ValueError("render without an episode; accepted: after reset()")
         state = self._envs.state_of(index)
-        rows = jax.tree.map(lambda leaf: np.asarray(leaf)[None], (state, dict(info)))
-        return self.functional.pictures(*rows, self.params)(0)
+        states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], (state, dict(info)))
+        return self.functional.pictures(states, infos, self.params)(0)
 
     def _every_picture(self, results: Results | None) -> tuple[np.ndarray, ...]:
         """A picture of each environment; results: of the step before, None after a reset."""

@@ -35,6 +35,9 @@ SOLE = 0.55
 """Thickness of the drawn sole in crank lengths. The model's foot has none: its ankle is on the
 ground, so the sole and the floor are drawn below the ankle."""
 
+SWEPT = 33
+"""Poses that are computed at once."""
+
 _FEET = [0, 13]  # in BODIES, the supporting leg's first
 _sweep = jax.jit(jax.vmap(kinematics, in_axes=(None, 0)))
 
@@ -53,7 +56,7 @@ class Mechanism:
             )
         self._params = _on_cpu(params)
         self.crank = float(params.crank)
-        swept = self._poses(np.linspace(SUPPORT_START, SUPPORT_END, 33))
+        swept = self._poses(np.linspace(SUPPORT_START, SUPPORT_END, SWEPT))
         highest = [np.max(pin[..., 1]) for pin in (*swept.pins, swept.hip_pins)]
         self.top = float(max(highest))
         """Highest point any pin reaches over the supporting ankle [m]."""
@@ -61,8 +64,11 @@ class Mechanism:
         """Hip, legs, crank and pins, back to front."""
 
     def _poses(self, phases: np.ndarray) -> Kinematics:
-        """Kinematics [n] at crank angles of the supporting leg [n, rad]."""
-        return jax.device_get(_sweep(self._params, np.asarray(phases, np.float32)))
+        """Kinematics [n] at crank angles of the supporting leg [n, rad], by one compiled sweep."""
+        count = -(-len(phases) // SWEPT)
+        rows = np.resize(np.asarray(phases, np.float32), (count, SWEPT))
+        found = jax.device_get([_sweep(self._params, row) for row in rows])
+        return jax.tree.map(lambda *parts: np.concatenate(parts)[: len(phases)], *found)
 
     def placed(
         self, phases: np.ndarray, place: np.ndarray, leg: np.ndarray
