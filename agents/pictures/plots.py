@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 ROW = 1.55
 """Height of a panel [inches]."""
+HEADROOM = 0.3
+"""Share of a panel's range that is added above the curves for the legend."""
 
 
 def plot_episode(episode: Episode, path: str | Path, title: str) -> Path:
@@ -47,6 +49,8 @@ def plot_panels(
         for level in panel.limits:
             axis.axhline(level, **LEVEL)
         if len(panel.lines) > 1:
+            low, high = axis.get_ylim()
+            axis.set_ylim(low, high + HEADROOM * (high - low))
             legend(axis, ncols=len(panel.lines), loc="upper right")
         if slips is not None:
             edges = np.flatnonzero(np.diff(slips.astype(int), prepend=0, append=0)).reshape(-1, 2)

@@ -54,7 +54,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         tables["replays"] = replay_table(replays)
         files[NODES] = gait_table(result.best).csv
         if given.pictures:
-            title = f"least {problem.goal.words}: {result.value:.5g}"
+            unit = f" {problem.goal.unit}" if problem.goal.unit not in ("-", "weighted") else ""
+            title = f"Least {problem.goal.words}: {result.value:.4g}{unit}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
     limits = {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}

@@ -73,7 +73,9 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         tables["criteria"] = criteria_table(problem, x)
         files[STATIONS] = stations_table(problem.stations(x)).csv
         if given.pictures:
-            title = f"{given.criterion} {result.value:.5g} over {given.track}, by {result.method}"
+            name, unit = given.criterion.replace("_", " "), problem.criterion.unit
+            value = f"{result.value:.4g}{'' if unit == '-' else f' {unit}'}"
+            title = f"{name.capitalize()} {value} over {Path(given.track).stem}, by {result.method}"
             files[PICTURE] = picture(lambda: draw_drive(problem, x), title)
     show(summary, *tables.values())
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
