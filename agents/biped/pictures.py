@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -37,57 +37,47 @@ CEILING = 1.6
 """Friction use beyond this is cut off: nearly nothing presses the foot down."""
 
 
-class Course(NamedTuple):
-    """Curves of a walk, each [n]: torques in N m, forces in N, rates in rad/s, momentum in kg m/s.
+def walk_panels(
+    at: BipedFrame,
+    momentum: np.ndarray,
+    limit: float | None = None,
+    commanded: np.ndarray | None = None,
+    cruise: np.ndarray | None = None,
+) -> tuple[Panel, ...]:
+    """A walk's torque, power, crank rate, momentum, friction and sliding.
 
-    slide: of the foot, forwards positive; slid: distance so far, either direction [m]. mu_static:
-    under the foot, NaN where it cannot slip. limit: of the motor; commanded: mean crank rate;
-    cruise: momentum at the commanded mean speed; each None for none.
+    momentum: [n] kg m/s. limit: of the motor [N m]; commanded: mean crank rate [n] rad/s; cruise:
+    momentum at the commanded mean speed; each None for none.
     """
-
-    torque: np.ndarray
-    rate: np.ndarray
-    momentum: np.ndarray
-    friction: np.ndarray
-    normal: np.ndarray
-    mu_static: np.ndarray
-    slide: np.ndarray
-    slid: np.ndarray
-    limit: float | None = None
-    commanded: np.ndarray | None = None
-    cruise: np.ndarray | None = None
-
-    @property
-    def use(self) -> np.ndarray:
-        """Friction ratio |F| / N; NaN where N = 0."""
-        return np.abs(self.friction) / np.where(self.normal > 0, self.normal, np.nan)
-
-    def panels(self) -> tuple[Panel, ...]:
-        """Torque, power, crank rate, momentum, friction and sliding."""
-        limits = () if self.limit is None else (-self.limit, self.limit)
-        mu = self.mu_static if np.isfinite(self.mu_static).any() else None
-        slides = 1e3 * self.slid, 1e3 * self.slide
-        return (
-            panel("motor torque", "N m", self.torque, limits=limits, steps=True),
-            panel("motor power, torque × crank rate", "W", self.torque * self.rate),
-            _beside(RATE, "rad/s", RATE, self.rate, "commanded mean", self.commanded),
-            _beside(
-                *(MOMENTUM, "kg m/s", "momentum", self.momentum),
-                *("at the commanded mean speed", self.cruise),
+    limits, torque = () if limit is None else (-limit, limit), from_start(at.torque[1:])
+    mu = at.mu_static if np.isfinite(at.mu_static).any() else None
+    use = np.minimum(at.friction_use, CEILING)
+    return (
+        panel("motor torque", "N m", torque, limits=limits, steps=True),
+        panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
+        _beside(RATE, "rad/s", RATE, at.crank_rate, "commanded mean", commanded),
+        _beside(
+            *(MOMENTUM, "kg m/s", "momentum", momentum),
+            *("at the commanded mean speed", cruise),
+        ),
+        _beside(
+            *(
+                "friction used",
+                "-",
+                "|friction| / normal",
+                use,
             ),
-            _beside(
-                *("friction used", "-", "|friction| / normal", np.minimum(self.use, CEILING)),
-                *("static friction", mu),
+            *("static friction", mu),
+        ),
+        Panel(
+            SLIDING,
+            "mm",
+            (
+                Line("distance slid, either direction", 1e3 * at.slid),
+                Line("slide, forwards +", 1e3 * at.slide),
             ),
-            Panel(
-                SLIDING,
-                "mm",
-                (
-                    Line("distance slid, either direction", slides[0]),
-                    Line("slide, forwards +", slides[1]),
-                ),
-            ),
-        )
+        ),
+    )
 
 
 def _beside(
@@ -119,18 +109,12 @@ def as_episode(
     frames = biped_frames(states, infos, params)
     robot = drawn_robot(played.start_state.drawn, params)
     commanded = np.asarray(states.drawn.mean_rate, float)
-    course = Course(
-        torque=from_start(played.info["torque"]),
-        rate=np.asarray(states.biped.crank_rate, float),
-        momentum=np.asarray(momentum_of(robot, states.biped), float),
-        friction=infos["friction_force"],
-        normal=infos["normal_force"],
-        mu_static=frames.mu_static,
-        slide=np.asarray(states.biped.foot_position, float),
-        slid=infos["episode_slid"],
-        limit=float(params.torque_limit),
-        commanded=commanded,
-        cruise=float(robot.total_mass * robot.step_length) * commanded / np.pi,
+    panels = walk_panels(
+        frames,
+        np.asarray(momentum_of(robot, states.biped), float),
+        float(params.torque_limit),
+        commanded,
+        float(robot.total_mass * robot.step_length) * commanded / np.pi,
     )
     terms = {one: from_start(played.info[f"reward_{one}"]) for one in TERMS}
     last = played.info
@@ -146,7 +130,7 @@ def as_episode(
         **vars(biped_picture(frames, robot.params)),
         name=name,
         period=float(params.control_period),
-        panels=(*course.panels(), *reward_panels(played, terms, "-", scale)),
+        panels=(*panels, *reward_panels(played, terms, "-", scale)),
         events=_events(frames),
         facts=(*whole, *_drawn(played.start_state.drawn, params)),
     )

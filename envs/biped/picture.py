@@ -46,8 +46,8 @@ def biped_frames(
         crank_rate=np.asarray(biped.crank_rate, float),
         time=np.asarray(biped.time, float),
         **{name: np.asarray(infos.get(name, 0.0), float) for name in forces},
-        mu_static=np.nan if mu_static is None else np.asarray(mu_static, float),
-        mu_kinetic=np.nan if mu_kinetic is None else np.asarray(mu_kinetic, float),
+        mu_static=np.asarray(mu_static, float),
+        mu_kinetic=np.asarray(mu_kinetic, float),
         slips=(states.mode != 0) | (np.asarray(infos.get("slid", 0.0)) > LEAST_SLID),
         walked=np.asarray(states.totals.walked, float),
         ended="" if not status.terminal else status.name.lower().replace("_", " "),
@@ -65,10 +65,9 @@ def _seen(states: BipedEnvState, params: BipedEnvParams):
 
 def under_foot(
     robot: BipedModel, floor: Floor, state: BipedState
-) -> tuple[Array, tuple[Array | None, Array | None]]:
-    """Place of the supporting foot [m]; friction under it, (None, None) where it cannot slip."""
-    place = floor_position(robot, state)
+) -> tuple[Array, tuple[Array, Array]]:
+    """Place of the supporting foot [m]; friction under it, NaN where it cannot slip."""
+    place, velocity = floor_position(robot, state), jnp.asarray(state.foot_velocity)
     if isinstance(floor, Grip):
-        return place, (None, None)
-    velocity = jnp.asarray(state.foot_velocity)
+        return place, (jnp.full_like(place, jnp.nan),) * 2
     return place, friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)

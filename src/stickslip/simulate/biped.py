@@ -7,10 +7,9 @@ from functools import partial
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any
 
-import jax
 import numpy as np
 
-from stickslip.agents.biped.pictures import Course
+from stickslip.agents.biped.pictures import walk_panels
 from stickslip.agents.biped.task import floor_words
 from stickslip.agents.pictures.film import write_pictures
 from stickslip.agents.pictures.plots import plot_panels
@@ -161,20 +160,9 @@ def _content(setting: Setting) -> dict[str, str | float | None]:
 
 def plot_walk(walk: Walk, path: Path, title: str) -> Path:
     """Plot torque, crank rate, P w, friction used and distance slid; return the path."""
-    states = jax.tree.map(lambda leaf: leaf[1:], walk.trajectory.states)
-    contacts, time = walk.trajectory.contacts, np.asarray(states.time)
-    course = Course(
-        torque=np.asarray(walk.trajectory.torques),
-        rate=np.asarray(states.crank_rate),
-        momentum=walk.along.momentum[1:],
-        friction=np.asarray(contacts.friction_force),
-        normal=np.asarray(contacts.normal_force),
-        mu_static=walk.along.mu_static[1:],
-        slide=np.asarray(states.foot_position),
-        slid=np.cumsum(contacts.slide_distance, dtype=np.float64),
-    )
-    slips = np.asarray(contacts.slide_distance) > LEAST_SLID
-    return plot_panels(course.panels(), time, "time [s]", path, title, slips)
+    frames = frames_of(walk)
+    panels = walk_panels(frames, walk.along.momentum)
+    return plot_panels(panels, frames.time, "time [s]", path, title, frames.slips)
 
 
 def film_walk(walk: Walk, path: Path) -> Path:

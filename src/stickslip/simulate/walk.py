@@ -134,8 +134,7 @@ def walked(
         path = simulate(robot, scene, state, held, count * size, size, integrator=integrator)
         whole, status = _trimmed(path)
         found = _along(robot, scene.floor, jax.tree.map(jnp.asarray, whole.states))
-    unknown = np.full(len(whole.torques) + 1, np.nan)
-    along = Along(*(unknown if one is None else np.asarray(one) for one in found))
+    along = Along(*map(np.asarray, found))
     return Walk(robot, scene, whole, size, status, along)
 
 
@@ -237,12 +236,10 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
 
 
 @run_once
-def _along(
-    robot: BipedModel, floor: Floor, states: BipedState
-) -> tuple[Float[Array, " n"] | None, ...]:
+def _along(robot: BipedModel, floor: Floor, states: BipedState) -> tuple[Float[Array, " n"], ...]:
     nought = jnp.zeros((), jnp.int32)
 
-    def one(state: BipedState) -> tuple[Array | None, ...]:
+    def one(state: BipedState) -> tuple[Array, ...]:
         ankle, friction = under_foot(robot, floor, state)
         momentum = robot.inertia.at(state.phase).P * state.crank_rate
         return ankle, centre_of_mass(robot, state, nought), momentum, *friction
