@@ -141,10 +141,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
     tables: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     """More names for the end of the help, by title."""
 
-    def require_options(self, options: Options) -> None:
-        """Raise ValueError for options that contradict each other; "scenes" is among them."""
-        del options
-
     # Tasks.
 
     @abstractmethod

@@ -9,7 +9,6 @@ from stickslip.agents.machine import Machine, Option, defined_in
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import Options
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
 
@@ -76,19 +75,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
             choices=STARTS,
         ),
     )
-
-    def require_options(self, options: Options) -> None:
-        """See Machine."""
-        if options["mu_static"] is not None and options["scenes"]:
-            raise ValueError(
-                f"--mu-static {options['mu_static']:g} with --scene {' '.join(options['scenes'])}; "
-                "accepted: one of them, both say which floor"
-            )
-        if options["mu_kinetic"] is not None and options["mu_static"] is None:
-            raise ValueError(
-                f"mu_kinetic = {options['mu_kinetic']:g} without mu_static; accepted: both, "
-                "mu_static alone or neither"
-            )
 
     def env(self) -> BipedEnv:
         """See Machine."""

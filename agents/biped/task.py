@@ -141,13 +141,14 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
 
     options: robot, mu_static, mu_kinetic, payload, mean_rate, start.
     """
-    params = task.params
+    params, static = task.params, options["mu_static"]
+    _require_one_floor(static, options["mu_kinetic"], scene)
     floor, load, drawn = params.scene.floor, params.scene.payload, params.randomisation
     changed: Parts = {}
     if scene is not None:
         floor, drawn = Scene.named(scene).floor, replace(drawn, friction=None)
-    if options["mu_static"] is not None:
-        floor = Scene.uniform(options["mu_static"], options["mu_kinetic"]).floor
+    if static is not None:
+        floor = Scene.uniform(static, options["mu_kinetic"]).floor
         drawn = replace(drawn, friction=None)
     if options["payload"] is not None:
         load, drawn = options["payload"], replace(drawn, payload=None)
@@ -164,6 +165,20 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
     given["numbers"] = given["numbers"] | own | changed
     env, params = build(**given)
     return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
+
+
+def _require_one_floor(static: float | None, kinetic: float | None, scene: str | None) -> None:
+    """Raise ValueError for options that contradict each other."""
+    if static is not None and scene is not None:
+        raise ValueError(
+            f"--mu-static {static:g} with --scene {scene}; accepted: one of them, both say which "
+            "floor"
+        )
+    if kinetic is not None and static is None:
+        raise ValueError(
+            f"mu_kinetic = {kinetic:g} without mu_static; accepted: both, mu_static alone or "
+            "neither"
+        )
 
 
 def _begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvParams:

@@ -189,7 +189,6 @@ def _require_options(options: Options, machine: AnyMachine) -> None:
     for name in options.get("changes") or {}:
         part, parts = name.partition(".")[0], machine.configuration.PARTS
         require_choice("the part of --set", part, parts)
-    machine.require_options(options)
 
 
 def players_on(name: str, named: Mapping[str, Named], options: Options) -> dict[str, AnyPlayer]:
