@@ -30,11 +30,11 @@ NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
 POSITIVE: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "numbers > 0"}
 MASS: dict[str, Any] = {"low": 0.0, "accepted": "numbers >= 0, not all 0"}
 ANGLE: dict[str, Any] = {"low": 0.0, "accepted": "angles from 0 to pi [rad]"}
-RULES = dict.fromkeys(("body_length", "leg_length", "wheel_radius", "gravity"), POSITIVE)
+RULES: dict[str, dict[str, Any]] = {"wheel_gap": {"low": 0.0, "accepted": "lengths >= 0 [m]"}}
+"""Accepted range of each field."""
+RULES |= dict.fromkeys(("body_length", "leg_length", "wheel_radius", "gravity"), POSITIVE)
 RULES |= dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), MASS)
 RULES |= dict.fromkeys(("leg_angle_min", "leg_angle_max"), ANGLE)
-RULES |= {"wheel_gap": {"low": 0.0, "accepted": "lengths >= 0 [m]"}}
-"""Accepted range of each field."""
 
 
 @register_pytree

@@ -214,7 +214,7 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> Samples
         )
     ]
     cone = cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)
-    return Samples(*cubics, cone)
+    return Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
 def _event(
