@@ -42,6 +42,9 @@ def test_values_slopes_and_batches_are_the_function_s():
     assert one.evaluate_all(X)[1][:, 0] == pytest.approx([one.constraints(row)[0] for row in X])
     assert problem(goal=1).objectives(X) == pytest.approx(X.sum(axis=1))
     assert one.free.n == 2
+    assert one.free.expand(one.free.reduce(X)) == pytest.approx(X * [1, 1, 0] + [0, 0, 0.5])
+    assert one.free.constraints([0.3, -0.4]) == pytest.approx(one.constraints(x))
+    assert one.free.jacobian([0.3, -0.4]) == pytest.approx(one.jacobian(x)[:, :2])
     assert one.free.gradient([0.3, -0.4]) == pytest.approx(slopes[:2], rel=1e-7)
     assert one.free.evaluate_all(X[:, :2])[1].shape == (3, 1)
     assert one.objectives(np.zeros((0, 3))).shape == (0,)

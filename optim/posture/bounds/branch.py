@@ -235,7 +235,7 @@ def bound_every_drive(
         )
         if found >= enough or alive == 0 or size > most_corners or len(levels) == MOST_LEVELS:
             break
-        note = _left(found, best, size, most_corners)
+        note = f"at least {found:.6g}"
     return DriveBound(found, float(best), tuple(levels), time.perf_counter() - began)
 
 
@@ -247,13 +247,6 @@ def require_boundable(problem: PostureProblem) -> None:
 
 def _method(problem: PostureProblem, known: Float[np.ndarray, "n"] | None) -> Worst | Sums:
     return (Worst if problem.criterion.kind == "max" else Sums)(problem, known)
-
-
-def _left(found: float, best: float, size: float, most: int) -> str:
-    """Remaining gap, and the greatest number of further levels from one of that size on."""
-    gap = DriveBound(found, float(best), (), 0.0).gap
-    levels = 1 + int(np.log(most / size) / np.log(4.0))
-    return f"at least {found:.6g}, gap {gap:.1%}; at most {levels} more"
 
 
 def _cells_at(

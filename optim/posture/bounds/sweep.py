@@ -66,13 +66,6 @@ class Step:
         legs = (shapes(problem, k, a.rear, b.rear), shapes(problem, k, a.front, b.front))
         return cls(terms, (a, b), legs, float(problem.x[k + 1] - problem.x[k]))
 
-    def back(self, after: Float[np.ndarray, "m 4"], cap: float) -> Float[np.ndarray, "n 4"]:
-        """Costs to go before it, capped, infinite for cells from which no move goes on."""
-        return _swept(self, after, cap, ahead=False)
-
-    def on(self, before: Float[np.ndarray, "n 4"], cap: float) -> Float[np.ndarray, "m 4"]:
-        return _swept(self, before, cap, ahead=True)
-
     def products(self, term: Term, pairs: Pairs) -> tuple[np.ndarray, np.ndarray]:
         """p at pairs of corners [n, 4, 4], 0 where nothing is known, and kappa [n]."""
         one, other = self.ends
@@ -105,8 +98,11 @@ def _diagonals(shape: np.ndarray) -> Iterator[tuple[slice, slice, np.ndarray]]:
             yield slice(first, past), slice(first + by, past + by), found
 
 
-def _swept(step: Step, given: np.ndarray, cap: float, *, ahead: bool) -> np.ndarray:
-    """Costs at the one end from those at the other; ahead: from the one before to the one after."""
+def swept(
+    step: Step, given: Float[np.ndarray, "m 4"], cap: float, *, ahead: bool
+) -> Float[np.ndarray, "n 4"]:
+    """Costs at the one end from those at the other, capped, infinite for cells that no move joins;
+    ahead: from the one before to the one after."""
     here, there = step.ends[::-1] if ahead else step.ends
     found = np.full((here.alive.size, 4), cap)
     reached = np.zeros(here.alive.size, bool)
@@ -303,7 +299,7 @@ class Sums:
         cap = self._cap(steps, least)
         to_go = [_free(sides[-1])]
         for step in steps[::-1]:
-            to_go.append(step.back(to_go[-1], cap))
+            to_go.append(swept(step, to_go[-1], cap, ahead=False))
             tick()
         bound = float(np.min(to_go[-1]))
         if not np.isfinite(bound):
@@ -313,7 +309,7 @@ class Sums:
         passed, arrived = [], _free(sides[0])
         for k, (of, side, left) in enumerate(zip(cells, sides, to_go[::-1], strict=True)):
             if k:
-                arrived = steps[k - 1].on(arrived, cap)
+                arrived = swept(steps[k - 1], arrived, cap, ahead=True)
                 tick()
             through = np.min(arrived + left, axis=1).reshape(side.alive.shape)
             alive = np.zeros_like(of.alive)

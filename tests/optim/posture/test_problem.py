@@ -8,7 +8,7 @@ import pytest
 
 from stickslip.dynamics import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, place
-from stickslip.optim import PostureProblem
+from stickslip.optim import OptimStatus, PostureProblem, solve
 from stickslip.optim.posture.waypoints import nearer_between
 from tests.optim.posture.helpers import HIGH, LOW, TRACK, over_bump, random_x
 
@@ -137,6 +137,8 @@ def test_range_and_given_ends_are_bounds():
     np.testing.assert_array_equal(high[-2:], [1.2, 1.3])
     assert np.all(low[2:-2] == LOW)
     assert np.all(high[2:-2] == HIGH)
+    np.testing.assert_array_equal(problem.free.bounds, [low[2:-2], high[2:-2]])
+    assert over_bump().free.n == over_bump().n
     residuals = problem.residuals(np.full(problem.n, 3.0))
     assert residuals["leg_range"] == pytest.approx(3.0 - HIGH)
     assert residuals["start_angles"] == pytest.approx(1.5)
@@ -185,3 +187,16 @@ def test_bad_decision_vectors_are_refused():
         problem.constraints(np.ones((10, 2)))
     with pytest.raises(ValueError, match=r"accepted: \(20,\)"):
         problem.objectives(np.ones(problem.n))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("method", ["dp", "scp", "gradient", "cma"])
+def test_where_no_angle_is_free_every_method_returns_the_given_ones(method: str):
+    pytest.importorskip("cma")
+    ends = {"start_angles": (1.5, 1.6), "end_angles": (1.6, 1.5)}
+    only = replace(over_bump("torque_variation", **ends), x=np.array([3.3, 3.7]))
+    assert only.free.n == 0
+    options = {"angles": 3} if method == "dp" else {}
+    found = solve(only, method, **options)
+    assert found.status in (OptimStatus.OPTIMAL, OptimStatus.FEASIBLE)
+    np.testing.assert_array_equal(found.x, [1.5, 1.6, 1.6, 1.5])
