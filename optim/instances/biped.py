@@ -33,38 +33,14 @@ from stickslip.dynamics.biped.links import (
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.gait.gait import UNITS
 from stickslip.optim.gait.problem import GaitProblem, Interpolated
-from stickslip.optim.instances.instance import Flags, Instance, made
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from jaxtyping import Array, Float, PyTree
 
-GAITS: dict[tuple[str, int, int], dict[str, float]] = {
-    ("time", 16, 8): {"mu": 0.2},
-    ("time", 64, 4): {"mu": 0.08},
-    ("energy", 32, 16): {"mu": 0.3, "mean_rate": 3.0},
-    ("torque", 64, 1): {"mu": 0.1, "mean_rate": 3.0},
-    ("work", 128, 1): {"mu": 0.3, "mean_rate": 5.0},
-    ("friction", 32, 8): {"mean_rate": 3.0},
-}
-"""Limits by objective, numbers, and points of each cell that limits hold at."""
 FINE = RK4Split(substeps=2, max_events=6)
-SHOTS = (
-    ("grip", 10, None),
-    ("firm", 20, None),
-    ("slippery", 10, None),
-    ("slippery", 20, None),
-    ("slippery", 40, None),
-    ("icy", 20, None),
-    ("patch", 20, None),
-    ("slippery", 20, 0.01),
-)
-"""Scene, numbers, and how far the foot may slide [m]. On "firm" in FINE steps."""
-GAINS = ((2, 3.0), (4, 3.0), (8, 3.0), (4, 5.0))
+"""Of the scene "firm", on which a walk in usual steps topples a little later."""
 TORQUE_LIMIT = 4.0
 DT = 0.02
 """Length of one step of the simulator [s]."""
@@ -112,87 +88,6 @@ CRANK_RATE = 3.0
 VALUE_ROOM, MARGIN_ROOM = 1e3, 1e2
 """Beyond these, values and margins grow by the logarithm alone: robots that walk stay far within,
 and the forces of a linkage that does not close mean nothing (1e20 weights)."""
-
-
-def instances() -> Iterator[Instance]:
-    """All of them."""
-    yield from _gaits()
-    yield from _shots()
-    yield from _gains()
-    yield from _designs()
-    yield from _goals()
-
-
-def _gaits() -> Iterator[Instance]:
-    for (objective, n, points), limits in GAITS.items():
-        given = ", ".join(f"{name} {value:g}" for name, value in limits.items())
-        yield made(
-            f"gait-{objective}-d{n}",
-            partial(gait_problem, objective, n, points, **limits),
-            version=1 if points == 1 else 2,
-            family="gait",
-            what=f"the biped's periodic step without slip: {objective}, {given}",
-            goals=(f"{objective} [{UNITS[objective]}]",),
-            flags=Flags(convex=objective != "friction", smooth=objective in ("time", "torque")),
-            n=n,
-        )
-
-
-def _shots() -> Iterator[Instance]:
-    for scene, n, limit in SHOTS:
-        rest = "" if limit is None else f", sliding {limit:g} m at most"
-        integrator = FINE if scene == "firm" else None
-        yield made(
-            f"shoot-{scene}{'' if limit is None else '-limited'}-d{n}",
-            partial(shooting_problem, scene, n, slide_limit=limit, integrator=integrator),
-            version=1 if integrator is None else 2,
-            family="shooting",
-            what=f"motor torques of a walk on {scene} through the simulator{rest}",
-            goals=("cost [-]",),
-            n=n,
-        )
-
-
-def _gains() -> Iterator[Instance]:
-    for n, rate in GAINS:
-        yield made(
-            f"gains-rate{rate:g}-d{n}",
-            partial(gains_problem, n, rate, 8),
-            family="gains",
-            what=f"a feedback for walking at {rate:g} rad/s on floors that are drawn",
-            goals=("mean cost [-]",),
-            flags=Flags(noisy=True),
-            n=n,
-        )
-
-
-def _designs() -> Iterator[Instance]:
-    for goal, masses in (("friction", False), ("energy", False), ("energy", True)):
-        n = len(LENGTHS) + masses * len(MASSES)
-        unit = {"friction": "-", "energy": "J/m"}[goal]
-        yield made(
-            f"design-biped-{goal}{'-masses' if masses else ''}-d{n}",
-            partial(biped_design, goal, masses),
-            version=2 if goal == "friction" else 1,
-            family="design",
-            what=f"the lengths {'and masses ' if masses else ''}of PASIBOT: least {goal}",
-            goals=(f"{goal} [{unit}]",),
-            n=n,
-        )
-
-
-def _goals() -> Iterator[Instance]:
-    yield made(
-        "goals-gait-time-energy-d32",
-        partial(gait_problem, "time", 32, 16, mu=0.2),
-        partial(gait_problem, "energy", 32, 16, mu=0.2),
-        version=2,
-        family="goals",
-        what="the biped's periodic step without slip: its time against its energy, mu 0.2",
-        goals=(f"time [{UNITS['time']}]", f"energy [{UNITS['energy']}]"),
-        flags=Flags(convex=True),
-        n=32,
-    )
 
 
 def gait_problem(
@@ -256,13 +151,12 @@ def shooting_problem(
     numbers: int,
     crank_rate: float = 3.0,
     slide_limit: float | None = None,
-    integrator: RK4Split | None = None,
 ) -> FunctionProblem:
     """Torques of the reference robot that walks already, numbers x HELD x DT seconds."""
     model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
     data = (model, SCENES[scene](), BipedState(**STATE).astype(np.float64))
     most = np.full(numbers, TORQUE_LIMIT)
-    function = Shooting(crank_rate, slide_limit, integrator)
+    function = Shooting(crank_rate, slide_limit, FINE if scene == "firm" else None)
     return FunctionProblem(function, data, -most, most, forward=True)
 
 

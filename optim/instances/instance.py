@@ -23,7 +23,7 @@ from stickslip.optim.instances.objective import Objective
 from stickslip.optim.problem import given_state, refuse_after_fork
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from jaxtyping import Float
 
@@ -31,10 +31,8 @@ if TYPE_CHECKING:
 
 FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
 """Families of instances (docs/suite.md)."""
-MACHINES = ("stickslip.optim.instances.ugv", "stickslip.optim.instances.biped")
-"""Modules whose `instances()` the suite holds."""
 HERE = Path(__file__).parent
-VALUES, POINTS = HERE / "known.json", HERE / "best.npz"
+SUITE, VALUES, POINTS = HERE / "suite.json", HERE / "known.json", HERE / "best.npz"
 DRAWS_FROM = 2**32 - 1
 """The first draw of a noisy instance's value; the others count down from it."""
 QUIET = 256
@@ -175,7 +173,26 @@ def instance(name: str) -> Instance:
 
 @cache
 def _all() -> dict[str, Instance]:
-    return {one.id: one for machine in MACHINES for one in import_module(machine).instances()}
+    listed = json.loads(SUITE.read_text("utf-8"))
+    return {name: _read(name, **given) for name, given in listed.items()}
+
+
+def _read(
+    name: str,
+    build: list[dict[str, Any]],
+    goals: list[str],
+    flags: Mapping[str, bool] | None = None,
+    **given: Any,
+) -> Instance:
+    """An instance of the file SUITE. build: of each goal's problem the function that makes it, as
+    module.function of this folder, and its arguments."""
+    made_by = partial(_built, tuple(partial(_make, **one) for one in build))
+    return Instance(name, goals=tuple(goals), build=made_by, flags=Flags(**flags or {}), **given)
+
+
+def _make(make: str, **arguments: Any) -> AnyProblem:
+    module, function = make.split(".")
+    return getattr(import_module(f"stickslip.optim.instances.{module}"), function)(**arguments)
 
 
 def parts_of(value: object) -> list[bytes]:

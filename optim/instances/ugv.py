@@ -7,7 +7,6 @@ Functions here build problems in double precision: call them inside `jax.enable_
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -16,62 +15,18 @@ import numpy as np
 
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium, ground_forces
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.instances.instance import Flags, Instance, made
-from stickslip.optim.posture.criteria import CRITERIA
 from stickslip.optim.posture.evaluate import finite_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable
 
     import cvxpy as cp
     from jaxtyping import Array, Float
 
     from stickslip.optim.posture.evaluate import Posture
 
-POSTURES: dict[tuple[str, str, str], tuple[int, ...]] = {
-    ("bump", "wheel_energy", "start"): (8, 16, 32, 64, 128, 256, 512),
-    ("bump", "total_energy", "start"): (64,),
-    ("bump", "peak_torque", "start"): (64,),
-    ("bump", "torque_variation", "start"): (64,),
-    ("bump", "friction_demand", "start"): (64,),
-    ("bump", "wheel_energy", "none"): (64,),
-    ("bump", "wheel_energy", "both"): (64,),
-    ("step", "wheel_energy", "start"): (64, 256),
-    ("step", "wheel_energy", "both"): (64,),
-    ("step", "peak_torque", "start"): (64,),
-    ("ditch", "wheel_energy", "start"): (64, 256),
-    ("ditch", "peak_torque", "start"): (64,),
-    ("rough", "wheel_energy", "start"): (64, 256, 512),
-    ("rough", "total_energy", "none"): (128,),
-    ("rough", "grip", "start"): (64,),
-    ("ramp", "wheel_energy", "start"): (32, 128),
-    ("sinusoid", "peak_torque", "start"): (32,),
-    ("sinusoid", "torque_variation", "start"): (64,),
-}
-"""Track, criterion and which ends are given: free numbers."""
-ENDS = {"start": "", "none": "-free", "both": "-both"}
-ENDS_IN_WORDS = {
-    "start": "the legs straight down at the first waypoint",
-    "none": "both ends free",
-    "both": "the legs straight down at both ends",
-}
-SPLIT_UNITS = {"squared_torque": "N^2 m^2", "peak_torque": "N m"}
-SPLITS = {
-    ("bump", "squared_torque"): 32,
-    ("rough", "squared_torque"): 128,
-    ("ramp", "peak_torque"): 32,
-    ("step", "peak_torque"): 64,
-}
-VEHICLES = (
-    ("wheel_energy", ("bump", "sinusoid")),
-    ("friction_demand", ("bump", "ramp", "sinusoid")),
-)
-GOALS = {
-    ("bump", ("wheel_energy", "friction_demand")): 32,
-    ("rough", ("wheel_energy", "peak_torque")): 32,
-}
 STRAIGHT = np.full(2, np.pi / 2)
 LEG_RATE = 1.0
 ROUGH = {"key": 7, "end": 10.0}
@@ -81,68 +36,6 @@ VEHICLE = {"body_length": (0.6, 1.1), "leg_length": (0.25, 0.45)}
 """Design variables of the UGV [m]; then the fixed leg angles [rad]."""
 LEGS = (np.pi / 3, 2 * np.pi / 3)
 STATIONS = 48
-
-
-def instances() -> Iterator[Instance]:
-    """All of them."""
-    yield from _postures()
-    yield from _splits()
-    yield from _designs()
-    yield from _goals()
-
-
-def _postures() -> Iterator[Instance]:
-    for (track, criterion, ends), sizes in POSTURES.items():
-        for n in sizes:
-            name = criterion.replace("_", "-").removeprefix("wheel-")
-            yield made(
-                f"ugv-{track}-{name}{ENDS[ends]}-d{n}",
-                partial(posture_problem, track, criterion, n, ends),
-                family="posture",
-                what=f"leg angles over {track}: {criterion}, {ENDS_IN_WORDS[ends]}",
-                goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
-                n=n,
-                version=2,
-            )
-
-
-def _splits() -> Iterator[Instance]:
-    for (track, criterion), n in SPLITS.items():
-        yield made(
-            f"split-{track}-{criterion.replace('_', '-')}-d{n}",
-            partial(split_problem, track, criterion, n),
-            family="split",
-            what=f"torque split over {track} with straight legs: {criterion}",
-            goals=(f"{criterion} [{SPLIT_UNITS[criterion]}]",),
-            flags=Flags(convex=True, smooth=criterion == "squared_torque"),
-            n=n,
-        )
-
-
-def _designs() -> Iterator[Instance]:
-    for criterion, tracks in VEHICLES:
-        yield made(
-            f"design-ugv-{criterion.replace('_', '-').removeprefix('wheel-')}-d4",
-            partial(vehicle_design, criterion, tracks),
-            family="design",
-            what=f"wheelbase, leg length and fixed legs of the UGV on {', '.join(tracks)}",
-            goals=(f"{criterion} [{CRITERIA[criterion].unit}]",),
-            n=4,
-            version=2,
-        )
-
-
-def _goals() -> Iterator[Instance]:
-    for (track, criteria), n in GOALS.items():
-        yield made(
-            f"goals-ugv-{track}-{'-'.join(one.split('_')[-1] for one in criteria)}-d{n}",
-            *(partial(posture_problem, track, one, n) for one in criteria),
-            family="goals",
-            what=f"leg angles over {track}: {' against '.join(criteria)}",
-            goals=tuple(f"{one} [{CRITERIA[one].unit}]" for one in criteria),
-            n=n,
-            version=2,
-        )
 
 
 def track_named(name: str) -> Track:
