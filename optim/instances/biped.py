@@ -91,16 +91,20 @@ and the forces of a linkage that does not close mean nothing (1e20 weights)."""
 
 
 def gait_problem(
-    objective: str, numbers: int, points: int = 1, **limits: float
+    objective: str,
+    numbers: int,
+    points: int = 1,
+    mu: float | None = None,
+    mean_rate: float | None = None,
 ) -> GaitProblem | Interpolated:
     """The best periodic step of the reference robot in so many numbers, with a motor of
-    TORQUE_LIMIT. points: of each cell that limits hold at. limits: mu, mean_rate."""
-    cells = numbers - 2
+    TORQUE_LIMIT. points: of each cell that limits hold at."""
+    robot, cells = BipedParams.from_bars(dtype=np.float32), numbers - 2
     whole = GaitProblem.periodic(
-        BipedParams.from_bars(dtype=np.float32),
+        robot,
         objective,
-        mu=limits.get("mu"),
-        mean_rate=limits.get("mean_rate"),
+        mu=mu,
+        mean_rate=mean_rate,
         torque_limit=TORQUE_LIMIT,
         steps=points * cells,
     )

@@ -132,15 +132,16 @@ class Program:
         rests = [int(high == 0) for _, high in (given.first, given.last)]
         moving = slice(rests[0], self._b.size - rests[1])  # at rest a cone has no inside
         root = cp.Variable(self._b.size - sum(rests))
-        pair = (self._left + self._right)[:, moving] @ root  # rate + next rate
+        pair = sp.csr_array(self._left + self._right)[:, moving] @ root  # rate + next rate
         self._constraints.append(cp.square(root) <= self._b[moving])
         if given.longest is not None or TIME in weights:
             slow = cp.Variable(h.size)  # >= 1 / pair
             rows = cp.vstack([np.full(h.size, 2.0), slow - pair])
             self._constraints.append(cp.SOC(slow + pair, rows, axis=0))
             if given.longest is not None:
-                self._timing = 2 * (h @ slow) <= given.longest
-                self._constraints += [self._timing]
+                timing = 2 * (h @ slow) <= given.longest
+                self._constraints.append(timing)
+                self._timing = timing
             if TIME in weights:
                 parts.append(2 * weights[TIME] * h @ slow)
         if TORQUE in weights:
