@@ -69,5 +69,6 @@ def under_foot(
     """Place of the supporting foot [m]; friction under it, NaN where it cannot slip."""
     place, velocity = floor_position(robot, state), jnp.asarray(state.foot_velocity)
     if isinstance(floor, Grip):
-        return place, (jnp.full_like(place, jnp.nan),) * 2
+        none = jnp.full_like(place, jnp.nan)
+        return place, (none, none)
     return place, friction_on(floor, patch_at(floor, place, velocity), velocity.dtype)
