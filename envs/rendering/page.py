@@ -118,8 +118,17 @@ def html_of(title: str, lead: str, data: str) -> str:
 
 
 def _colours() -> str:
-    """Variables of CSS."""
-    return f":root{{{''.join(f'--{name}:{colour};' for name, colour in theme.DAY.items())}}}\n"
+    """Variables of CSS: by day, by night where the system or the reader asks for it."""
+    day, night = (
+        "".join(f"--{name}:{colour};" for name, colour in one.items())
+        for one in (theme.DAY, theme.NIGHT)
+    )
+    return (
+        f":root{{color-scheme:light;{day}}}\n"
+        "@media (prefers-color-scheme:dark){:root:not([data-theme=light])"
+        f"{{color-scheme:dark;{night}}}}}\n"
+        f":root[data-theme=dark]{{color-scheme:dark;{night}}}\n"
+    )
 
 
 def _policy(*scripts: str) -> str:

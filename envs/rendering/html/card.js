@@ -47,6 +47,7 @@ class Card {
   recolour() {
     this.swatch.style.background = colour(`player-${this.index % 6}`);
     for (const one of this.legend || []) one.patch.style.background = colour(one.role);
+    if (this.picture) this.picture.forgetColours();
   }
 
   /** The sample at a time, a fraction between two of them; the last one after the end. */

@@ -12,6 +12,10 @@ class Picture {
     this.colours = new Map();
   }
 
+  forgetColours() {
+    this.colours.clear();
+  }
+
   colour(name) {
     if (!this.colours.has(name)) this.colours.set(name, colour(name));
     return this.colours.get(name);

@@ -64,6 +64,13 @@ class Player {
     this.show();
   }
 
+  recolour() {
+    for (const card of this.cards) card.recolour();
+    for (const chart of this.charts) chart.build();
+    this.fit();
+    this.tell();
+  }
+
   show() {
     for (const card of this.cards) card.show(this.time);
     for (const chart of this.charts) chart.show(this.time);

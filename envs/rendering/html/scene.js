@@ -37,8 +37,11 @@ Object.assign(Picture.prototype, {
       if (start >= end) continue;
       const points = this.profile(start, end);
       this.path([...points, [end, bottom], [start, bottom]], true);
+      context.save();
+      context.globalAlpha = Number(this.colour("ground-alpha"));
       context.fillStyle = stretch.colour;
       context.fill();
+      context.restore();
       if (stretch.icy) this.drawGlints();
       this.path(points);
       context.lineWidth = 1.6;

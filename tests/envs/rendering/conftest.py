@@ -35,13 +35,14 @@ def browser() -> Iterator[Chrome]:
 
 @pytest.fixture
 def opened(browser: Chrome, tmp_path: Path) -> Callable[..., Chrome]:
-    """Show a page's text in a window of so many pixels, still or moving."""
+    """Show a page's text in a window of so many pixels, light or dark, still or moving."""
 
-    def show(text: str, width: int = 1000, moving: bool = False) -> Chrome:
+    def show(text: str, width: int = 1000, night: bool = False, moving: bool = False) -> Chrome:
         path = tmp_path / "page.html"
         path.write_text(text, encoding="utf-8")
         window = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": width < 500}
         media = [
+            {"name": "prefers-color-scheme", "value": "dark" if night else "light"},
             {"name": "prefers-reduced-motion", "value": "no-preference" if moving else "reduce"},
         ]
         browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", window)

@@ -93,7 +93,7 @@ def test_a_page_plays_at_once_and_repeats_inside_another(opened: Callable[..., C
     wait(moving, "document.querySelector('input[type=range]').value > 0.2")
     frame = f'<iframe srcdoc="{html.escape(two)}"></iframe>'
     inside = "document.querySelector('iframe').contentDocument.querySelector"
-    browser = opened(f"<!doctype html><meta charset=utf-8><title>-</title>{frame}", moving=True)
+    browser = opened(f"<!doctype html><title>-</title>{frame}", moving=True)
     wait(browser, f"{inside}('select')")
     browser.execute_script(
         f"const bar = {inside}('input[type=range]'); bar.value = 9.9;"
@@ -145,8 +145,21 @@ def test_nothing_sticks_out_sideways(opened: Callable[..., Chrome], width: int):
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
 
 
-def test_words_on_colours_can_be_read(opened: Callable[..., Chrome], two: str):
-    browser = opened(two)
+def test_night_by_the_system_and_by_the_button(opened: Callable[..., Chrome], two: str):
+    browser = opened(two, night=True)
+    colour = "return getComputedStyle(document.body).backgroundColor"
+    dark, picture = browser.execute_script(colour), browser.execute_script(PIXELS, 0)
+    browser.execute_script("document.getElementById('theme').click()")
+    assert browser.execute_script(colour) == "rgb(255, 255, 255)" != dark
+    assert browser.execute_script(PIXELS, 0) != picture
+    press(browser, "d")
+    assert browser.execute_script(colour) == dark
+    assert browser.get_log("browser") == []
+
+
+@pytest.mark.parametrize("night", [False, True])
+def test_words_on_colours_can_be_read(opened: Callable[..., Chrome], two: str, night: bool):
+    browser = opened(two, night=night)
     seen = {}
     for time in (0.0, 2.5, 10.0):
         browser.execute_script(
