@@ -80,6 +80,25 @@ class Station(NamedTuple):
         return Station(*numbers, status=self.status)
 
     @property
+    def rows(self) -> Float[Array, "rows ..."]:
+        """All entries in one array, which crosses from and to a device faster than fifteen."""
+        whole = self.x.ndim
+        parts = [jnp.moveaxis(of, -1, 0) if of.ndim > whole else of[None] for of in self]
+        return jnp.concatenate([of.astype(self.x.dtype) for of in parts])
+
+    @classmethod
+    def of_rows(cls, rows: Any) -> Station:
+        """The station that has these `rows`, of NumPy or of JAX."""
+        pairs = {"leg_angles", "leg_torques"}
+        pairs |= {"friction"} if len(rows) > len(cls._fields) + len(pairs) else set()
+        entries, at = [], 0
+        for name in cls._fields:
+            pair = rows[at : at + 2] if name in pairs else None
+            entries.append(rows[at] if pair is None else pair.transpose(*range(1, pair.ndim), 0))
+            at += 1 if pair is None else 2
+        return cls(*entries[:-1], status=entries[-1].astype("int32"))
+
+    @property
     def wheels(self) -> tuple[tuple[Array, Array, Array], tuple[Array, Array, Array]]:
         """Friction and normal force [N] and mu [-] of the rear and the front wheel, each [...]."""
         each = jnp.ndim(self.friction) > jnp.ndim(self.N_rear)

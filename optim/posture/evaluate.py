@@ -171,9 +171,10 @@ def _evaluated(
     friction: Float[Array, "count"],
     angles: Float[Array, "count 2"],
 ) -> Any:
-    """_station or _sloped of each, in one kernel of a processor."""
+    """_station or _sloped of each, in one kernel of a processor; a station as its rows."""
     given = posture.params, posture.odometer, x, angles, friction
-    return over_poses(function, (posture.solver,), *given)
+    found = over_poses(function, (posture.solver,), *given)
+    return found.rows if function is _station else found
 
 
 PROGRAMS = {
@@ -213,18 +214,23 @@ class Waypoints(NamedTuple):
 
     def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Station:
         """The stations at these angles, as NumPy arrays."""
-        return self._called(pairs, sloped=False)
+        return Station.of_rows(self.rows(pairs))
+
+    def rows(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
+        """The same as `Station.rows`."""
+        parts = self._called(pairs, sloped=False)
+        found = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
+        return found[:, : self.length]
 
     def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
         """Stations and slopes of `Sloped`."""
-        return self._called(pairs, sloped=True)[:2]
+        return _joined(self._called(pairs, sloped=True), self.length)[:2]
 
-    def _called(self, pairs: np.ndarray, sloped: bool) -> Any:
-        parts = [
+    def _called(self, pairs: np.ndarray, sloped: bool) -> list[Any]:
+        return [
             PROGRAMS[sloped](self.shared, x, friction, padded(pairs[begin:], size))
             for begin, size, x, friction in self.calls
         ]
-        return _joined(parts, self.length)
 
 
 def _joined(parts: list[Any], length: int) -> Any:
@@ -236,22 +242,22 @@ def _joined(parts: list[Any], length: int) -> Any:
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
     """`Posture.stations` of any batch of drives [..., K], as NumPy arrays."""
-    return stations_at(posture, posture.x, posture.friction, angles)
+    return Station.of_rows(rows_at(posture, posture.x, posture.friction, angles))
 
 
-def stations_at(
+def rows_at(
     posture: Posture,
     x: Float[Array | np.ndarray, "..."],
     friction: Float[Array | np.ndarray, "..."],
     angles: Float[np.ndarray, "... 2"],
-) -> Station:
-    """Stations at x, with friction and angles, broadcast, as NumPy arrays."""
+) -> Float[np.ndarray, "rows ..."]:
+    """`Station.rows` at x, with friction and angles, broadcast."""
     x, friction, angles = map(np.asarray, (x, friction, angles))
     shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
     each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
     pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
-    found = Waypoints.of(posture, *each).stations(pairs)
-    return found.map(lambda of: of.reshape(*shape, *of.shape[1:]))
+    rows = Waypoints.of(posture, *each).rows(pairs)
+    return rows.reshape(-1, *shape)
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
@@ -317,17 +323,18 @@ value = float64_program(finite_cost)
 def _value_and_margins(
     posture: Posture,
     criterion: Criterion,
-    at: Station,
+    rows: Float[Array, "rows K"],
     angles: Float[Array, "K 2"],
 ) -> Float[Array, "1+m"]:
-    """The value of stations, and then `Posture.constraints` at these angles, one after the other:
-    one array is read faster than two."""
+    """The value of `Station.rows`, and then `Posture.constraints` at these angles, one after the
+    other: one array is read faster than two."""
+    at = Station.of_rows(rows)
     margins = posture.constraints(at, angles).values()
     return jnp.concatenate([finite_cost(criterion, at)[None], *map(jnp.ravel, margins)])
 
 
 value_and_margins = float64_program(_value_and_margins)
-value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None, 0, 0)))
+value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None, 1, 0)))
 """The same of a batch of drives, stations [B, K] and angles [B, K, 2]: [B, 1+m]."""
 
 

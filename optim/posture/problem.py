@@ -158,18 +158,19 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
-        at = self.waypoints.stations(angles)
-        value, margins = self._value_and_margins(at, angles)
+        rows = self.waypoints.rows(angles)
+        value, margins = self._value_and_margins(rows, angles)
         feasible = self.meets(angles.reshape(-1), margins)
-        return Evaluation(value, margins, feasible, violations(self, angles, at))
+        found = violations(self, angles, Station.of_rows(rows))
+        return Evaluation(value, margins, feasible, found)
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         waypoints, angles = self.waypoints, self.angles(x)  # a fork is refused before the point
-        return self._value_and_margins(waypoints.stations(angles), angles)
+        return self._value_and_margins(waypoints.rows(angles), angles)
 
-    def _value_and_margins(self, at: Station, angles: np.ndarray) -> tuple[float, np.ndarray]:
+    def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
         criterion = self.posture.criterion
-        found = np.array(evaluate.value_and_margins(self.limits, criterion, at, angles))
+        found = np.array(evaluate.value_and_margins(self.limits, criterion, rows, angles))
         return float(found[0]), found[1:]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
@@ -177,8 +178,9 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         angles, count = self._padded(X)
         if count == 0:
             return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
-        at, criterion = evaluate.stations(self.posture, angles), self.posture.criterion
-        found = np.array(evaluate.value_and_margins_all(self.limits, criterion, at, angles))
+        rows = evaluate.rows_at(self.posture, self.posture.x, self.posture.friction, angles)
+        criterion = self.posture.criterion
+        found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
         return found[:count, 0], found[:count, 1:]
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
