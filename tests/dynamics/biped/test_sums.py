@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import BipedParams, BipedState, Euler, Setting, simulate
+from stickslip.dynamics.biped import BipedParams, BipedState, RK4Split, Setting, simulate
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.pytrees import clock, compensated
 from stickslip.envs import BipedEnv
@@ -75,7 +75,7 @@ def test_a_walk_of_200_seconds_takes_200_seconds(start):
 
 
 def test_an_episode_of_200_seconds_loses_nothing_in_its_totals():
-    env = BipedEnv(setting=Setting(integrator=Euler()), autoreset="disabled")
+    env = BipedEnv(setting=Setting(integrator=RK4Split()), autoreset="disabled")
     robot = BipedParams.from_bars(heel=1e6, toe=1e6, dtype=np.float32)
     params = env.make_params(robot=robot, time_limit=1e6)
 
