@@ -10,13 +10,13 @@ import os
 import re
 import stat
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_known, require_memory, shown
+from stickslip.dynamics.checks import nearest, require_memory, shown
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -54,14 +54,13 @@ def accepted_table(wanted: Sequence[ColumnSpec]) -> str:
     columns = " and ".join(f"{' or '.join((one.name, *one.also))} [{one.unit}]" for one in wanted)
     return (
         f"columns {columns}, apart by comma, semicolon, tab or blanks, under no head or one with "
-        f"such names; finite numbers, {wanted[0].name} increasing; another head by `columns`"
+        f"such names; finite numbers, {wanted[0].name} increasing"
     )
 
 
 def read_columns(
     path: Path,
     wanted: Sequence[ColumnSpec],
-    chosen: Mapping[str, str] | None = None,
     *,
     also: str = "",
     most: int | None = None,
@@ -69,13 +68,12 @@ def read_columns(
     """Read the wanted columns in their units and order; the first one increases.
 
     Blank lines and lines that begin with # are passed over; a head in another unit of UNITS is
-    converted. chosen: column -> head to take for it. also: what the caller accepts besides, for
-    messages. most: bytes of a file. ValueError names the file, the line and what is accepted;
-    OSError where the file cannot be opened.
+    converted. also: what the caller accepts besides, for messages. most: bytes of a file.
+    ValueError names the file, the line and what is accepted; OSError where it cannot be opened.
     """
     accepted = also + accepted_table(wanted)
     try:
-        return _columns(path, read_text(path, accepted, most), wanted, chosen or {})
+        return _columns(path, read_text(path, accepted, most), wanted)
     except _TableError as error:
         raise ValueError(f"{error}; accepted: {accepted}") from None
 
@@ -85,17 +83,14 @@ class _TableError(Exception):
 
 
 def _columns(
-    path: Path, text: str, wanted: Sequence[ColumnSpec], chosen: Mapping[str, str]
+    path: Path, text: str, wanted: Sequence[ColumnSpec]
 ) -> Float[np.ndarray, "rows columns"]:
     rows = _rows(path, text)
     place, head = next(rows, ("", []))
     if not place:
         raise _TableError(f"{shown_path(path)} is empty")
-    heads = _chosen_heads(wanted, chosen)
     if not any(map(is_number, head)):
-        taken, width = [_taken(place, head, one, wanted, heads) for one in wanted], len(head)
-    elif heads:
-        raise _TableError(f"{place}: no head to choose columns from")
+        taken, width = [_taken(place, head, one, wanted) for one in wanted], len(head)
     else:
         taken, width = [(at, (1, 1)) for at in range(len(wanted))], len(wanted)
         rows = itertools.chain([(place, head)], rows)
@@ -180,37 +175,21 @@ def _cells(line: str, mark: str | None) -> list[str]:
     return cells
 
 
-def _chosen_heads(wanted: Sequence[ColumnSpec], chosen: Mapping[str, str]) -> dict[str, str]:
-    """Name of a wanted column -> the head that is chosen for it, under whichever of its names."""
-    known = {name: one.name for one in wanted for name in (one.name, *one.also)}
-    require_known(chosen, known, "column")
-    found = {known[name]: head for name, head in chosen.items()}
-    if len(found) < len(chosen):
-        raise ValueError(f"columns = {shown(chosen)}; accepted: one head for each column")
-    return found
-
-
 def _taken(
     place: str,
     head: Sequence[str],
     spec: ColumnSpec,
     wanted: Sequence[ColumnSpec],
-    heads: Mapping[str, str],
 ) -> tuple[int, tuple[float, float]]:
     """Index of a wanted column, with its factor and divisor."""
     titles = [title.strip("\"'") for title in head]
     parts = [_name_and_unit(title, spec.unit) for title in titles]
-    own = heads.get(spec.name)
-    if own is None:
-        at = [i for i, (name, _) in enumerate(parts) if _is_called(name, spec, wanted)]
-    else:
-        at = [i for i, title in enumerate(titles) if title == own]
-        at = at or [i for i, (name, _) in enumerate(parts) if name == own]
+    at = [i for i, (name, _) in enumerate(parts) if _is_called(name, spec, wanted)]
     if len(at) != 1:
-        own, many = own or spec.name, "more than one" if at else "no"
-        near = "" if at else nearest(own, [name for name, _ in parts])
+        many = "more than one" if at else "no"
+        near = "" if at else nearest(spec.name, [name for name, _ in parts])
         among = shown(", ".join(titles))
-        raise _TableError(f"{place}: {many} column {own!r} among {among}{near}")
+        raise _TableError(f"{place}: {many} column {spec.name!r} among {among}{near}")
     given = re.sub(r"[\s.*·⋅-]", "", parts[at[0]][1])
     unit, known = SPELLED.get(given.lower(), given), UNITS[spec.unit]
     if unit not in known:

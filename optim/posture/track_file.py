@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from xml.parsers import expat
 
@@ -41,14 +40,12 @@ STEEPEST = 2.0
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
 
 
-def read_track(
-    path: str | Path, interpolation: str = "cubic", columns: Mapping[str, str] | None = None
-) -> Track:
+def read_track(path: str | Path, interpolation: str = "cubic") -> Track:
     """The track in a file; `interpolation` as in Track.from_points.
 
     *.gpx: track points in their order; x is the great-circle distance along them on a sphere of
     the Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
-    refused. Anything else: a table, see `read_columns`; columns: x and y -> head to take for it.
+    refused. Anything else: a table, see `read_columns`.
     Both in UTF-8, regular files of at most MOST_BYTES. ValueError names the file, the line and
     what is accepted; OSError where the file cannot be opened.
     """
@@ -57,9 +54,7 @@ def read_track(
     path = Path(path)
     name = shown_path(path)
     if path.suffix.lower() != ".gpx":
-        x, y = read_columns(path, COLUMNS, columns, most=MOST_BYTES).T
-    elif columns:
-        raise ValueError(f"{name}: columns = {shown(columns)}; accepted: none for a GPX track")
+        x, y = read_columns(path, COLUMNS, most=MOST_BYTES).T
     else:
         x, y = _gpx(path, read_text(path, ACCEPTED_GPX, MOST_BYTES))
     if len(x) < 2:
