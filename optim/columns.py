@@ -176,10 +176,7 @@ def _cells(line: str, mark: str | None) -> list[str]:
 
 
 def _taken(
-    place: str,
-    head: Sequence[str],
-    spec: ColumnSpec,
-    wanted: Sequence[ColumnSpec],
+    place: str, head: Sequence[str], spec: ColumnSpec, wanted: Sequence[ColumnSpec]
 ) -> tuple[int, tuple[float, float]]:
     """Index of a wanted column, with its factor and divisor."""
     titles = [title.strip("\"'") for title in head]

@@ -32,6 +32,8 @@ PROBES = 8
 GRADIENT_SCALE, CMA_SCALE = (0.01, 100.0), (1.0, 1e3)
 """Parts of that change which the value at the start counts as, at least and at most (see size_of).
 Of cma, a scale that is too small would have penalties be cheap."""
+DENSE, COVARIANCE = 64, 40
+"""Memory of a pair of numbers in SLSQP's and in cma's matrices [bytes]."""
 SAMPLE = 64
 """Bytes of a number of a sample, and of what computing it takes, at least."""
 FLOOR = 1e-9
@@ -60,6 +62,8 @@ def solve_gradient(
     began = time.perf_counter()
     iterations = require_integer("iterations", iterations, high=COUNT)
     require_scalar("tolerance", tolerance, low=0.0, strict=True, accepted="a number > 0")
+    given = f"method = 'gradient' with n = {problem.n}"
+    require_memory(given, "rows", problem.n, DENSE * problem.n)
     begun = problem.begin("gradient", start, progress, began)
     if isinstance(begun, Result):
         return begun
@@ -167,6 +171,8 @@ def solve_cma(
     population = require_integer("population", population, low=2, high=COUNT, accepted=accepted)
     given = f"population = {population} of {problem.n} numbers"
     require_memory(given, "numbers", 2.0 * population * problem.n, SAMPLE)
+    given = f"method = 'cma' with n = {problem.n}"
+    require_memory(given, "rows", problem.n, COVARIANCE * problem.n)
     begun = problem.begin("cma", start, progress, began)
     if isinstance(begun, Result):
         return begun

@@ -30,6 +30,7 @@ from stickslip.optim.posture.criteria import (
 )
 from stickslip.optim.posture.evaluate import PostureResult, below, natural
 from stickslip.optim.posture.waypoints import (
+    CONVEX,
     LEAST,
     MOVE,
     ROUNDING,
@@ -310,6 +311,9 @@ def solve_dp(
     `solve(problem, "branch")` has one. FAILED where there is no path over the grid: see
     `without_path`. evaluations: stations. details: grid, grid_bound, edges (moves looked at).
     """
+    K = len(problem.x)
+    if polish:
+        require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
     grid = build_grid(problem, angles, least, progress)
     costs, back, edges = _arrivals(grid, progress)
     if not np.any(np.isfinite(costs[-1])):

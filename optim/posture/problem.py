@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_integer, require_known
+from stickslip.dynamics.checks import require_integer, require_known, require_memory
 from stickslip.dynamics.pytrees import read_only
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
@@ -191,6 +191,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints` [1/rad]; those of a station's depend on its own pair alone."""
         K, groups = len(self.x), self.constraint_groups
+        require_memory(f"a jacobian of {self.n} angles", "rows", 13.0 * K, 8.0 * self.n)
         both = self.waypoints.sloped(self.angles(x))
         found = np.zeros((sum(self._sizes.values()), self.n))
         for name, slope in evaluate.margins_and_slopes(self.limits, *both)[1].items():

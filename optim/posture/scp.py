@@ -22,10 +22,11 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Station, steps
 from stickslip.optim.posture.evaluate import PostureResult, each_angle, pushed
+from stickslip.optim.posture.waypoints import CONVEX
 from stickslip.optim.problem import COUNT, float64_program, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, solve_quietly
@@ -226,6 +227,8 @@ def solve_scp(
     for name, value in (("radius", radius), ("tolerance", tolerance)):
         require_scalar(name, value, low=0.0, strict=True, accepted="a number > 0")
     iterations = require_integer("iterations", iterations, low=0, high=COUNT)
+    K = len(problem.x)
+    require_memory(f"method = 'scp' with {K} waypoints", "rows", K, CONVEX)
     begun = problem.begin("scp", start, progress, began)
     if isinstance(begun, PostureResult):
         return begun

@@ -45,9 +45,9 @@ def read_track(path: str | Path, interpolation: str = "cubic") -> Track:
 
     *.gpx: track points in their order; x is the great-circle distance along them on a sphere of
     the Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
-    refused. Anything else: a table, see `read_columns`.
-    Both in UTF-8, regular files of at most MOST_BYTES. ValueError names the file, the line and
-    what is accepted; OSError where the file cannot be opened.
+    refused. Anything else: a table, see `read_columns`. Both in UTF-8, regular files of at most
+    MOST_BYTES. ValueError names the file, the line and what is accepted; OSError where the file
+    cannot be opened.
     """
     if not isinstance(path, str | Path) or "\0" in str(path):
         raise ValueError(f"path = {shown(path)}; accepted: the path of a file")

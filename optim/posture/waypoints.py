@@ -33,6 +33,8 @@ NODE = 360
 """Bytes of a grid's station, kept, and copied by the recursion."""
 MOVE = 300
 """Bytes of one of the moves that a leg pair may make on a grid."""
+CONVEX = 150_000
+"""Bytes of a waypoint in scp's convex program."""
 
 _slope = run_once(Track.slope)
 

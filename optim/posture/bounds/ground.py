@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Bump, Ditch, Flat, Incline, Ramp, Sinusoid, Step
 from stickslip.dynamics.ugv.ground.spline import Spline
@@ -304,6 +305,7 @@ def _jumps(
 
 CELL = 2e-3
 """Length of a cell of the quadrature, at most [m]; its error falls with the fourth power."""
+BYTES_A_CELL = 2_000
 
 
 @dataclass(frozen=True)
@@ -321,6 +323,8 @@ class Arc:
         """Arc length by the midpoint rule with remainder, h q(middle) + h^3 / 24 q''(somewhere)."""
         knots = np.concatenate([ground.knots, ground.kinks, ground.bends])
         knots = np.unique(knots[(knots > start) & (knots < end)])
+        count = (end - start) / CELL + len(knots)
+        require_memory(f"a drive of {end - start:.6g} m", "cells", count, BYTES_A_CELL)
         even = np.linspace(start, end, int(np.ceil((end - start) / CELL)) + 1)
         edges = np.unique(np.concatenate([even, knots]))
         left, right = edges[:-1], edges[1:]

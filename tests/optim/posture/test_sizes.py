@@ -37,11 +37,13 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
 @pytest.mark.parametrize(
     ("method", "options", "said"),
     [
+        ("scp", {"start": np.full(20, 1.5)}, "method = 'scp' with 10 waypoints"),
         (
             "cma",
             {"start": np.full(20, 1.5), "population": 20},
             "X of 20 drives makes 320 stations",
         ),
+        ("dp", {}, "polish = True with 10 waypoints"),
         (
             "dp",
             {"angles": 31, "polish": False},
