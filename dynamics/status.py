@@ -60,6 +60,11 @@ class Status(Code):
         """True if the model stops here."""
         return self > Status.SLIP_ONSET
 
+    @property
+    def words(self) -> str:
+        """Its name in words, as "lift off"."""
+        return self.name.lower().replace("_", " ")
+
 
 class EventKind(Code):
     """Kind of a switching event inside a step."""

@@ -13,7 +13,7 @@ from stickslip.dynamics.biped.contact import friction_on, patch_at
 from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot, drawn_scene
-from stickslip.envs.rendering.biped import LEAST_SLID, BipedFrame, stretches_of
+from stickslip.envs.rendering.biped import BipedFrame, slipping, stretches_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,9 +48,9 @@ def biped_frames(
         **{name: np.asarray(infos.get(name, 0.0), float) for name in forces},
         mu_static=np.asarray(mu_static, float),
         mu_kinetic=np.asarray(mu_kinetic, float),
-        slips=(states.mode != 0) | (np.asarray(infos.get("slid", 0.0)) > LEAST_SLID),
+        slips=slipping(states.mode, infos.get("slid", 0.0)),
         walked=np.asarray(states.totals.walked, float),
-        ended="" if not status.terminal else status.name.lower().replace("_", " "),
+        ended=status.words if status.terminal else "",
     )
 
 

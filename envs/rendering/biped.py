@@ -116,6 +116,11 @@ class BipedFrame:
         )
 
 
+def slipping(mode: Numbers, slid: Numbers) -> np.ndarray:
+    """Whether the foot slips after steps in which it slid so far [n, m]."""
+    return (np.asarray(mode) != 0) | (np.asarray(slid) > LEAST_SLID)
+
+
 def biped_picture(frames: BipedFrame, robot: BipedParams) -> Picture:
     """A walk with the numbers above it; robot: one, not a batch."""
     return Picture(

@@ -154,7 +154,7 @@ def ugv_picture(frame: UGVFrame, vehicle: UGVParams, criterion: str, unit: str) 
         ),
         slips=frame.slips,
         states=("GRIP", "SLIP"),
-        ended="" if status == Status.OK else status.name.lower().replace("_", " "),
+        ended="" if status == Status.OK else status.words,
     )
 
 

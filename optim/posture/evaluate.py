@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial, reduce
+from functools import lru_cache, reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -79,6 +79,11 @@ class Posture:
         """The stations of the waypoints [K], in one kernel of a processor (see `over_poses`)."""
         given = (self.params, self.odometer, self.x, angles, self.friction)
         return over_poses(_station, (self.solver,), *given)
+
+    def sloped(self, angles: Float[Array, "K 2"]) -> Sloped:
+        """The same with their slopes."""
+        given = (self.params, self.odometer, self.x, angles, self.friction)
+        return over_poses(_sloped, (self.solver,), *given)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
         """Scaled margin of each constraint of a station, by name; satisfied where >= 0.
@@ -164,32 +169,15 @@ def _sloped(
     return Sloped(Station(*at, status=status), Station(*slopes, status=status), status)
 
 
-def _evaluated(
-    function: Callable[..., Any],
-    posture: Posture,
-    x: Float[Array, "count"],
-    friction: Float[Array, "count"],
-    angles: Float[Array, "count 2"],
-) -> Any:
-    """_station or _sloped of each, in one kernel of a processor; a station as its rows."""
-    given = posture.params, posture.odometer, x, angles, friction
-    found = over_poses(function, (posture.solver,), *given)
-    return found.rows if function is _station else found
-
-
-PROGRAMS = {
-    sloped: float64_program(partial(_evaluated, _sloped if sloped else _station))
-    for sloped in (False, True)
-}
+_rows = float64_program(lambda posture, angles: posture.stations(angles).rows)
+_with_slopes = float64_program(lambda posture, angles: posture.sloped(angles))
 
 
 class Waypoints(NamedTuple):
     """Shared data of one row of stations, on the device."""
 
-    shared: Posture
-    """Vehicle, ground and solver."""
-    calls: tuple[tuple[int, int, Array, Array], ...]
-    """Calls: start in the row, size, and x and friction [size]."""
+    calls: tuple[tuple[int, int, Posture], ...]
+    """Calls: start in the row, size, and vehicle, ground and solver with x and friction [size]."""
     length: int
     """Length of the row."""
 
@@ -202,15 +190,16 @@ class Waypoints(NamedTuple):
     ) -> Waypoints:
         """Waypoints of stations, each with its x [m] and mu [-]."""
         x, friction = np.asarray(x), np.asarray(friction)
-        calls = [
-            (begin, size, padded(x[begin:], size), padded(friction[begin:], size))
-            for begin, size in _calls(len(x))
-        ]
         with jax.enable_x64(True):
             shared = dict.fromkeys(("x", "friction", "criterion", *LIMITS))
             shared = jax.device_put(replace(posture, **shared))
-            made = tuple((*of[:2], *jax.device_put(of[2:])) for of in calls)
-        return cls(shared, made, len(x))
+
+            def part(begin: int, size: int) -> Posture:
+                own = {"x": padded(x[begin:], size), "friction": padded(friction[begin:], size)}
+                return replace(shared, **jax.device_put(own))
+
+            calls = tuple((*call, part(*call)) for call in _calls(len(x)))
+        return cls(calls, len(x))
 
     def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Station:
         """The stations at these angles, as NumPy arrays."""
@@ -218,18 +207,17 @@ class Waypoints(NamedTuple):
 
     def rows(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The same as `Station.rows`."""
-        parts = self._called(pairs, sloped=False)
+        parts = self._called(_rows, pairs)
         found = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
         return found[:, : self.length]
 
     def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
         """Stations and slopes of `Sloped`."""
-        return _joined(self._called(pairs, sloped=True), self.length)[:2]
+        return _joined(self._called(_with_slopes, pairs), self.length)[:2]
 
-    def _called(self, pairs: np.ndarray, sloped: bool) -> list[Any]:
+    def _called(self, program: Callable[..., Any], pairs: np.ndarray) -> list[Any]:
         return [
-            PROGRAMS[sloped](self.shared, x, friction, padded(pairs[begin:], size))
-            for begin, size, x, friction in self.calls
+            program(posture, padded(pairs[begin:], size)) for begin, size, posture in self.calls
         ]
 
 

@@ -121,7 +121,7 @@ def one_row(columns: Mapping[Column, object]) -> Table:
 def show(summary: Table, *others: Table) -> None:
     """Print a summary, a line a number that is not None, and then tables."""
     rows = [
-        (column.name.replace("_", " "), _shown(value, column.unit))
+        (column.name.replace("_", " "), with_unit(value, column.unit))
         for column, value in zip(summary.columns, summary.rows[0], strict=True)
         if value not in (None, "")
     ]
@@ -131,6 +131,7 @@ def show(summary: Table, *others: Table) -> None:
         print("\n" + table.rounded(6).terminal(), end="")
 
 
-def _shown(value: object, unit: str) -> str:
-    text = f"{value:.8g}" if isinstance(value, float) else str(value)
+def with_unit(value: object, unit: str, digits: int = 8) -> str:
+    """A number with its unit; a unit of "-" goes unsaid."""
+    text = f"{value:.{digits}g}" if isinstance(value, float) else str(value)
     return text if unit == "-" else f"{text} {unit}"

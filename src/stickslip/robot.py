@@ -22,6 +22,7 @@ from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled
 from stickslip.optim import GaitProblem, PostureProblem, solve
+from stickslip.optim.gait.gait import friction_uses
 from stickslip.optim.gait.profile import MISMATCH
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.biped import TORQUE_LIMIT
@@ -197,12 +198,10 @@ def slope_friction(vehicle: UGVParams, slope: float, limit: float | None) -> flo
     stands = np.asarray(found.status) == Status.OK
     if limit is not None:
         stands &= np.abs(np.asarray(found.torque)) <= limit
-    ratios = [
-        np.abs(np.asarray(force)) / np.where(np.asarray(normal) > 0, normal, np.nan)
-        for force, normal in ((found.F_rear, found.N_rear), (found.F_front, found.N_front))
-    ]
-    needed = np.maximum(*ratios)[stands]
-    return float(np.nanmin(needed)) if np.isfinite(needed).any() else float("inf")
+    wheels = (found.F_rear, found.N_rear), (found.F_front, found.N_front)
+    rear, front = (friction_uses(np.asarray(F), np.asarray(N)) for F, N in wheels)
+    needed = np.maximum(rear, front)
+    return float(np.min(needed[stands], initial=np.inf))
 
 
 def steepest(needed: np.ndarray, mu: float) -> float | None:

@@ -18,7 +18,7 @@ from stickslip.optimise.picture import draw_gait
 from stickslip.options import GaitOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table, json_text
-from stickslip.report import RESULT, one_row, picture, result_folder, show, write_result
+from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -54,8 +54,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         tables["replays"] = replay_table(replays)
         files[NODES] = gait_table(result.best).csv
         if given.pictures:
-            unit = f" {problem.goal.unit}" if problem.goal.unit not in ("-", "weighted") else ""
-            title = f"Least {problem.goal.words}: {result.value:.4g}{unit}"
+            title = f"Least {problem.goal.words}: {with_unit(result.value, unit_of(problem), 4)}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
     limits = {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}
@@ -124,10 +123,15 @@ def _replays(problem: GaitProblem, result: GaitResult, given: GaitOptions) -> di
     }
 
 
+def unit_of(problem: GaitProblem) -> str:
+    """Unit of the objective; "-" for a weighted sum."""
+    return "-" if problem.goal.unit == "weighted" else problem.goal.unit
+
+
 def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
     """One row: value, bounds, and the gait's own numbers. held_value: with limits kept between the
     nodes, too; every_bound: no gait of any grid is better."""
-    unit = "-" if problem.goal.unit == "weighted" else problem.goal.unit
+    unit = unit_of(problem)
     found: dict[Column, object] = {
         Column("objective", words=True): problem.goal.words,
         Column("status", words=True): result.status_in_words,

@@ -28,7 +28,7 @@ from stickslip.optimise.picture import draw_drive
 from stickslip.options import PostureOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table, json_text
-from stickslip.report import RESULT, one_row, picture, result_folder, show, write_result
+from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -73,9 +73,9 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         tables["criteria"] = criteria_table(problem, x)
         files[STATIONS] = stations_table(problem.stations(x)).csv
         if given.pictures:
-            name, unit = given.criterion.replace("_", " "), problem.criterion.unit
-            value = f"{result.value:.4g}{'' if unit == '-' else f' {unit}'}"
-            title = f"{name.capitalize()} {value} over {Path(given.track).stem}, by {result.method}"
+            name = given.criterion.replace("_", " ").capitalize()
+            value = with_unit(result.value, problem.criterion.unit, 4)
+            title = f"{name} {value} over {Path(given.track).stem}, by {result.method}"
             files[PICTURE] = picture(lambda: draw_drive(problem, x), title)
     show(summary, *tables.values())
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}

@@ -22,6 +22,7 @@ from stickslip.dynamics.biped import (
     kinematics,
     step_length,
 )
+from stickslip.optim.gait.gait import friction_uses
 from stickslip.paper.result import (
     Claim,
     Result,
@@ -65,9 +66,8 @@ def steady(
 
 def friction_use(motion: InverseDynamics) -> np.ndarray:
     """|F| / N along a motion without slip [n]: the friction that rest needs; inf where N <= 0."""
-    friction, normal = (np.asarray(of) for of in (motion.friction_force, motion.normal_force))
-    none = np.full_like(normal, np.inf)
-    return np.divide(np.abs(friction), normal, out=none, where=normal > 0)
+    forces = np.asarray(motion.friction_force), np.asarray(motion.normal_force)
+    return np.asarray(friction_uses(*forces))
 
 
 @jax.jit

@@ -24,12 +24,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
-from stickslip.envs.rendering.biped import (
-    LEAST_SLID,
-    BipedFrame,
-    biped_picture,
-    stretches_of,
-)
+from stickslip.envs.rendering.biped import BipedFrame, biped_picture, slipping, stretches_of
 from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of
@@ -191,7 +186,7 @@ def frames_of(walk: Walk) -> BipedFrame:
         **forces,
         mu_static=along.mu_static,
         mu_kinetic=along.mu_kinetic,
-        slips=np.append(False, (contacts.mode != 0) | (slid > LEAST_SLID)),
+        slips=np.append(False, slipping(contacts.mode, slid)),
         walked=along.mass - along.mass[0],
-        ended=walk.status.name.lower().replace("_", " ") if walk.status.terminal else "",
+        ended=walk.status.words if walk.status.terminal else "",
     )
