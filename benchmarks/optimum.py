@@ -13,15 +13,14 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.scipy.ndimage import map_coordinates
 
 from benchmarks.report import options, provenance, read_json, write_json
 from stickslip.agents.evaluation.rollout import Rollout, horizon, play, without_resets
@@ -34,7 +33,6 @@ from stickslip.dynamics.scene import Grip, Uniform
 from stickslip.envs import BipedEnv, task_by_name
 from stickslip.envs.biped.state import BipedEnvState, Drawn, Totals
 from stickslip.envs.functional import pure_step
-from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -48,9 +46,7 @@ AT_ONCE = 2**15
 WORKING = 3
 """Times the memory of all transitions that is needed while they are put together and swept."""
 STOPS = -1
-"""Index in place of a cell where the process has ended, or left the grid."""
-TOGETHER = 10
-"""Sweeps between two reports of progress."""
+"""Sheet where the process has ended, or left the grid."""
 REST, FORWARDS, BACKWARDS = range(3)
 """Sheets of a floor on which the foot slips; one that holds has the first alone."""
 CELLS = {"rest": (144, 160), "slide": (36, 40)}
@@ -63,50 +59,28 @@ RATES = (-0.5, 2.5)
 """Crank rates that the grid covers, in commanded rates."""
 
 
-@register_pytree
-@dataclass(frozen=True)
-class Axis:
-    """Ascending nodes along one coordinate; periodic: the last node is the first one again."""
+class Place(NamedTuple):
+    """Place of a state on a grid; every leaf [*n]."""
 
-    nodes: np.ndarray | Float[Array, " nodes"]
-    periodic: bool = field(default=False, metadata={"static": True})
-
-    def cell(
-        self, at: Float[Array, ""]
-    ) -> tuple[Int[Array, ""], Float[Array, ""], Bool[Array, ""]]:
-        """The cell's first node, the share of the cell before `at`, and whether that is outside;
-        there the nearest end stands for it. NaN is outside."""
-        nodes = jnp.asarray(self.nodes, at.dtype)
-        if self.periodic:
-            at = nodes[0] + jnp.mod(at - nodes[0], nodes[-1] - nodes[0])
-        index = jnp.clip(jnp.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
-        share = (at - nodes[index]) / (nodes[index + 1] - nodes[index])
-        inside = (share >= -SLACK) & (share <= 1 + SLACK)
-        share = jnp.where(inside, jnp.clip(share, 0.0, 1.0), jnp.where(share > 1, 1.0, 0.0))
-        return index.astype(jnp.int32), share, ~inside
-
-
-class Cell(NamedTuple):
-    """Cell of a grid that holds a state."""
-
-    base: Int[Array, ""]
-    """Number of the corner from which all axes ascend."""
-    share: Float[Array, " rank"]
-    """Position in the cell along each axis, in [0, 1]; 0 along axes that the sheet lacks."""
-    outside: Bool[Array, ""]
-    """True if the grid does not cover it; the cell is then the nearest one."""
+    sheet: Int[Array, "*n"]
+    at: Float[Array, "*n rank"]
+    """Coordinates counted in nodes, 0 along axes that the sheet lacks."""
+    outside: Bool[Array, "*n"]
+    """True if the grid does not cover it; `at` is then on the nearest end."""
 
 
 @register_pytree
 @dataclass(frozen=True)
 class Grid:
-    """Sheets of axes, whose nodes are numbered one after the other, the last axis fastest.
+    """Sheets of axes, each its ascending nodes. All nodes are numbered, the last axis fastest.
 
     A system that changes its kind has a sheet for each: a foot at rest needs no axis for its
     velocity, and nothing is interpolated between rest and sliding, across which values jump.
+    periodic: the last node of every sheet's first axis is the first one again.
     """
 
-    sheets: tuple[tuple[Axis, ...], ...]
+    sheets: tuple[tuple[np.ndarray, ...], ...]
+    periodic: bool = field(default=False, metadata={"static": True})
 
     @property
     def rank(self) -> int:
@@ -116,55 +90,49 @@ class Grid:
     @property
     def shapes(self) -> list[tuple[int, ...]]:
         """Nodes along each axis of each sheet."""
-        return [tuple(np.size(axis.nodes) for axis in sheet) for sheet in self.sheets]
+        return [tuple(map(np.size, sheet)) for sheet in self.sheets]
 
     @property
-    def offsets(self) -> list[int]:
-        """Number of each sheet's first node, and of all nodes."""
-        return [0, *np.cumsum([math.prod(shape) for shape in self.shapes]).tolist()]
+    def size(self) -> int:
+        """Number of nodes."""
+        return sum(map(math.prod, self.shapes))
 
     @property
-    def strides(self) -> list[list[int]]:
-        """Numbers of nodes from one to the next along each axis."""
-        return [[math.prod(one[at + 1 :]) for at in range(len(one))] for one in self.shapes]
+    def nodes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sheet [nodes] and coordinates [nodes, rank] of every node, filled up with zeros."""
+        places = []
+        for sheet in self.sheets:
+            axes = [*map(np.asarray, sheet), *[np.zeros(1)] * (self.rank - len(sheet))]
+            places.append(np.stack([one.ravel() for one in np.meshgrid(*axes, indexing="ij")], 1))
+        return np.repeat(np.arange(len(places)), list(map(len, places))), np.concatenate(places)
 
-    def nodes(self, sheet: int) -> np.ndarray:
-        """Coordinates of every node of a sheet [nodes, rank], filled up with zeros."""
-        axes = [np.asarray(axis.nodes) for axis in self.sheets[sheet]]
-        axes += [np.zeros(1)] * (self.rank - len(axes))
-        return np.stack([one.ravel() for one in np.meshgrid(*axes, indexing="ij")], 1)
+    def place(self, sheet: Int[Array, ""] | int, at: Float[Array, " rank"]) -> Place:
+        """The place of coordinates, which may be more than the sheet has. NaN is outside."""
+        found = [self._place_on(i, at) for i in range(len(self.sheets))]
+        return jax.tree.map(lambda *each: jnp.stack(each)[sheet], *found)
 
-    def cell(self, sheet: Int[Array, ""] | int, at: Float[Array, " rank"]) -> Cell:
-        """The cell of coordinates, which may be more than the sheet has."""
-        cells = [self._cell_on(index, at) for index in range(len(self.sheets))]
-        return jax.tree.map(lambda *each: jnp.stack(each)[sheet], *cells)
+    def _place_on(self, sheet: int, at: Float[Array, " rank"]) -> Place:
+        counted, outside = [jnp.zeros((), at.dtype)] * self.rank, jnp.zeros((), bool)
+        for i, axis in enumerate(self.sheets[sheet]):
+            nodes, x = jnp.asarray(axis, at.dtype), at[i]
+            if self.periodic and i == 0:
+                x = nodes[0] + jnp.mod(x - nodes[0], nodes[-1] - nodes[0])
+            low, high = (
+                nodes[end] + SLACK * (nodes[end] - nodes[by]) for end, by in ((0, 1), (-1, -2))
+            )
+            outside |= ~((x >= low) & (x <= high))
+            counted[i] = jnp.interp(jnp.nan_to_num(x), nodes, jnp.arange(nodes.size, dtype=x.dtype))
+        return Place(jnp.asarray(sheet, jnp.int8), jnp.stack(counted), outside)
 
-    def _cell_on(self, index: int, at: Float[Array, " rank"]) -> Cell:
-        base, outside = jnp.asarray(self.offsets[index], jnp.int32), jnp.zeros((), bool)
-        shares = [jnp.zeros((), at.dtype)] * self.rank
-        for i, axis in enumerate(self.sheets[index]):
-            node, shares[i], beyond = axis.cell(at[i])
-            base, outside = base + self.strides[index][i] * node, outside | beyond
-        return Cell(base, jnp.stack(shares), outside)
-
-    def read(self, values: Float[Array, " nodes"], cell: Cell) -> Float[Array, ""]:
-        """The values' multilinear interpolation in a cell."""
-        return sum(
-            (weight * values[cell.base + step] for step, weight in self.corners(*cell[:2])),
-            start=jnp.zeros((), values.dtype),
-        )
-
-    def corners(
-        self, base: Int[Array, "*n"], share: Float[Array, "*n rank"]
-    ) -> Iterator[tuple[Int[Array, "*n"], Float[Array, "*n"]]]:
-        """Index offset and weight of each corner of the cells."""
-        sheet = jnp.sum(base[..., None] >= jnp.asarray(self.offsets[1:-1], jnp.int32), -1)
-        for corner in product((0, 1), repeat=self.rank):
-            steps = [np.dot(corner[: len(one)], one) for one in self.strides]
-            weight = jnp.ones(share.shape[:-1], share.dtype)
-            for axis, up in enumerate(corner):
-                weight = weight * (share[..., axis] if up else 1 - share[..., axis])
-            yield jnp.asarray(steps, jnp.int32)[sheet], weight
+    def read(self, values: Float[Array, " nodes"], place: Place) -> Float[Array, ""]:
+        """The values' multilinear interpolation at a place."""
+        ends = np.cumsum([math.prod(shape) for shape in self.shapes])[:-1]
+        parts = zip(jnp.split(values, ends), self.shapes, strict=True)
+        found = [
+            map_coordinates(part.reshape(shape), list(place.at[: len(shape)]), 1, "nearest")
+            for part, shape in parts
+        ]
+        return jnp.stack(found)[place.sheet]
 
 
 @register_pytree
@@ -202,15 +170,14 @@ class Walk:
             )
         low, high = (share * float(params.mean_rate) for share in RATES)
 
-        def plane(name: str) -> tuple[Axis, Axis]:
+        def plane(name: str) -> tuple[np.ndarray, np.ndarray]:
             turn, rate = (max(2, round(fineness * count)) + 1 for count in CELLS[name])
-            phases = np.linspace(SUPPORT_START, SUPPORT_END, turn)
-            return Axis(phases, periodic=True), Axis(np.linspace(low, high, rate))
+            return np.linspace(SUPPORT_START, SUPPORT_END, turn), np.linspace(low, high, rate)
 
-        slide = (*plane("slide"), Axis(np.asarray(SPEEDS)))
+        slide = (*plane("slide"), np.asarray(SPEEDS))
         slides = () if isinstance(params.scene.floor, Grip) else (slide, slide)
         tried = jnp.linspace(-1.0, 1.0, actions)[:, None]
-        return cls(params, tried, Grid((plane("rest"), *slides)), without_resets(env))
+        return cls(params, tried, Grid((plane("rest"), *slides), True), without_resets(env))
 
     def state(self, sheet: Int[Array, ""], at: Float[Array, " rank"]) -> BipedEnvState:
         """The state at a node: the foot at its foothold, the first step of an episode."""
@@ -232,14 +199,14 @@ class Walk:
             rests=nothing,
         )
 
-    def cell(self, state: BipedEnvState) -> Cell:
-        """The cell of a state."""
+    def place(self, state: BipedEnvState) -> Place:
+        """The place of a state."""
         biped = state.biped
         at = jnp.stack([biped.phase, biped.crank_rate, jnp.abs(biped.foot_velocity)])
         if len(self.grid.sheets) == 1:
-            return self.grid.cell(REST, at)
+            return self.grid.place(REST, at)
         slides = jnp.where(biped.foot_velocity > 0, FORWARDS, BACKWARDS)
-        return self.grid.cell(jnp.where(biped.foot_velocity == 0, REST, slides), at)
+        return self.grid.place(jnp.where(biped.foot_velocity == 0, REST, slides), at)
 
     def step(self, state: BipedEnvState, action: Float[Array, " 1"]) -> tuple[Any, Array, Array]:
         """The state after a step, its reward and whether it terminated."""
@@ -254,91 +221,65 @@ class Walk:
         return -jnp.asarray(own.fall_penalty + own.tracking_weight * own.time_limit)
 
 
-@register_pytree
-@dataclass(frozen=True)
-class Transitions:
-    """Transitions of each node under each action, in blocks of nodes; the last block is filled up.
+class Transitions(NamedTuple):
+    """Transitions of each node under each action, [nodes, actions].
 
-    base, share: the cell that is reached, see Cell; base is STOPS where nothing follows.
-    reward: of the step; where it leaves the grid, with what leaving is worth.
+    to: the place that is reached; its sheet is STOPS where nothing follows. reward: of the step;
+    where it leaves the grid, with what leaving is worth.
     """
 
-    base: Int[Array, "blocks block actions"]
-    share: Float[Array, "blocks block actions rank"]
-    reward: Float[Array, "blocks block actions"]
-    grid: Grid
+    to: Place
+    reward: Float[Array, "nodes actions"]
 
 
-def transitions(process: Any, *, progress: bool = False) -> Transitions:
+def transitions(process: Any) -> Transitions:
     """Transitions of all nodes under all actions; what the grid does not cover is not guessed.
 
     process: a Walk, or another pytree with its methods. ValueError for a grid that memory does not
     hold, before anything of it exists.
     """
     grid, count, kind = process.grid, len(process.actions), jnp.result_type(process.actions)
-    size, each = grid.offsets[-1], WORKING * (4 + (1 + grid.rank) * kind.itemsize)
-    require_memory(f"{size:,} nodes with {count} actions", "transitions", size * count, each)
-    block, parts = max(1, min(size, AT_ONCE // count)), []
-    with Bar("transitions", size, "node", progress, large=True) as bar:
-        for sheet in range(len(grid.sheets)):
-            nodes = grid.nodes(sheet).astype(kind)
-            for first in range(0, len(nodes), block):
-                rows = np.minimum(np.arange(first, first + block), len(nodes) - 1)
-                found = _from_nodes(process, sheet, nodes[rows])
-                here = min(block, len(nodes) - first)
-                parts.append([np.asarray(one)[:here] for one in found])
-                bar.advance(here)
-    filled = -size % block
-    whole = []
-    for one in zip(*parts, strict=True):
-        rows = np.concatenate(one)
-        rows = np.pad(rows, [(0, filled)] + [(0, 0)] * (rows.ndim - 1))
-        whole.append(jnp.asarray(rows.reshape(-1, block, *rows.shape[1:])))
-    base, share, reward = whole
-    return Transitions(base, share, reward, grid)
+    each = WORKING * (2 + (1 + grid.rank) * kind.itemsize)
+    given = f"{grid.size:,} nodes with {count} actions"
+    require_memory(given, "transitions", grid.size * count, each)
+    sheets, nodes = grid.nodes
+    return _from_nodes(process, sheets.astype(np.int8), nodes.astype(kind))
 
 
 @jax.jit
 def _from_nodes(
-    process: Any, sheet: int, nodes: Float[Array, "n rank"]
-) -> tuple[Array, Array, Array]:
-    """Base, share and reward of nodes [n] under all actions, each [n, actions]."""
+    process: Any, sheets: Int[Array, " n"], nodes: Float[Array, "n rank"]
+) -> Transitions:
+    """Transitions of nodes under all actions."""
 
-    def one(node: Float[Array, " rank"], action: Float[Array, " act"]):
-        after, reward, ended = process.step(process.state(sheet, node), action)
-        cell = process.cell(after)
-        left = cell.outside & ~ended
+    def one(node: tuple[Array, Array], action: Float[Array, " act"]) -> Transitions:
+        after, reward, ended = process.step(process.state(*node), action)
+        place = process.place(after)
+        left = place.outside & ~ended
         reward = reward + jnp.where(left, jnp.asarray(process.outside, reward.dtype), 0)
-        return jnp.where(ended | left, STOPS, cell.base), cell.share, reward
+        sheet = jnp.where(ended | left, jnp.int8(STOPS), place.sheet)
+        return Transitions(place._replace(sheet=sheet), reward)
 
-    return jax.vmap(jax.vmap(one, (None, 0)), (0, None))(nodes, process.actions)
+    def all_actions(node: tuple[Array, Array]) -> Transitions:
+        return jax.vmap(one, (None, 0))(node, process.actions)
 
-
-def finite_horizon(table: Transitions, steps: int, *, progress: bool = False) -> Array:
-    """The most that can be earned from each node in `steps` steps [nodes]."""
-    value, done = jnp.zeros(table.grid.offsets[-1], table.reward.dtype), 0
-    with Bar("sweeps", steps, "sweep", progress) as bar:
-        while done < steps:
-            count = min(TOGETHER, steps - done)
-            value, done = _swept(table, value, count), done + count
-            bar.advance(count)
-    return value
+    block = max(1, AT_ONCE // len(process.actions))
+    return jax.lax.map(all_actions, (sheets, nodes), batch_size=block)
 
 
 @partial(jax.jit, static_argnums=2)
-def _swept(table: Transitions, value: Float[Array, " nodes"], count: int) -> Array:
-    """The values after `count` sweeps of Bellman's equation."""
+def finite_horizon(grid: Grid, table: Transitions, steps: int) -> Float[Array, " nodes"]:
+    """The most that can be earned from each node in `steps` steps, by Bellman's equation."""
 
-    def of_block(value: Array, block: tuple[Array, Array, Array]) -> Array:
-        base, share, reward = block
-        after = table.grid.read(value, Cell(jnp.maximum(base, 0), share, base == STOPS))
-        return jnp.max(reward + jnp.where(base == STOPS, 0, after), -1)
+    def of_node(value: Array, found: Transitions) -> Array:
+        after = jax.vmap(partial(grid.read, value))(found.to)
+        return jnp.max(found.reward + jnp.where(found.to.sheet == STOPS, 0, after))
 
     def sweep(_: int, value: Array) -> Array:
-        blocks = table.base, table.share, table.reward
-        return jax.lax.map(partial(of_block, value), blocks).reshape(-1)[: len(value)]
+        block = max(1, AT_ONCE // table.reward.shape[1])
+        return jax.lax.map(partial(of_node, value), table, batch_size=block)
 
-    return jax.lax.fori_loop(0, count, sweep, value)
+    return jax.lax.fori_loop(0, steps, sweep, jnp.zeros(grid.size, table.reward.dtype))
 
 
 class Paths(NamedTuple):
@@ -363,9 +304,9 @@ def look_ahead(
     def one(path: Paths, number: Int[Array, ""]) -> Paths:
         after, reward, ended = process.step(path.state, process.actions[number])
         earned = path.earned + jnp.where(path.over, 0, reward)
-        over, cell = path.over | ended, process.cell(after)
+        over, place = path.over | ended, process.place(after)
         off = jnp.asarray(process.outside, values.dtype)
-        beyond = jnp.where(cell.outside, off, process.grid.read(values, cell))
+        beyond = jnp.where(place.outside, off, process.grid.read(values, place))
         first = jnp.where(path.first < 0, number, path.first)
         return Paths(after, first, earned, earned + jnp.where(over, 0, beyond), over)
 
@@ -407,10 +348,9 @@ class ValuePolicy(Memoryless):
         return memory, look_ahead(walk, self.values, env_state, self.depth, self.beam)[0]
 
 
-def solve(walk: Walk, *, depth: int = 4, beam: int = 4, progress: bool = False) -> ValuePolicy:
+def solve(walk: Walk, depth: int = 4, beam: int = 4) -> ValuePolicy:
     """The policy of the most that can be earned from each node in an episode's steps."""
-    table = transitions(walk, progress=progress)
-    values = finite_horizon(table, horizon(walk.params), progress=progress)
+    values = finite_horizon(walk.grid, transitions(walk), horizon(walk.params))
     return ValuePolicy(walk, values, depth, beam)
 
 
@@ -433,9 +373,9 @@ def known(policy: ValuePolicy, episodes: int) -> Known:
 
     def kept(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Known:
         standard = keep_of(played, params)
-        off = jax.vmap(lambda state: walk.cell(state).outside)(played.state)
+        off = jax.vmap(lambda state: walk.place(state).outside)(played.state)
         real = jnp.arange(len(played.reward)) < played.length
-        start = grid.read(policy.values, walk.cell(played.start_state))
+        start = grid.read(policy.values, walk.place(played.start_state))
         share = jnp.sum(off & real) / played.length
         found: Any = standard.reward, standard.terminated, start, share
         return Known(*found)
@@ -455,7 +395,7 @@ def main(arguments: list[str]) -> None:
     given = parser.parse_args(arguments)
     env, params = task_by_name(given.task).make()
     walk = Walk.of(cast("BipedEnv", env), params, given.actions, given.fineness)
-    policy = solve(walk, depth=given.ahead, beam=given.beam, progress=True)
+    policy = solve(walk, given.ahead, given.beam)
     found = known(policy, given.episodes)
     entry = {"settings": vars(given), **found._asdict(), **provenance()}
     write_json({**read_json(given.out), given.task: entry}, given.out)

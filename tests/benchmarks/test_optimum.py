@@ -1,6 +1,7 @@
 """Value iteration and the policy that looks ahead, against optima that are known."""
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 
 import hypothesis.strategies as st
@@ -10,16 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from benchmarks.optimum import (
-    Axis,
-    Grid,
-    Walk,
-    finite_horizon,
-    known,
-    look_ahead,
-    solve,
-    transitions,
-)
+from benchmarks.optimum import Grid, Walk, finite_horizon, known, look_ahead, solve, transitions
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.rollout import play
@@ -31,10 +23,8 @@ from stickslip.envs.biped.params import Randomisation
 
 ENV = BipedEnv(autoreset="disabled")
 UNEVEN = np.array([-1.0, -0.9, 0.2, 1.0, 4.0])
-EVEN = Axis(np.linspace(0.0, 2.0, 4))
-GRID = Grid(
-    ((Axis(UNEVEN), EVEN), (Axis(np.linspace(-1.0, 1.0, 3)), Axis(UNEVEN), Axis(UNEVEN + 5)))
-)
+EVEN = np.linspace(0.0, 2.0, 4)
+GRID = Grid(((UNEVEN, EVEN), (np.linspace(-1.0, 1.0, 3), UNEVEN, UNEVEN + 5)))
 
 
 def multilinear(sheet: int, a, b, c):
@@ -43,14 +33,15 @@ def multilinear(sheet: int, a, b, c):
 
 
 def values(dtype):
-    parts = [multilinear(sheet, *GRID.nodes(sheet).T) for sheet in range(2)]
+    sheets, nodes = GRID.nodes
+    parts = [multilinear(sheet, *nodes[sheets == sheet].T) for sheet in range(2)]
     return jnp.asarray(np.concatenate(parts), dtype)
 
 
 @jax.jit
 def read(values, sheet, at):
-    cell = GRID.cell(sheet, at)
-    return GRID.read(values, cell), cell.outside
+    place = GRID.place(sheet, at)
+    return GRID.read(values, place), place.outside
 
 
 inside = st.floats(0.0, 1.0)
@@ -58,7 +49,7 @@ inside = st.floats(0.0, 1.0)
 
 @given(sheet=st.integers(0, 1), shares=st.tuples(inside, inside, inside))
 def test_functions_linear_along_every_axis_are_read_exactly(float64, sheet, shares):
-    ends = [(float(one.nodes[0]), float(one.nodes[-1])) for one in GRID.sheets[sheet]] + [(0, 0)]
+    ends = [(one[0], one[-1]) for one in GRID.sheets[sheet]] + [(0, 0)]
     at = [low + share * (high - low) for (low, high), share in zip(ends, shares, strict=False)]
     found, outside = read(values(float64), sheet, jnp.asarray(at))
     assert not outside
@@ -66,10 +57,9 @@ def test_functions_linear_along_every_axis_are_read_exactly(float64, sheet, shar
 
 
 def test_a_periodic_axis_wraps_and_what_no_node_covers_is_outside(dtype):
-    axis = Axis(np.linspace(1.0, 3.0, 5), periodic=True)
-    index, share, _ = jax.vmap(axis.cell)(jnp.asarray([1.25, 3.25, -0.75, 101.25], dtype))
-    assert index.tolist() == [0] * 4
-    np.testing.assert_allclose(share, 0.5, atol=1e-4)
+    ring = Grid(((np.linspace(1.0, 3.0, 5),),), periodic=True)
+    given = jnp.asarray([1.25, 3.25, -0.75, 101.25], dtype)[:, None]
+    np.testing.assert_allclose(jax.vmap(partial(ring.place, 0))(given).at, 0.5, atol=1e-4)
     for at in (-1.1, 4.1, 1e30, float("inf"), float("nan")):
         found, outside = read(values(dtype), 0, jnp.asarray([at, 0.0, 0.0], dtype))
         assert outside
@@ -82,8 +72,8 @@ class OneSheet:
     def state(self, sheet, at):
         return at
 
-    def cell(self, state):
-        return self.grid.cell(0, state)
+    def place(self, state):
+        return self.grid.place(0, state)
 
 
 @register_pytree
@@ -104,21 +94,21 @@ class Chain(OneSheet):
 
 
 def chain(dtype=jnp.float32):
-    line = Grid(((Axis(np.linspace(0.0, 5.0, 6)),),))
+    line = Grid(((np.linspace(0.0, 5.0, 6),),))
     return Chain(jnp.asarray([[-1.0], [0.0], [1.0]], dtype), line)
 
 
 def test_a_chain_has_the_values_counted_by_hand(dtype):
-    table = transitions(chain(dtype))
-    found = finite_horizon(table, 4)
+    grid, table = chain().grid, transitions(chain(dtype))
+    found = finite_horizon(grid, table, 4)
     # From the place 5 - n the prize is n moves away; place 5 itself is where one step more ends it.
     assert found.dtype == dtype
     assert found.tolist() == [0.0, 1.5, 1.625, 1.75, 1.875, 2.0]
-    assert finite_horizon(table, 5).tolist()[0] == 2 - 5 * 0.125
+    assert finite_horizon(grid, table, 5).tolist()[0] == 2 - 5 * 0.125
 
 
 def test_a_grid_too_large_is_refused_with_its_size_before_it_exists():
-    wide = Axis(np.linspace(0.0, 1.0, 30_001))
+    wide = np.linspace(0.0, 1.0, 30_001)
     with pytest.raises(ValueError, match="900,060,001 nodes with 3 actions"):
         transitions(replace(chain(), grid=Grid(((wide, wide),))))
 
@@ -153,12 +143,12 @@ class DoubleIntegrator(OneSheet):
 def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_the_cells(float64):
     errors, at = [], np.mgrid[-1:1:9j, -1:1:9j].reshape(2, -1).T
     for cells in (32, 64):
-        axes = Axis(np.linspace(-3.0, 3.0, cells + 1)), Axis(np.linspace(-4.0, 4.0, cells + 1))
+        axes = np.linspace(-3.0, 3.0, cells + 1), np.linspace(-4.0, 4.0, cells + 1)
         tried = jnp.linspace(-6, 6, 81, dtype=float64)[:, None]
         process = DoubleIntegrator(tried, Grid((axes,)))
         exact = -np.einsum("ni,ij,nj->n", at, process.riccati(20), at)
-        value = finite_horizon(transitions(process), 20)
-        found = jax.vmap(lambda one, p=process, v=value: p.grid.read(v, p.cell(one)))
+        value = finite_horizon(process.grid, transitions(process), 20)
+        found = jax.vmap(lambda one, p=process, v=value: p.grid.read(v, p.place(one)))
         errors.append(np.max(np.abs(found(jnp.asarray(at)) - exact)))
     assert errors[1] < 0.05 * np.max(np.abs(exact))
     assert errors[0] / errors[1] > 3
@@ -182,9 +172,9 @@ class Balance(OneSheet):
 
 
 def balance(cells: int):
-    lean = Grid(((Axis(np.linspace(-1.0, 1.0, cells + 1)),),))
+    lean = Grid(((np.linspace(-1.0, 1.0, cells + 1),),))
     process = Balance(jnp.linspace(-1, 1, 5)[:, None], lean)
-    return process, finite_horizon(transitions(process), 60)
+    return process, finite_horizon(lean, transitions(process), 60)
 
 
 def by_hand(process, values, x: float, depth: int) -> tuple[float, set[float]]:
@@ -199,7 +189,7 @@ def by_hand(process, values, x: float, depth: int) -> tuple[float, set[float]]:
                 break
             earned += 1 + at
         else:
-            earned += np.interp(at, process.grid.sheets[0][0].nodes, values)
+            earned += np.interp(at, process.grid.sheets[0][0], values)
         found[sequence[0]] = max(earned, found.get(sequence[0], -np.inf))
     best = max(found.values())
     return best, {first for first, worth in found.items() if worth > best - 1e-4}
@@ -234,9 +224,9 @@ def test_nodes_and_states_are_each_others_inverses():
     for sheet, sign in enumerate((0, 1, -1)):
         state = walk.state(jnp.int32(sheet), jnp.asarray([2.0, 3.5, 0.05], jnp.float32))
         assert np.sign(float(state.biped.foot_velocity)) == sign
-        cell, offsets = walk.cell(state), walk.grid.offsets
-        assert offsets[sheet] <= int(cell.base) < offsets[sheet + 1]
-        assert not cell.outside
+        place = walk.place(state)
+        assert int(place.sheet) == sheet
+        assert not place.outside
 
 
 @pytest.mark.long
