@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 P = TypeVar("P", bound=Any)
@@ -40,32 +40,30 @@ def knee_of(points: Sequence[P]) -> P:
     return along[max(range(len(along)), key=lambda i: below[i])]
 
 
-def rank(count: int, quantile: float, confidence: float) -> int:
-    """Rank of the sorted value that bounds the quantile from above with this confidence.
+def upper_bound(values: Iterable[float], quantile: float, confidence: float) -> float:
+    """The value that bounds the quantile from above with this confidence; infinite for too few.
 
-    The least k with P(Binomial(count, quantile) <= k - 1) >= confidence, whatever the
-    distribution; count + 1 where there are too few values for a bound.
+    The k-th of the sorted values, whatever their distribution: the least k for which
+    P(Binomial(count, quantile) <= k - 1) >= confidence.
     """
     from scipy.stats import binom
 
-    return int(binom.ppf(confidence, count, quantile)) + 1
+    ordered = [*sorted(values), math.inf]
+    return float(ordered[int(binom.ppf(confidence, len(ordered) - 1, quantile))])
 
 
-def unbeaten(
-    points: Sequence[P], errors: Callable[[P], tuple[float, ...]], kind: Callable[[P], Any]
-) -> list[P]:
-    """Points that no other of their kind beats in cost and in each of the errors, in their order.
+def unbeaten(rated: Mapping[int, tuple[Hashable, tuple[float, ...]]]) -> set[int]:
+    """Keys of points that no other of their kind beats in every number.
 
-    Equal points do not beat each other.
+    rated: kind and numbers of each point. Equal points do not beat each other.
     """
-    rated = [(kind(p), (p.cost, *errors(p))) for p in points]
 
-    def beaten(own: Any, values: tuple[float, ...]) -> bool:
+    def beaten(own: Hashable, values: tuple[float, ...]) -> bool:
         return any(
             other == own
             and better != values
             and all(a <= b for a, b in zip(better, values, strict=True))
-            for other, better in rated
+            for other, better in rated.values()
         )
 
-    return [p for p, rating in zip(points, rated, strict=True) if not beaten(*rating)]
+    return {key for key, rating in rated.items() if not beaten(*rating)}

@@ -12,7 +12,6 @@ does that without measuring.
 from __future__ import annotations
 
 import math
-import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -66,6 +65,11 @@ class Promise(NamedTuple):
         return self[:4]
 
     @property
+    def family(self) -> str:
+        """Name of the integrator."""
+        return {"EventExact": "event_exact", "RK4Split": "rk4_split"}[called(self.integrator)[0]]
+
+    @property
     def error(self) -> float:
         """Promised error [rad/s]."""
         return self.bounds[PROMISED][0]
@@ -107,25 +111,17 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
     return sorted(found, key=lambda promise: promise.cost)
 
 
-def fidelity_name(fidelity: str) -> str:
+def fidelity_name(code: str) -> str:
     """Out of its code: Table(pieces=32, degree=7) is table 32x7."""
-    name, numbers = fidelity.split("(")[0].lower(), re.findall(r"=([^,)]+)", fidelity)
-    return " ".join([name, "x".join(numbers)]) if numbers else name
+    name, numbers = called(code)
+    return " ".join([name.lower(), *(["x".join(map(str, numbers.values()))] if numbers else [])])
 
 
 def integrator_name(point: Promise) -> str:
     """With its step, or its tolerance where it chooses its steps."""
-    name = family(point.integrator)
-    tolerance = re.search(r"rtol=([^,)]+)", point.integrator)
-    if name == "event_exact":
-        return f"{name} {float(tolerance[1]) if tolerance else 1e-9:.0e}"
-    return f"{name} {1e3 * point.dt:g} ms"
-
-
-def family(integrator: str) -> str:
-    """The name of an integrator out of its code."""
-    name = re.split(r"\W", integrator, maxsplit=1)[0]
-    return {"EventExact": "event_exact", "RK4Split": "rk4_split"}[name]
+    if point.family == "event_exact":
+        return f"event_exact {called(point.integrator)[1].get('rtol', 1e-9):.0e}"
+    return f"{point.family} {1e3 * point.dt:g} ms"
 
 
 def source(content: dict[str, Any]) -> str:
@@ -251,10 +247,10 @@ def draw(content: dict[str, Any], path: Path) -> None:
         for p in points:
             look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.35}
             axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
-            marker = MARKERS[family(p.integrator)]
+            marker = MARKERS[p.family]
             (point,) = axis.plot(p.cost, p.error, marker, ms=4.5, zorder=3, **look)
             if p in along:
-                shown[f"{family(p.integrator)}, {p.dtype}"] = point
+                shown[f"{p.family}, {p.dtype}"] = point
         if along:
             ends = [p.cost for p in along], [p.error for p in along]
             look = {"color": theme.INK, "lw": 0.8, "drawstyle": "steps-post", "zorder": 1}

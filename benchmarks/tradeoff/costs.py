@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,13 +16,13 @@ from benchmarks.tradeoff.population import FLOORS
 from benchmarks.tradeoff.promises import names_of, settings
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
-    SUPPORT_START,
     BipedModel,
     BipedParams,
     BipedState,
     EventExact,
     Table,
     prepare,
+    simulate,
     step,
 )
 
@@ -33,7 +34,7 @@ PERIOD = 0.02
 BATCH = 4096
 PATIENCE = 0.1
 """Length of a timed run of a batch [s]; the median of three counts."""
-TRUTH = Table(64, 9), EventExact(rtol=1e-10, atol=1e-13)
+TRUTH = {"fidelity": Table(64, 9), "integrator": EventExact(rtol=1e-10, atol=1e-13)}
 
 
 class Walk(NamedTuple):
@@ -124,45 +125,27 @@ def arguments(walk: Walk, setting: Setting) -> tuple[BipedModel, Scene, tuple]:
     return jax.block_until_ready(model), scene, law
 
 
-def start(walk: Walk, dtype: str) -> BipedState:
-    """The walk's initial state."""
-    zero = jnp.zeros((), dtype)
-    rate = jnp.asarray(walk.rate, dtype)
-    phase = jnp.asarray(SUPPORT_START, dtype)
-    return BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
-
-
 def states_along(walk: Walk) -> BipedState:
     """States at the ends of the walk's control periods, event-exact in float64."""
-    from stickslip.dynamics.biped.settings import Setting
+    with jax.enable_x64(True):
+        params, state = BipedParams.from_bars(dtype=jnp.float64), start(walk, "float64")
+        times = walk.duration, PERIOD
 
-    with jax.enable_x64(True), jax.numpy_dtype_promotion("strict"):
-        given = arguments(walk, Setting(*TRUTH, PERIOD, "float64"))
-        one = partial(advance, TRUTH[1], *given)
-        numbers = jnp.asarray(PERIOD), jnp.asarray(1), jnp.asarray(1)
+        def torque(state: BipedState) -> Any:
+            return walk.gain * (walk.wanted - state.crank_rate)
 
-        def body(state, _):
-            after = one(state, *numbers)[0]
-            return after, after
+        found = simulate(params, walk.scene(), state, torque, *times, **TRUTH)  # type: ignore[arg-type]
+        return jax.tree.map(lambda leaf: np.asarray(leaf)[1:], found.states)
 
-        length = round(walk.duration / PERIOD)
-        run = jax.jit(lambda state: jax.lax.scan(body, state, length=length)[1])
-        return jax.tree.map(np.asarray, run(start(walk, "float64")))
+
+def start(walk: Walk, dtype: str) -> BipedState:
+    """The walk's initial state."""
+    return BipedState(crank_rate=walk.rate).astype(dtype)
 
 
 def spread(along: BipedState, batch: int, dtype: str) -> BipedState:
     """Initial states of a batch: those along the walk, crank rates apart by up to 1 %."""
-    picked = np.arange(batch) % len(along.phase)
+    picked = jax.tree.map(lambda leaf: leaf[np.arange(batch) % len(leaf)], along)
     nudge = 1 + 0.01 * np.random.default_rng(0).uniform(-1, 1, batch)
-
-    def column(values, factor: Any = 1.0):
-        return jnp.asarray(np.asarray(values)[picked] * factor, dtype)
-
-    return BipedState(
-        phase=column(along.phase),
-        steps=jnp.asarray(np.asarray(along.steps)[picked], jnp.int32),
-        crank_rate=column(along.crank_rate, nudge),
-        foot_position=column(along.foot_position),
-        foot_velocity=column(along.foot_velocity),
-        time=jnp.zeros(batch, dtype),
-    )
+    rates = {"crank_rate": picked.crank_rate * nudge, "time": np.zeros(batch)}
+    return replace(picked, **rates).astype(dtype)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import lru_cache, partial
+from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.points import rank
+from benchmarks.points import upper_bound
 from benchmarks.report import code_of
 from benchmarks.tradeoff.population import (
     DEFAULT_LENGTH,
@@ -28,11 +28,12 @@ from stickslip.dynamics.biped.settings import Setting
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.dynamics.biped.settings import Fidelity, Setting
+    from stickslip.dynamics.biped.settings import Fidelity
 
-FINE = Table(64, 9)
-REFERENCE = EventExact(rtol=1e-12, atol=1e-15)
-"""Integrator of the reference, in float64 on the table FINE."""
+CONTROL = 0.02
+"""Control period [s]."""
+REFERENCE = Setting(Table(64, 9), EventExact(rtol=1e-12, atol=1e-15), CONTROL, "float64")
+"""Setting that the others are compared with."""
 SHORTEST = 10
 """Walks that leave the model within fewer control periods are left out."""
 
@@ -87,12 +88,10 @@ def arguments(walks: Walks, fidelity: Fidelity, dtype: str) -> tuple[Any, ...]:
     return jax.block_until_ready(_prepared(fidelity)(params)), *rest
 
 
-_PREPARED: dict[Any, Callable[..., Any]] = {}
-
-
+@cache
 def _prepared(fidelity: Fidelity) -> Callable[..., Any]:
     """One compilation for every kind of floor."""
-    return _PREPARED.setdefault(fidelity, jax.jit(jax.vmap(partial(prepare, fidelity=fidelity))))
+    return jax.jit(jax.vmap(partial(prepare, fidelity=fidelity)))
 
 
 def _cast(part, dtype: str):
@@ -110,13 +109,6 @@ def paths(walks: Walks, setting: Setting) -> Path:
         given = arguments(walks, setting.fidelity, setting.dtype)
         found = jax.jit(jax.vmap(partial(march, integrator)))(*given)
         return jax.tree.map(np.asarray, found)
-
-
-def references(walks: Walks, integrator: EventExact = REFERENCE) -> Path:
-    """Every walk, event-exact."""
-    with jax.enable_x64(True), jax.numpy_dtype_promotion("strict"):
-        given = arguments(walks, FINE, "float64")
-        return jax.tree.map(np.asarray, jax.jit(jax.vmap(partial(march, integrator)))(*given))
 
 
 def walked(truth: Path) -> np.ndarray:
@@ -140,8 +132,6 @@ def errors(walks: Walks, paths: Path, truth: Path) -> np.ndarray:
 
 COUNT = 512
 """Walks of each kind of robot on each kind of floor."""
-CONTROL = 0.02
-"""Control period [s]."""
 
 
 def settings(quick: bool) -> list[Setting]:
@@ -174,18 +164,12 @@ def names_of(setting: Setting) -> dict[str, Any]:
     }
 
 
-def bound(values: np.ndarray, quantile: float, confidence: float = CONFIDENCE) -> float:
-    """The upper confidence bound of the quantile; infinite where there are too few values."""
-    k = rank(len(values), quantile, confidence)
-    return float(np.sort(values)[k - 1]) if k <= len(values) else float("inf")
-
-
 @lru_cache(maxsize=1)
 def drawn(floor: str, count: int) -> tuple[Walks, Path, dict[str, np.ndarray]]:
     """Walks, references, and the walks of each kind of robot that last long enough."""
     with jax.enable_x64(True):
         walks = both(floor, range(count))
-    truth = references(walks)
+    truth = paths(walks, REFERENCE)
     long = walked(truth) >= SHORTEST
     groups = {
         robots: np.flatnonzero(long[i * count : (i + 1) * count]) + i * count
@@ -229,7 +213,10 @@ def _quantiles(off: np.ndarray, path: Path, truth: Path, own: np.ndarray) -> dic
     ends, wanted = path.status[own, -1], truth.status[own, -1]
     over, ended = ends > 1, wanted > 1
     return {
-        "bounds": {str(q): [_number(bound(values[own], q)) for values in off] for q in QUANTILES},
+        "bounds": {
+            str(q): [_number(upper_bound(one, q, CONFIDENCE)) for one in off[:, own]]
+            for q in QUANTILES
+        },
         "median": float(np.median(off[0][own])),
         "worst": _number(float(np.max(off[0][own]))),
         "ends_otherwise": float(np.mean((over != ended) | (over & (ends != wanted)))),

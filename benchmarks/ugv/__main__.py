@@ -11,9 +11,8 @@ time of a pose. Only the parts named are measured; the JSON keeps the other, wit
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from benchmarks.points import unbeaten
 from benchmarks.report import (
@@ -26,107 +25,68 @@ from benchmarks.report import (
     where,
 )
 from benchmarks.ugv.costs import costs
-from benchmarks.ugv.population import AS_FUNCTION
+from benchmarks.ugv.population import AS_FUNCTION, PLACES
 from benchmarks.ugv.promise import CONFIDENCE, QUANTILE, promises
 from stickslip.records.files import write_whole
 
 
-class Promise(NamedTuple):
-    """A setting on a kind of ground; the solver as code. Errors: typical, promised, worst."""
+def promises_of(content: dict[str, Any]) -> list[dict[str, Any]]:
+    """A promise of each setting on each kind of ground and place, with its costs by batch.
 
-    ground: str
-    place: str
-    solver: str
-    dtype: str
-    poses: int
-    torque: tuple[float, float, float]
-    contact: tuple[float, float, float]
-    wrong: int
-    cost: float = 0.0
-
-    @property
-    def error(self) -> float:
-        """The worse of both promised errors [-]."""
-        return max(self.torque[1], self.contact[1])
-
-    @property
-    def checked(self) -> bool:
-        """True if it looks for hollow ground and computes the clearance."""
-        return "samples=0" not in self.solver
-
-
-def promises_of(rows: list[dict[str, Any]]) -> list[Promise]:
-    """Promises of all rows; the two kinds of function are pooled, the worse of both counting."""
-    found = [
-        Promise(
-            *(row[name] for name in Promise._fields[:5]),
-            torque=tuple(row["torque"]),
-            contact=tuple(row["contact"]),
-            wrong=row["wrong"],
-        )
-        for row in rows
-    ]
-    kinds: dict[tuple, list[Promise]] = {}
-    for p in found:
-        if p.ground in AS_FUNCTION:
-            kinds.setdefault(p[1:4], []).append(p)
-    own = [p for p in found if p.ground not in AS_FUNCTION]
-    return own + [_pooled(same) for same in kinds.values() if len(same) == len(AS_FUNCTION)]
-
-
-def _pooled(same: list[Promise]) -> Promise:
-    def worst(name: str) -> tuple:
-        return tuple(max(each) for each in zip(*(getattr(p, name) for p in same), strict=True))
-
-    return same[0]._replace(
-        ground="function",
-        poses=sum(p.poses for p in same),
-        torque=worst("torque"),
-        contact=worst("contact"),
-        wrong=sum(p.wrong for p in same),
-    )
-
-
-def costs_of(rows: list[dict[str, Any]]) -> Callable[[Promise], dict[int, float]]:
-    """A function from a promise to its processor seconds for each measured batch."""
-    table: dict[tuple, dict[int, float]] = {}
-    for row in rows:
+    ground, place, solver (as code), dtype, poses, torque and contact (errors: typical, promised,
+    worst), wrong. The two kinds of function are pooled, the worse of both counting.
+    """
+    costs: dict[tuple, dict[int, float]] = {}
+    for row in content["costs"]:
         key = (row["ground"], row["solver"], row["dtype"])
-        table.setdefault(key, {})[row["batch"]] = row["cost"]
+        costs.setdefault(key, {})[row["batch"]] = row["cost"]
+    groups: dict[tuple, list[dict[str, Any]]] = {}
+    for row in content["promise"]:
+        ground = "function" if row["ground"] in AS_FUNCTION else row["ground"]
+        groups.setdefault((ground, *(row[name] for name in NAMES[1:])), []).append(row)
 
-    def costs(point: Promise) -> dict[int, float]:
-        return table.get((point.ground, point.solver, point.dtype), {})
+    def worst(rows: list[dict[str, Any]], name: str) -> list[float]:
+        return [max(each) for each in zip(*(row[name] for row in rows), strict=True)]
 
-    return costs
+    return [
+        dict(zip(NAMES, names, strict=True))
+        | {name: worst(rows, name) for name in ("torque", "contact")}
+        | {name: sum(row[name] for row in rows) for name in ("poses", "wrong")}
+        | {"costs": costs.get((names[0], *names[2:]), {})}
+        for names, rows in groups.items()
+    ]
 
 
-def recommended(content: dict[str, Any]) -> list[tuple[Promise, dict[int, float]]]:
-    """Settings that may be recommended, with their cost for each batch."""
-    costs = costs_of(content["costs"])
-    able = [p for p in promises_of(content["promise"]) if p.wrong == 0 and costs(p)]
-    best = set()
-    for batch in dict.fromkeys(batch for p in able for batch in costs(p)):
-        priced = [p._replace(cost=costs(p)[batch]) for p in able if batch in costs(p)]
-        best |= {
-            p._replace(cost=0.0)
-            for p in unbeaten(
-                priced,
-                lambda p: (p.torque[1], p.contact[1]),
-                lambda p: (p.ground, p.place, p.dtype, p.checked),
+def recommended(content: dict[str, Any]) -> list[dict[str, Any]]:
+    """Promises of the settings that may be recommended.
+
+    In some batch no other setting is cheaper and as accurate, of those that check as much: for
+    hollow ground and clearance.
+    """
+    able = [p for p in promises_of(content) if p["wrong"] == 0 and p["costs"]]
+    best: set[int] = set()
+    for batch in {batch for p in able for batch in p["costs"]}:
+        rated = {
+            i: (
+                (p["ground"], p["place"], p["dtype"], "samples=0" not in p["solver"]),
+                (p["costs"][batch], p["torque"][1], p["contact"][1]),
             )
+            for i, p in enumerate(able)
+            if batch in p["costs"]
         }
-    return [(p, costs(p)) for p in able if p in best]
+        best |= unbeaten(rated)
+    return [p for i, p in enumerate(able) if i in best]
 
 
 def source(content: dict[str, Any]) -> str:
     """Text of dynamics/ugv/measured.json; the same content gives the same text."""
     settings: dict[tuple, int] = {}
     promises, costs = [], {}
-    for point, priced in recommended(content):
-        index = settings.setdefault((point.solver, point.dtype), len(settings))
-        errors = [_numbers(errors) for errors in (point.torque, point.contact)]
-        promises.append([point.ground, point.place, index, point.poses, *errors])
-        costs |= {(point.ground, index, batch): cost for batch, cost in priced.items()}
+    for p in recommended(content):
+        index = settings.setdefault((p["solver"], p["dtype"]), len(settings))
+        errors = [_numbers(*p[name]) for name in ("torque", "contact")]
+        promises.append([p["ground"], p["place"], index, p["poses"], *errors])
+        costs |= {(p["ground"], index, batch): cost for batch, cost in p["costs"].items()}
     return rows_json(
         {
             "measured_on": where(content, "promise"),
@@ -139,30 +99,21 @@ def source(content: dict[str, Any]) -> str:
     )
 
 
-def _numbers(errors: tuple[float, float, float]) -> list[float | None]:
+def _numbers(typical: float, *others: float) -> list[float | None]:
     """Errors to three digits, rounded up but for the median."""
-    typical, *others = errors
     return [three(typical), *(three(1.005 * number) for number in others)]
 
 
 def table(content: dict[str, Any]) -> str:
     """Promises of each recommended setting, with its cost in the largest batch."""
     lines: dict[tuple, dict[str, Any]] = {}
-    for point, priced in recommended(content):
-        key = point.ground, point.solver, point.dtype
-        line = lines.setdefault(
-            key,
-            {
-                "ground": point.ground,
-                "solver": point.solver,
-                "type": point.dtype,
-                **dict.fromkeys(("torque, near", "torque, far", "contact, near"), "-"),
-                **dict.fromkeys(("contact, far", "cost [s]"), "-"),
-            },
-        )
+    columns = [f"{name}, {place}" for name in ("torque", "contact") for place in PLACES]
+    for p in recommended(content):
+        names = {"ground": p["ground"], "solver": p["solver"], "type": p["dtype"]}
+        line = lines.setdefault(tuple(names.values()), names | dict.fromkeys(columns, "-"))
         for name in ("torque", "contact"):
-            line[f"{name}, {point.place}"] = f"{getattr(point, name)[1]:.1e}"
-        line["cost [s]"] = f"{priced[max(priced)]:.1e}"
+            line[f"{name}, {p['place']}"] = f"{p[name][1]:.1e}"
+        line["cost [s]"] = f"{p['costs'][max(p['costs'])]:.1e}"
     said = (
         f"Measured on {where(content, 'promise')}; costs: {where(content, 'costs')}. Torque in "
         "weight times wheel radius, contact in wheel radii; processor seconds for each of 16384 "
@@ -171,6 +122,8 @@ def table(content: dict[str, Any]) -> str:
     return f"{said}\n\n{markdown(list(lines.values()))}"
 
 
+NAMES = ("ground", "place", "solver", "dtype")
+"""What a promise is about."""
 RESULTS = Path("benchmarks/results/ugv.json")
 DOCUMENT = Path("docs/drives.md")
 DATA = Path("dynamics/ugv/measured.json")

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.points import rank
+from benchmarks.points import upper_bound
 from benchmarks.report import code_of
 from benchmarks.ugv.population import CHOSEN, CLASSES, HELD_OUT, PLACES, Drawn, draw
 from stickslip.dynamics import Status
@@ -178,7 +178,7 @@ def promised(chosen: Differences, held_out: Differences) -> dict[str, Any]:
     for name in ("torque", "contact"):
         mine = getattr(chosen, name)
         mine = np.maximum(np.sort(mine[np.isfinite(mine)]), SURE)
-        bound = float(mine[bound_index(len(mine), QUANTILE, CONFIDENCE)])
+        bound = upper_bound(mine, QUANTILE, CONFIDENCE)
         row[name] = [float(np.median(mine)), bound, float(mine[-1])]
         row["poses"] = len(mine)
         exceeded |= np.nan_to_num(getattr(held_out, name)) > bound
@@ -189,15 +189,6 @@ def promised(chosen: Differences, held_out: Differences) -> dict[str, Any]:
         "held_out_over": int(np.sum(exceeded)),
         "held_out_wrong": int(np.sum(held_out.wrong)),
     }
-
-
-def bound_index(count: int, quantile: float, confidence: float) -> int:
-    """Index into `count` sorted independent values of the least one that is, with this confidence,
-    not below the quantile; ValueError where there are too few of them."""
-    index = rank(count, quantile, confidence) - 1
-    if index >= count:
-        raise ValueError(f"count = {count} is too few for the quantile {quantile:g}")
-    return index
 
 
 def answers_of(solver: PoseSolver, drawn: Drawn, dtype: str = "float64") -> Equilibrium:
@@ -225,17 +216,12 @@ def _depth(params: UGVParams, shape, placed: Pose) -> jax.Array:
     return jnp.maximum(*(penetration(track, wheel, r, NEWTON.samples) for wheel in wheels))
 
 
-_PROGRAMS: dict[Any, Any] = {}
-
-
 def _run_over(function, arguments, dtype: str = "float64"):
     """The function of each row of the arguments, in blocks, as NumPy arrays."""
     arguments = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), arguments)
-    count = len(jax.tree.leaves(arguments)[0])
-    blocks = jax.tree.map(lambda v: v.reshape(-1, min(BLOCK, count), *v.shape[1:]), arguments)
-    key = (function, dtype, jax.tree.structure(blocks),
-           tuple(v.shape for v in jax.tree.leaves(blocks)))  # fmt: skip
-    if key not in _PROGRAMS:
-        _PROGRAMS[key] = jax.jit(lambda given: jax.lax.map(lambda a: jax.vmap(function)(*a), given))
-    found = _PROGRAMS[key](blocks)
-    return jax.tree.map(lambda v: np.asarray(v).reshape(count, *v.shape[2:]), found)
+    return jax.tree.map(np.asarray, _mapped(function)(arguments))
+
+
+@cache
+def _mapped(function):
+    return jax.jit(lambda rows: jax.lax.map(lambda row: function(*row), rows, batch_size=BLOCK))

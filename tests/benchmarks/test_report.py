@@ -73,6 +73,6 @@ def test_fronts_and_what_is_unbeaten_are_among_the_points():
     points = [single, beaten, slow, fine, cheap]
     assert front_of(points) == [cheap, fine]
     assert knee_of(points) is fine
-    kept = unbeaten(points, lambda p: (p.torque, p.contact), lambda p: p.dtype)
-    assert kept == [single, slow, fine, cheap]
-    assert unbeaten([cheap, cheap], lambda p: (p.error,), lambda p: None) == [cheap, cheap]
+    rated = {i: (p.dtype, (p.cost, p.torque, p.contact)) for i, p in enumerate(points)}
+    assert unbeaten(rated) == {0, 2, 3, 4}
+    assert unbeaten({0: (None, (1.0,)), 1: (None, (1.0,))}) == {0, 1}

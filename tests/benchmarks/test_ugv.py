@@ -15,7 +15,6 @@ from benchmarks.ugv.promise import (
     CONFIDENCE,
     QUANTILE,
     Differences,
-    bound_index,
     promised,
 )
 from stickslip.dynamics.ugv.recommendation import NEAR, promises
@@ -48,7 +47,7 @@ def test_a_promise_is_the_bound_of_the_worse_half_s_order():
     flags = np.zeros(n, bool)
     held = Differences(off + 30, off, flags, flags)
     row = promised(Differences(off, 2 * off, flags, flags), held)
-    place = bound_index(n, QUANTILE, CONFIDENCE)
+    place = int(stats.binom.ppf(CONFIDENCE, n, QUANTILE))
     assert row["torque"] == [np.median(off), place + 1, n]
     assert row["contact"] == [2 * np.median(off), 2 * (place + 1), 2 * n]
     assert row["held_out_over"] == n - (place + 1) + 30
@@ -70,11 +69,11 @@ def test_every_setting_that_is_recommended_had_no_wrong_status(content, rows):
     wrong = {(r["ground"], r["place"], r["solver"], r["dtype"]): r["wrong"] for r in rows}
     assert any(wrong.values())
     chosen = command.recommended(content)
-    assert len(list(promises())) == sum(len(priced) for _, priced in chosen)
-    for point, _ in chosen:
-        grounds = tuple(AS_FUNCTION) if point.ground == "function" else (point.ground,)
-        for ground in grounds:
-            assert wrong[ground, point.place, point.solver, point.dtype] == 0
+    assert len(list(promises())) == sum(len(point["costs"]) for point in chosen)
+    for point in chosen:
+        own = point["ground"]
+        for ground in tuple(AS_FUNCTION) if own == "function" else (own,):
+            assert wrong[ground, point["place"], point["solver"], point["dtype"]] == 0
 
 
 def test_promises_hold_on_the_poses_held_out(rows):

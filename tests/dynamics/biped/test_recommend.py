@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binom
 
 from benchmarks.tradeoff.population import FLOORS, HELD_OUT, draw
-from benchmarks.tradeoff.promises import SHORTEST, errors, paths, references, walked
+from benchmarks.tradeoff.promises import REFERENCE, SHORTEST, errors, paths, walked
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split
 from stickslip.dynamics.biped.recommendation import (
@@ -41,7 +41,7 @@ def violations(floor: str, robots: str, setting: Setting, count: int) -> np.ndar
     """Errors of a setting on walks that were not measured, each for a second [rad/s]."""
     with jax.enable_x64(True):
         walks = draw(floor, range(HELD_OUT, HELD_OUT + count), robots)
-    truth = references(walks)
+    truth = paths(walks, REFERENCE)
     off = errors(walks, paths(walks, setting), truth)[0]
     return off[walked(truth) >= SHORTEST]
 
