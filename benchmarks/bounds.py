@@ -73,10 +73,5 @@ def update(content: dict[str, Any]) -> None:
     put_between(PAGE, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", MARKS)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command."""
-    measured_by_command("bounds", __doc__, {"rows": rows}, update, arguments)
-
-
 if __name__ == "__main__":
-    main()
+    measured_by_command("bounds", __doc__, {"rows": rows}, update)

@@ -131,10 +131,5 @@ def update(content: dict[str, Any]) -> None:
     write_whole(PAGE.with_suffix(".png"), draw(content))
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command."""
-    measured_by_command("gaits", __doc__, PARTS, update, arguments)
-
-
 if __name__ == "__main__":
-    main()
+    measured_by_command("gaits", __doc__, PARTS, update)

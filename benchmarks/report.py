@@ -13,12 +13,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
 from datetime import UTC, datetime
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 import jax
 
+from stickslip.agents.policy.file import installed
 from stickslip.records.files import write_whole
 from stickslip.records.table import Table, json_text
 
@@ -52,7 +52,7 @@ def provenance() -> dict[str, Any]:
             "python": platform.python_version(),
             "device": jax.devices()[0].device_kind,
         },
-        "versions": {name: found for name in PACKAGES if (found := _version(name))},
+        "versions": installed(PACKAGES),
         "commit": _commit(),
         "measured": datetime.now(UTC).isoformat(timespec="seconds"),
     }
@@ -110,7 +110,7 @@ def measured_by_command(
     about: str | None,
     parts: dict[str, Callable[[bool], Iterator[dict[str, Any]]]],
     update: Callable[[dict[str, Any]], None],
-    arguments: list[str] | None,
+    arguments: list[str] | None = None,
 ) -> dict[str, Any]:
     """Run `python -m benchmarks.NAME`: measure parts and write the JSON.
 
@@ -193,13 +193,6 @@ def put_between(path: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
     before, rest = page.split(marks[0])
     after = rest.split(marks[1])[1]
     write_whole(path, f"{before}{marks[0]}\n{text}\n{marks[1]}{after}")
-
-
-def _version(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
 
 
 def _commit() -> str | None:

@@ -46,10 +46,10 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
         yield collected(*size)
     count, few = int(share * 2000), max(10, int(share * 300))
     for name, steps, scale in ((BIPED, count, 0.1), ("Pendulum-v1", 5 * count, 1.0)):
-        yield single(name, steps, repeats, scale)
+        yield single(name, steps, repeats, scale=scale)
     yield single("CartPole-v1", 5 * count, repeats)
     for batch in (64, 256, 1024):
-        yield vector(BIPED, "vector_entry_point", batch, few, repeats, 0.1)
+        yield vector(BIPED, "vector_entry_point", batch, few, repeats, scale=0.1)
     for name in ("Pendulum-v1", "CartPole-v1"):
         yield vector(name, "sync", 64, few, repeats)
     yield vector("CartPole-v1", "vector_entry_point", 1024, few, repeats)
@@ -60,7 +60,7 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
         params = env.make_params(track=track)
         for kernels in (False, True):
             yield scanned(f"{UGV}, {track}", env, params, ugv_actions, *size, kernels)
-    yield single(UGV, count, repeats, 0.2)
+    yield single(UGV, count, repeats, scale=0.2)
 
 
 def biped_actions(key, batch: int) -> jax.Array:
@@ -120,61 +120,58 @@ def collected(batch: int, steps: int, repeats: int) -> dict[str, Any]:
     return row("collect", BIPED, batch, batch * steps, run, repeats, first)
 
 
-def single(name: str, steps: int, repeats: int, scale: float = 1.0) -> dict[str, Any]:
-    """gymnasium.make(name), one environment, random actions drawn beforehand."""
-    env, actions, first = _ready(partial(gymnasium.make, name), 256, scale)
+def looped(
+    interface: str,
+    name: str,
+    make: Callable[[], Any],
+    size: tuple[int, int, int],
+    scale: float = 1.0,
+    draw: Callable[[Any], Any] = lambda env: env.action_space.sample(),
+) -> dict[str, Any]:
+    """Steps of an interface in a loop of Python, random actions drawn beforehand.
 
-    def run() -> None:
-        env.reset()
-        for index in range(steps):
-            _, _, terminated, truncated, _ = env.step(actions[index % 256])
-            if terminated or truncated:
-                env.reset()
-
-    return row("gymnasium.make", name, 1, steps, run, repeats, first)
-
-
-def vector(name: str, mode: str, batch: int, steps: int, repeats: int, scale=1.0):
-    """gymnasium.make_vec(name), random actions drawn beforehand."""
-    make = partial(gymnasium.make_vec, name, num_envs=batch, vectorization_mode=mode)
-    env, actions, first = _ready(make, 32, scale)
-
-    def run() -> None:
-        for index in range(steps):
-            env.step(actions[index % 32])
-
-    return row(f"make_vec ({mode})", name, batch, steps * batch, run, repeats, first)
-
-
-def sb3(batch: int, steps: int, repeats: int) -> dict[str, Any]:
-    """The SB3 VecEnv, random actions drawn beforehand."""
-    from stickslip.envs.adapters.sb3 import SB3VecEnv
-
+    size: environments, steps of each, repeats. draw: an action of all environments.
+    """
+    batch, steps, repeats = size
     begun = time.perf_counter()
-    env = SB3VecEnv(BipedEnv(), BipedEnv().default_params, batch)
+    env = make()
     env.reset()
-    noise = 0.075 * np.random.default_rng(0).normal(size=(32, batch, 1))
-    actions = np.clip(0.04 + noise, -1, 1).astype(np.float32)
+    env.action_space.seed(0)
+    drawn = [draw(env) for _ in range(256 if batch == 1 else 32)]
+    actions = drawn if scale == 1.0 else [(scale * one).astype(one.dtype) for one in drawn]
     env.step(actions[0])
     first = time.perf_counter() - begun
 
     def run() -> None:
+        env.reset()
         for index in range(steps):
-            env.step(actions[index % 32])
+            found = env.step(actions[index % len(actions)])
+            if batch == 1 and (found[2] or found[3]):
+                env.reset()
 
-    return row("SB3VecEnv", BIPED, batch, steps * batch, run, repeats, first)
+    return row(interface, name, batch, steps * batch, run, repeats, first)
 
 
-def _ready(make: Callable[[], Any], draws: int, scale: float) -> tuple[Any, list[Any], float]:
-    """An environment after its first step, random actions for it, and how long that took [s]."""
-    begun = time.perf_counter()
-    env = make()
-    env.reset(seed=0)
-    env.action_space.seed(0)
-    drawn = [env.action_space.sample() for _ in range(draws)]
-    actions = drawn if scale == 1.0 else [(scale * one).astype(one.dtype) for one in drawn]
-    env.step(actions[0])
-    return env, actions, time.perf_counter() - begun
+def single(name: str, *size: int, scale: float = 1.0) -> dict[str, Any]:
+    """gymnasium.make(name): one environment."""
+    return looped("gymnasium.make", name, partial(gymnasium.make, name), (1, *size), scale)
+
+
+def vector(name: str, mode: str, *size: int, scale: float = 1.0) -> dict[str, Any]:
+    """gymnasium.make_vec(name)."""
+    make = partial(gymnasium.make_vec, name, num_envs=size[0], vectorization_mode=mode)
+    return looped(f"make_vec ({mode})", name, make, size, scale)
+
+
+def sb3(*size: int) -> dict[str, Any]:
+    """The SB3 VecEnv."""
+    from stickslip.envs.adapters.sb3 import SB3VecEnv
+
+    def draw(env: SB3VecEnv) -> np.ndarray:
+        return np.stack([env.action_space.sample() for _ in range(env.num_envs)])
+
+    make = partial(SB3VecEnv, BipedEnv(), BipedEnv().default_params, size[0])
+    return looped("SB3VecEnv", BIPED, make, size, 0.1, draw)
 
 
 def row(interface, name, batch, steps, run, repeats, compiling) -> dict[str, Any]:
@@ -241,14 +238,7 @@ def body(content: dict[str, Any]) -> str:
     )
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command."""
+if __name__ == "__main__":
     register()
     parts = {"rows": rows, "accuracy": accuracy}
-    measured_by_command(
-        "throughput", __doc__, parts, lambda content: put_between(PAGE, body(content)), arguments
-    )
-
-
-if __name__ == "__main__":
-    main()
+    measured_by_command("throughput", __doc__, parts, lambda now: put_between(PAGE, body(now)))

@@ -136,10 +136,5 @@ def update(content: dict[str, Any]) -> None:
     put_between(DOCUMENT, table(content))
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command."""
-    measured_by_command("ugv", __doc__, PARTS, update, arguments)
-
-
 if __name__ == "__main__":
-    main()
+    measured_by_command("ugv", __doc__, PARTS, update)
