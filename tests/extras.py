@@ -26,7 +26,7 @@ IMPORT_NAMES = {
     "sbx-rl": "sbx",
     "stable-baselines3": "stable_baselines3",
 }
-IMPLIED = {"torch": "sb3", "dask": "sweep"}
+IMPLIED = {"torch": "sb3"}
 
 
 def extras() -> dict[str, str]:

@@ -201,7 +201,6 @@ TAKEN: dict[str, Callable[[list[str]], None]] = {
     "python": python_takes,
     "make": make_takes,
     "pip": pip_takes,
-    "dask": lambda rest: None,
     "uvx": lambda rest: stickslip_takes(rest[rest.index("stickslip") + 1 :]),
 }
-"""First words of commands, and what their rest is held to; nothing is known of dask's."""
+"""First words of commands, and what their rest is held to."""

@@ -21,8 +21,7 @@ from tests.extras import SB3
 from tests.test_examples import commands
 
 NOT_RUN = {
-    r"^(pip|make|dask|python|uvx) ": "installs, starts a cluster, or measures",
-    r"--scheduler": "needs what a test of its own starts",
+    r"^(pip|make|python|uvx) ": "installs, or measures",
 }
 """What of a line says that it is left out, and why."""
 ADDED = {

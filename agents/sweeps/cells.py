@@ -1,4 +1,4 @@
-"""Numbered cells of work: computed on threads or on Dask's workers, kept as a Parquet data set.
+"""Numbered cells of work: computed by an executor, kept as a Parquet data set.
 
 A directory holds `data/cell-000000.parquet` and so on, and a JSON file that defines them. Only the
 calling process writes, atomically; a run resumes with the cells that are missing. Used by sweeps
@@ -9,12 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-import pickle
 import re
-from concurrent.futures import FIRST_COMPLETED, CancelledError, wait
-from contextlib import ExitStack, contextmanager
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
 from datetime import UTC, datetime
-from functools import lru_cache, partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
@@ -26,29 +23,27 @@ from stickslip.agents.untrusted import (
     reading,
     require_format,
 )
-from stickslip.dynamics.checks import require_integer, shown
+from stickslip.dynamics.checks import shown
 from stickslip.records.files import PARTIAL, is_remains, write_whole, writing
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from concurrent.futures import Future
     from pathlib import Path
 
     import pyarrow as pa
-    from distributed import Client
 
 Found = TypeVar("Found")
 Head: TypeAlias = "dict[str, Any]"
 """The JSON file of a directory."""
 VERSION, MOST_CELLS = 3, 10**6
 DATA, KEY, CELL = "data", b"stickslip", re.compile(r"cell-(\d{6})\.parquet")
-PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow", "distributed")
-POLL, CONNECT, RETRIES, WINDOW = 0.2, 30.0, 3, 1024
-"""Longest interval at which `stop` is polled [s]; time for a scheduler to answer [s]; repetitions
-of a cell whose worker failed; cells submitted at once."""
+PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow")
+POLL, WINDOW = 0.2, 1024
+"""Longest interval at which `stop` is polled [s]; cells submitted at once."""
 CELL_FILE = "a cell as it was written; move the file away, and --resume computes it again"
-LOST = "the Dask scheduler does not answer any more: start it again, and continue with --resume"
+LOST = "the workers were lost; what was written stays: start others, and continue with --resume"
 
 
 class StoppedError(Exception):
@@ -61,10 +56,10 @@ def run_cells(
     todo: Sequence[int],
     stop: Callable[[], bool],
 ) -> None:
-    """Submit cells to a pool and keep each as it is done.
+    """Submit cells to an executor and keep each as it is done.
 
     The first error ends the run; kept cells stay. StoppedError where `stop`, polled after every
-    cell, returns True; OSError where the scheduler or all workers of a cell are lost.
+    cell, returns True; OSError where the executor has lost its workers.
     """
     left, running = iter(todo), {}
     try:
@@ -80,76 +75,11 @@ def run_cells(
                     raise StoppedError
             if stop():
                 raise StoppedError
-    except CancelledError as error:
+    except (CancelledError, BrokenExecutor) as error:
         raise OSError(LOST) from error
-    except Exception as error:
-        if type(error).__name__ != "KilledWorker":
-            raise
-        raise OSError(
-            f"a cell ended {RETRIES} workers, one after the other; accepted: workers with more "
-            "memory. What was written stays"
-        ) from error
     finally:
         for one in running:
             one.cancel()
-
-
-@contextmanager
-def dask_pool(
-    workers: int | None, scheduler: str | None, *, processes: bool = True
-) -> Iterator[Client]:
-    """Connect to a scheduler, or start local worker processes. ValueError if none answers."""
-    from distributed import Client, LocalCluster
-
-    if (workers is None) == (scheduler is None):
-        raise ValueError("workers and scheduler; accepted: one of them")
-    with ExitStack() as stack:
-        if workers is not None:
-            count = require_integer("workers", workers, high=4096)
-            how = {"dashboard_address": "127.0.0.1:0", "memory_limit": 0, "silence_logs": 50}
-            cluster = LocalCluster(count, threads_per_worker=1, processes=processes, **how)
-            stack.enter_context(cluster)
-            scheduler = cluster.scheduler_address
-        try:
-            client = Client(scheduler, timeout=CONNECT, set_as_default=False)
-        except (OSError, TimeoutError, ValueError) as error:
-            raise ValueError(
-                f"no Dask scheduler answers at {shown(scheduler)} ({error or 'no answer'}); "
-                "accepted: the address that `dask scheduler` prints, as tcp://127.0.0.1:8786"
-            ) from error
-        yield stack.enter_context(client)
-
-
-def run_dask(
-    client: Client,
-    content: bytes,
-    keep: Callable[[int, Found], None],
-    todo: Sequence[int],
-    stop: Callable[[], bool],
-) -> None:
-    """`run_cells` on Dask's workers; a cell of a lost worker is computed by another.
-
-    content: pickle of what returns the function of a cell's number.
-    """
-    sent = client.submit(bytes, content, pure=False)  # one transfer for all cells
-    pool = client.get_executor(pure=False, retries=RETRIES)
-
-    def stopped() -> bool:
-        if client.status != "running":
-            raise OSError(LOST)
-        return stop()
-
-    run_cells(partial(pool.submit, _play, sent), keep, todo, stopped)
-
-
-def _play(content: bytes, number: int) -> object:
-    """Compute a cell in a worker."""
-    return _loaded(content)(number)
-
-
-@lru_cache(maxsize=4)
-def _loaded(content: bytes) -> Callable[[int], object]:
-    return pickle.loads(content)()
 
 
 def open_store(

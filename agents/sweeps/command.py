@@ -28,10 +28,9 @@ def sweep_command(given: Options) -> Content:
     """Play the sweep, print its summary and draw it."""
     path, plan = Path(given["out"]), _planned(given)
     begun = time.monotonic()
-    how = {name: given[name] for name in ("workers", "scheduler", "resume")}
     with stoppable() as stop:
         try:
-            done = run_plan(plan, path, **how, progress=True, stop=stop)
+            done = run_plan(plan, path, resume=given["resume"], progress=True, stop=stop)
         except StoppedError:
             message = f"Stopped; go on with the same command and --resume ({path})"
             raise stop.interrupted(message) from None

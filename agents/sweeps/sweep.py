@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +13,10 @@ import jax
 
 from stickslip.agents.sweeps.cases import cases_on
 from stickslip.agents.sweeps.cells import (
-    dask_pool,
     missing_cells,
     open_store,
     read_head,
     run_cells,
-    run_dask,
     write_cell,
 )
 from stickslip.agents.sweeps.data import cell_table
@@ -30,6 +28,7 @@ from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+    from concurrent.futures import Executor
 
     import numpy as np
 
@@ -66,8 +65,8 @@ def sweep(
 
     out: a directory of its own, which `read_sweep` reads. cell: episodes of a file and of one call
     of the vmapped program (default: what suits memory). cores: cells at once (default: one for each
-    core or device). workers: processes of this machine instead; scheduler: the address of a Dask
-    scheduler.
+    core or device). executor: one of concurrent.futures' kind that computes the cells instead, in
+    other processes or on other machines.
 
     resume: continue the sweep in `out`. progress: show a bar. stop: polled; StoppedError where it
     returns True, and the sweep can be resumed.
@@ -86,16 +85,14 @@ def run_plan(
     *,
     cell: int | None = None,
     cores: int | None = None,
-    workers: int | None = None,
-    scheduler: str | None = None,
+    executor: Executor | None = None,
     resume: bool = False,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
 ) -> SweepResult:
     """`sweep`, of a plan: play the cells that are not in the directory."""
-    dask = workers is not None or scheduler is not None
-    if dask and cores is not None:
-        raise ValueError("cores beside workers or a scheduler; accepted: one of them")
+    if executor is not None and cores is not None:
+        raise ValueError("cores beside an executor; accepted: one of them")
     count = jax.local_device_count()
     threads = count if count > 1 or jax.default_backend() != "cpu" else cores_here()
     threads = threads if cores is None else require_integer("cores", cores, high=4096)
@@ -110,14 +107,24 @@ def run_plan(
                 write_cell(path, number, head, cell_table(plan, number, columns))
                 bar.advance(len(columns["fell"]))
 
-            if dask:
-                content = pickle.dumps(partial(Player, plan))
-                with dask_pool(workers, scheduler) as client:
-                    run_dask(client, content, keep, todo, stop)
-            else:
+            if executor is None:
                 with ThreadPoolExecutor(threads) as pool:
                     run_cells(partial(pool.submit, Player(plan)), keep, todo, stop)
+            else:
+                content = pickle.dumps(partial(Player, plan))
+                run_cells(partial(executor.submit, _play, content), keep, todo, stop)
     return SweepResult(path, plan.total, plan.cells, len(todo))
+
+
+def _play(content: bytes, number: int) -> dict[str, np.ndarray]:
+    """Compute a cell in a worker."""
+    return _loaded(content)(number)
+
+
+@lru_cache(maxsize=4)
+def _loaded(content: bytes) -> Player:
+    """A worker's player, with the programs that it compiled."""
+    return pickle.loads(content)()
 
 
 def _opened(plan: Plan, path: Path, cell: int | None, resume: bool) -> Plan:

@@ -48,7 +48,6 @@ EXTRAS = {
     "PIL": "viz",
     "pygame": "viz",
     "pyarrow": "sweep",
-    "distributed": "sweep",
     "filelock": "sweep",
     "onnx": "onnx",
 }

@@ -109,7 +109,7 @@ def view_flags(parser: Parser, _: object) -> None:
 
 
 def sweep_flags(parser: Parser, name: str) -> None:
-    """Add policies, axes, the machine's task, and workers."""
+    """Add policies, axes and the machine's task."""
     machine, add = machine_by_name(name), parser.add_argument
     about = "policy files, directories of training runs and baselines, see below"
     add("--policy", nargs="+", required=True, metavar="POLICY", help=about)
@@ -119,8 +119,6 @@ def sweep_flags(parser: Parser, name: str) -> None:
     add("--out", metavar="DIR", required=True, help="directory of the sweep")
     add("--resume", action="store_true", help="continue the sweep in --out")
     add("--no-pictures", action="store_true", help="neither sweep.png nor endings.png")
-    add("--workers", type=int, metavar="N", help="N processes (default: a thread for each core)")
-    add("--scheduler", metavar="ADDRESS", help="the workers of a Dask scheduler")
     group = parser.add_argument_group(f"the task of the {machine.title}")
     about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
     group.add_argument("--task", nargs="+", metavar="TASK", help=about)

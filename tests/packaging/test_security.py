@@ -39,10 +39,10 @@ RUNS = {"eval", "exec", "pickle.load", "pickle.loads", "onnx.load", "torch.load"
 RUNS |= {"joblib.load", "cloudpickle.loads", "yaml.load", "os.system", "os.popen"}
 NUMPY = ("np.load", "numpy.load", "np.lib.format.read_array")
 TRUSTED = {
-    "agents/sweeps/cells.py": {"pickle.loads"},
+    "agents/sweeps/sweep.py": {"pickle.loads"},
     "agents/optimisers/worker.py": {"pickle.load", "pickle.loads"},
 }
-"""Dask's workers, and the processes of a race, as SECURITY.md says."""
+"""Workers of an executor, and the processes of a race, as SECURITY.md says."""
 
 
 @pytest.mark.parametrize("what", LIMITS)

@@ -1,5 +1,6 @@
 """Directories, axes and policies that will not do are named, and nothing is lost."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -124,7 +125,7 @@ def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
     [
         ({"episodes": 0}, "episodes = 0"),
         ({"cell": 0}, "cell = 0"),
-        ({"cores": 1, "workers": 2}, "cores beside workers"),
+        ({"cores": 1, "executor": ThreadPoolExecutor(1)}, "cores beside an executor"),
     ],
 )
 def test_numbers_that_are_none_are_refused(tmp_path, how, said: str):

@@ -1,0 +1,41 @@
+"""Cells in other processes: the same rows, and nothing is lost with a worker."""
+
+import os
+import signal
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+
+from stickslip.agents import read_sweep
+from stickslip.agents.sweeps.sweep import _play
+from tests.agents.sweeps.masses import swept
+
+
+def ends(content: bytes, number: int) -> object:
+    """Compute a cell, the seventh in a process that is killed."""
+    if number == 6:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return _play(content, number)
+
+
+class Mortal(Executor):
+    """One process, which cell 6 ends."""
+
+    def __init__(self, pool: ProcessPoolExecutor):
+        self.pool = pool
+
+    def submit(self, fn, /, *args, **kwargs) -> Future:
+        return self.pool.submit(ends, *args)
+
+
+def test_processes_write_the_same_rows_and_a_lost_one_is_resumed_here(tmp_path):
+    swept(tmp_path / "here")
+    here = read_sweep(tmp_path / "here").combine_chunks()
+    lost = pytest.raises(OSError, match="workers were lost; what was written stays")
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool, lost:
+        swept(tmp_path / "there", executor=Mortal(pool))
+    kept = len(list((tmp_path / "there/data").glob("cell-*.parquet")))
+    assert 0 < kept < 12
+    assert swept(tmp_path / "there", resume=True).played == 12 - kept
+    assert read_sweep(tmp_path / "there").combine_chunks().equals(here)
