@@ -111,7 +111,7 @@ class CrankSpeedPI:
         error = reference - rate
         robot = drawn_robot(env_state.drawn, env_params)
         inertia = robot.inertia.at(env_state.biped.phase)
-        falling = sticking(robot, inertia, reference, jnp.zeros((), dtype)).crank_acceleration
+        falling = sticking(robot, inertia, reference**2, jnp.zeros((), dtype)).crank_acceleration
         hold = -inertia.M * falling
         torque = self.proportional * error + memory.integral + self.feed_forward * hold
         winds_up = (jnp.abs(torque) > limit) & (torque * error > 0)

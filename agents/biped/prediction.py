@@ -91,15 +91,15 @@ def foot_at_rest(
 ) -> FootAtRest:
     """Coefficients and limits of the torque at a state."""
     inertia, rate = robot.inertia.at(biped.phase), biped.crank_rate
-    idle = sticking(robot, inertia, rate, jnp.zeros_like(rate))
-    driven = sticking(robot, inertia, rate, jnp.ones_like(rate))
+    idle = sticking(robot, inertia, rate**2, jnp.zeros_like(rate))
+    driven = sticking(robot, inertia, rate**2, jnp.ones_like(rate))
 
     def excess(motion: Motion):
         """Not positive where a motion is allowed: friction both ways, toe, heel."""
         f, N = motion.friction_force, motion.normal_force
         at = robot.inertia.moment_at(biped.phase)
         alpha, a1 = motion.crank_acceleration, motion.foot_acceleration
-        moment = ankle_moment(robot, at, biped.crank_rate, alpha, a1)
+        moment = ankle_moment(robot, at, biped.crank_rate**2, alpha, a1)
         toe, heel = footing * robot.toe * N, footing * robot.heel * N
         cone = friction * N
         return jnp.stack([f - cone, -f - cone, moment - toe, -moment - heel])

@@ -57,12 +57,14 @@ class Motion(NamedTuple):
 def ground_force(
     model: BipedModel | BipedParams,
     inertia: Coefficients,
-    crank_rate: Scalar,
+    square: Scalar,
     alpha: Scalar,
     a1: Scalar | None = None,
 ) -> tuple[Scalar, Scalar]:
-    """Friction and normal force of a motion (MODEL 1.4); a1 None: the foot does not accelerate."""
-    square = crank_rate**2
+    """Friction and normal force of a motion (MODEL 1.4); a1 None: the foot does not accelerate.
+
+    square: of the crank rate [rad^2/s^2].
+    """
     normal = model.total_mass * model.gravity + inertia.Y * alpha + inertia.dY * square
     friction = inertia.P * alpha + inertia.dP * square
     return friction if a1 is None else friction + model.total_mass * a1, normal
@@ -80,13 +82,14 @@ def motor_torque(
     return accelerating + inertia.dM * crank_rate**2 / 2 + model.gravity * inertia.Y_crank
 
 
-def sticking(
-    model: BipedModel, inertia: Coefficients, crank_rate: Scalar, torque: Scalar
-) -> Motion:
-    """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4)."""
-    net_torque = torque - inertia.dM * crank_rate**2 / 2 - model.gravity * inertia.Y_crank
+def sticking(model: BipedModel, inertia: Coefficients, square: Scalar, torque: Scalar) -> Motion:
+    """The foot at rest (a1 = 0): alpha from the crank equation, then f and N (MODEL 1.4).
+
+    square: of the crank rate [rad^2/s^2].
+    """
+    net_torque = torque - inertia.dM * square / 2 - model.gravity * inertia.Y_crank
     alpha = net_torque / inertia.M
-    friction, normal = ground_force(model, inertia, crank_rate, alpha)
+    friction, normal = ground_force(model, inertia, square, alpha)
     zero, one = jnp.zeros_like(alpha), jnp.ones_like(alpha)
     return Motion(alpha, zero, friction, normal, one, torque)
 
@@ -117,7 +120,7 @@ def moving(
     scale = 1 / jnp.where(slides, determinant, M)
     alpha = scale * jnp.where(slides, mass * net_torque - P_crank * drag, net_torque)
     a1 = jnp.where(slides, scale * (M * drag - coupling * net_torque), 0.0)
-    friction, normal = ground_force(model, inertia, crank_rate, alpha)
+    friction, normal = ground_force(model, inertia, square, alpha)
     friction = jnp.where(slides, -signed * normal, friction)
     return Motion(alpha, a1, friction, normal, solvability, torque)
 
@@ -135,7 +138,7 @@ def prescribed(
     The normal force is that of the crank's motion, so sliding always has one solution.
     """
     slides = mode != 0
-    needed, normal = ground_force(model, inertia, crank_rate, alpha)
+    needed, normal = ground_force(model, inertia, crank_rate**2, alpha)
     friction = jnp.where(slides, -mode * mu_kinetic * normal, needed)
     a1 = jnp.where(slides, (friction - needed) / model.total_mass, 0.0)
     torque = motor_torque(model, inertia, crank_rate, alpha, a1)
@@ -158,12 +161,13 @@ def mode_of(still: Motion, foot_velocity: Scalar, mu_static: Scalar) -> Scalar:
 def ankle_moment(
     robot: BipedModel | BipedParams,
     moment: GroundMoment,
-    crank_rate: Scalar,
+    square: Scalar,
     crank_acceleration: Scalar,
     foot_acceleration: Scalar,
 ) -> Scalar:
-    """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30)."""
-    turning = moment.L * crank_acceleration + moment.dL * crank_rate**2
+    """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30); square: of the
+    crank rate."""
+    turning = moment.L * crank_acceleration + moment.dL * square
     return turning + robot.gravity * moment.X - foot_acceleration * moment.Y
 
 
@@ -246,7 +250,7 @@ class System(NamedTuple):
         """The motion with the foot held at rest."""
         model, drive = self.model, self.drive
         if isinstance(drive, Torque):
-            return sticking(model, inertia, crank_rate, drive.torque)
+            return sticking(model, inertia, crank_rate**2, drive.torque)
         zero = jnp.zeros_like(crank_rate)
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
 
@@ -311,7 +315,7 @@ def at_instant(
     accelerations = motion.crank_acceleration, motion.foot_acceleration
     if outputs != "state":
         at = model.inertia.moment_at(theta)
-        moment = ankle_moment(model, at, crank_rate, *accelerations)
+        moment = ankle_moment(model, at, crank_rate**2, *accelerations)
         zmp = zero_moment_point(moment, motion.normal_force)
     if outputs == "joints":
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)
@@ -375,8 +379,8 @@ def inverse_dynamics(
     )
     inertia, at = inertia_and_moment(params, theta)
     torque = motor_torque(params, inertia, crank_rate, alpha, a1)
-    friction, normal = ground_force(params, inertia, crank_rate, alpha, a1)
-    zmp = zero_moment_point(ankle_moment(params, at, crank_rate, alpha, a1), normal)
+    friction, normal = ground_force(params, inertia, crank_rate**2, alpha, a1)
+    zmp = zero_moment_point(ankle_moment(params, at, crank_rate**2, alpha, a1), normal)
     joints = None
     if outputs == "joints":
         joints = JointInertia(params).joint_forces(theta, crank_rate, alpha, a1)

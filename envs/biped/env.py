@@ -20,7 +20,7 @@ from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.checks import require_kind, require_known
-from stickslip.dynamics.pytrees import compensated
+from stickslip.dynamics.pytrees import compensated, require_one
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.params import (
@@ -32,6 +32,7 @@ from stickslip.envs.biped.params import (
     ranges_from_plain,
     scene_from_plain,
 )
+from stickslip.envs.biped.shield import shielded
 from stickslip.envs.biped.state import (
     BipedEnvState,
     Totals,
@@ -135,7 +136,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
     episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
-    Static choices: autoreset, see_friction, see_patch; and speed against accuracy, either by the
+    Static choices: autoreset, see_friction, see_patch; shield, a margin (0.02) with which the
+    nearest torque without slip or fall is applied (`safe_torque`; it knows the floor and the
+    masses, and info["shield"] is its status); and speed against accuracy, either by the
     setting ("fast", "balanced", "exact" or a Setting, whose dt is the integrator's longest step in
     the standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of
     the integrator in a control step and the switches located in it (max_events). Version 0.
@@ -148,6 +151,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     autoreset: str = "same_step"
     see_friction: bool = False
     see_patch: bool = False
+    shield: float | None = None
 
     action_names = ("torque",)
     params_kind = BipedEnvParams
@@ -168,6 +172,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
                 )
         for name in ("see_friction", "see_patch"):
             require_kind(name, getattr(self, name), bool, "True or False")
+        if self.shield is not None:
+            accepted = "None, or a share from 0 up to 1"
+            require_one("shield", self.shield, low=0.0, high=1.0, accepted=accepted)
 
     def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
         """See FunctionalEnv."""
@@ -230,6 +237,10 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         torque = (params.torque_limit * action[0]).astype(dtype)
         period = jnp.asarray(params.control_period, dtype)
         robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
+        safety = {}
+        if self.shield is not None:
+            safe = shielded(params, robot, scene, state.biped, torque, self.shield)
+            torque, safety = safe.torque, {"shield": safe.status}
         biped, contact = stepped(
             *(self.integrator, self.fidelity, robot, scene, state.biped, Torque(torque), period),
             params.max_crank_rate,
@@ -246,7 +257,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         status, terms = marked(status, terms)
         terminated = status > Status.SLIP_ONSET
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}
-        info |= ground_force(contact, status)
+        info |= ground_force(contact, status) | safety
         reward = self.reward_of(state, action, info, params)
         added = Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
         totals, rests = compensated(state.totals, state.rests, added)

@@ -322,7 +322,7 @@ def ground_of(
     moment = None
     if lever is not None:
         accelerations = motion.crank_acceleration, motion.foot_acceleration
-        moment = ankle_moment(system.model, lever, crank_rate, *accelerations)
+        moment = ankle_moment(system.model, lever, crank_rate**2, *accelerations)
     return Ground(crank_rate, motion.normal_force, motion.solvability, moment)
 
 

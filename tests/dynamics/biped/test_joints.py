@@ -82,7 +82,7 @@ def random_instants(seed: int = 1, dtype: str = "float64") -> dict[str, jax.Arra
 def moment_of(params, at, *accelerations):
     """The ground's about the ankle; the zero-moment point is 0 where the ground would pull."""
     lever = ground_moment(params, at["theta"])
-    return ankle_moment(params, lever, at["crank_rate"], *accelerations)
+    return ankle_moment(params, lever, at["crank_rate"] ** 2, *accelerations)
 
 
 @jax.jit

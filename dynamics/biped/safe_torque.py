@@ -1,0 +1,281 @@
+"""The torques under which the foot neither slips nor leaves the floor over a control period."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import TYPE_CHECKING, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped.contact import LIFTED, Friction, ankle_moment, moving, sticking
+from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.model import BipedModel, prepare
+from stickslip.dynamics.biped.state import BipedState
+from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.pytrees import Number, all_finite, float_type, require_numeric
+from stickslip.dynamics.status import Status
+
+if TYPE_CHECKING:
+    from jaxtyping import Real
+
+    from stickslip.dynamics.biped.contact import Coefficients
+    from stickslip.dynamics.biped.inertia import GroundMoment
+    from stickslip.dynamics.biped.params import BipedParams
+    from stickslip.dynamics.biped.settings import Fidelity
+    from stickslip.dynamics.pytrees import Integer, Scalar
+
+    Limits = tuple[tuple[Scalar, ...], ...]
+    """Numbers >= 0 of a safe motion: the normal force; both edges of the foot; both of the cone."""
+    Safe = tuple["Interval", ...]
+    """The torques of each of these three groups."""
+
+INTERVALS = 3
+"""Equal intervals of each of the three parts of a period's reach; limits are computed at their
+ends."""
+SLACK = 0.1
+"""Share by which the reach is taken larger than its estimate, whose acceleration is constant."""
+LONGEST = 1.5
+"""Greatest reach of a control period either way [rad]."""
+
+
+class SafeTorque(NamedTuple):
+    """A torque near the one asked for, and the interval of those without slip or fall [N m]."""
+
+    torque: Scalar
+    """Nearest torque of the interval; where it is empty, the one that violates its limits least."""
+    low: Scalar
+    high: Scalar
+    """Below `low` where the interval is empty."""
+    status: Integer
+    """OK, or why the interval is empty: SLIP_ONSET (the foot slides, or the friction cone leaves no
+    torque), TOPPLE (the foot's edges), LIFT_OFF (the normal force, or the motor), NON_FINITE."""
+
+
+def safe_torque(
+    params: BipedParams | BipedModel,
+    state: BipedState,
+    torque: Real[Number, ""],
+    mu_static: Real[Number, ""],
+    margin: Real[Number, ""] = 0.02,
+    *,
+    duration: Real[Number, ""] = 0.02,
+    torque_limit: Real[Number, ""] = np.inf,
+    mu_kinetic: Real[Number, ""] | None = None,
+    mu_next: Real[Number, ""] | None = None,
+    fidelity: Fidelity = "reduced",
+) -> SafeTorque:
+    """Nearest torque [N m] that keeps the foot at rest and flat on the floor for `duration` [s].
+
+    Without slip a constant torque T does the work T (theta - theta0), so the squared crank rate at
+    any angle ahead is linear in T, and with it f, N and the ground's moment (MODEL 1.4, eqs. 30
+    to 32). At 12 angles of the period's reach, on either side of an exchange of support, T keeps
+    |f| <= (1 - margin) mu_static N, N >= margin m g and the zero-moment point within (1 - margin)
+    of heel and toe; between them the limits bend by less than a margin of 0.01 at rates up to
+    10 rad/s. mu_next: friction [-] where the other foot lands, by default the same.
+
+    Where the foot slides, no torque is safe (SLIP_ONSET): the torque returned keeps N and the
+    zero-moment point as they should be, and of those it is nearest to the one that ends the slide
+    within the period under a kinetic friction of `mu_static`. Scalars: batch with vmap. Pass a
+    model from `prepare` when calling often. Never raises inside a trace. Neglected: the other
+    foot, a runaway.
+    """
+    require_kind("state", state, BipedState, "a BipedState")
+    require_number("mu_static", mu_static, low=0.0, accepted="a finite friction >= 0")
+    require_number("margin", margin, low=0.0, high=1.0, accepted="a share from 0 to 1")
+    require_number("duration", duration, low=0.0, strict=True, accepted="a finite time > 0 [s]")
+    require_numeric(torque=torque, torque_limit=torque_limit, **vars(state))
+    model = prepare(params, fidelity=fidelity)
+    dtype = float_type(model, state, torque, mu_static)
+    numbers = (jnp.asarray(value, dtype) for value in (torque, margin, duration, torque_limit))
+    mu = [jnp.asarray(mu_static if one is None else one, dtype) for one in (mu_kinetic, mu_next)]
+    friction = Friction(jnp.asarray(mu_static, dtype), mu[0])
+    return nearest_safe(model, state.astype(dtype), *numbers, friction, mu[1])
+
+
+def nearest_safe(
+    model: BipedModel,
+    state: BipedState,
+    torque: Scalar,
+    margin: Scalar,
+    duration: Scalar,
+    torque_limit: Scalar,
+    mu: Friction,
+    mu_next: Scalar,
+) -> SafeTorque:
+    """`safe_torque` of arrays of one type, for use inside a trace; mu: where the foot stands."""
+    slides = state.foot_velocity != 0
+    asked, sliding = _while_sliding(model, state, margin, duration, mu)
+    resting = _while_resting(model, state, margin, duration, torque_limit, mu.mu_static, mu_next)
+    low, high, status = -torque_limit, torque_limit, jnp.zeros((), jnp.int32)
+    causes = (Status.LIFT_OFF, Status.TOPPLE, Status.SLIP_ONSET)
+    for cause, rest, slide in zip(causes, resting, sliding, strict=True):
+        low = jnp.maximum(low, jnp.where(slides, slide.low, rest.low))
+        high = jnp.minimum(high, jnp.where(slides, slide.high, rest.high))
+        status = jnp.where((low > high) & (status == Status.OK), cause, status)
+    middle = jnp.clip((low + high) / 2, -torque_limit, torque_limit)
+    nearest = jnp.where(low > high, middle, jnp.clip(jnp.where(slides, asked, torque), low, high))
+    status = jnp.where(slides & (status == Status.OK), Status.SLIP_ONSET, status)
+    sound = all_finite((state, torque, nearest))
+    status = jnp.where(sound, status, Status.NON_FINITE).astype(jnp.int32)
+    return SafeTorque(jnp.where(sound, nearest, 0.0), low, high, status)
+
+
+class Interval(NamedTuple):
+    """Torques [N m] that keep some limits."""
+
+    low: Scalar
+    high: Scalar
+
+    def and_(self, other: Interval) -> Interval:
+        """The torques that both allow."""
+        return Interval(jnp.maximum(self.low, other.low), jnp.minimum(self.high, other.high))
+
+
+def torques_within(constant: Scalar, slope: Scalar) -> Interval:
+    """The torques T with constant + slope T >= 0; none is (inf, -inf)."""
+    bound = -constant / jnp.where(slope == 0, 1.0, slope)
+    never = (slope == 0) & (constant < 0)
+    low = jnp.where(never, jnp.inf, jnp.where(slope > 0, bound, -jnp.inf))
+    return Interval(low, jnp.where(never, -jnp.inf, jnp.where(slope < 0, bound, jnp.inf)))
+
+
+def _limits(
+    model: BipedModel, moment: Scalar, friction: Scalar, normal: Scalar, mu: Scalar, margin: Scalar
+) -> Limits:
+    kept = 1 - margin
+    lifted = normal - jnp.maximum(margin, LIFTED) * model.total_mass * model.gravity
+    toe, heel = kept * model.toe * normal - moment, kept * model.heel * normal + moment
+    cone = kept * mu * normal
+    return (lifted,), (toe, heel), (cone - friction, cone + friction)
+
+
+def _safe(idle: Limits, driven: Limits) -> Safe:
+    """Torques within each group of limits, which are linear in it, from those at 0 and 1 N m."""
+    groups = []
+    for group in zip(idle, driven, strict=True):
+        within = [torques_within(a, b - a) for a, b in zip(*group, strict=True)]
+        groups.append(reduce(Interval.and_, within))
+    return tuple(groups)
+
+
+def _while_sliding(
+    model: BipedModel, state: BipedState, margin: Scalar, duration: Scalar, mu: Friction
+) -> tuple[Scalar, Safe]:
+    """Torque that ends a slide after `duration`, and the safe ones at this instant, of no cone."""
+    theta, rate = state.phase, state.crank_rate
+    inertia, lever = model.inertia.at(theta), model.inertia.moment_at(theta)
+    mode = jnp.sign(state.foot_velocity)
+
+    def at(torque: float) -> tuple[Scalar, Limits]:
+        given = jnp.full_like(rate, torque)
+        motion = moving(model, inertia, rate, given, mode, mu.mu_kinetic)
+        alpha, a1, friction, normal = motion[:4]
+        moment = ankle_moment(model, lever, rate**2, alpha, a1)
+        return a1, _limits(model, moment, friction, normal, mu.mu_static, margin)
+
+    (a1, idle), (driven_a1, driven) = at(0.0), at(1.0)
+    per_torque = driven_a1 - a1
+    needed = -state.foot_velocity / duration - a1
+    asked = needed / jnp.where(per_torque == 0, 1.0, per_torque)
+    everything = Interval(jnp.full_like(rate, -jnp.inf), jnp.full_like(rate, jnp.inf))
+    return asked, (*_safe(idle, driven)[:2], everything)
+
+
+class _Node(NamedTuple):
+    """A crank angle ahead of a foot at rest."""
+
+    inertia: Coefficients
+    lever: GroundMoment
+    turned: Scalar
+    """From the start [rad]."""
+    lifted: Scalar
+    """Potential energy gained since the start [J]."""
+
+
+def _at_node(model: BipedModel, node: _Node, energy: Scalar, mu: Scalar, margin: Scalar) -> Safe:
+    """Safe torques at a node, constant since the start; energy: M w^2 at the start [J]."""
+
+    def at(torque: float) -> Limits:
+        square = (energy + 2 * (torque * node.turned - node.lifted)) / node.inertia.M
+        motion = sticking(model, node.inertia, square, jnp.full_like(square, torque))
+        alpha, a1, friction, normal = motion[:4]
+        moment = ankle_moment(model, node.lever, square, alpha, a1)
+        return _limits(model, moment, friction, normal, mu, margin)
+
+    return _safe(at(0.0), at(1.0))
+
+
+def _while_resting(
+    model: BipedModel,
+    state: BipedState,
+    margin: Scalar,
+    duration: Scalar,
+    torque_limit: Scalar,
+    mu: Scalar,
+    mu_next: Scalar,
+) -> Safe:
+    """Torques that keep normal force, foot and cone over the reach of `duration`."""
+    theta, rate = state.phase, state.crank_rate
+    inertia, zero = model.inertia.at(theta), jnp.zeros_like(theta)
+    energy = inertia.M * rate**2
+    start = _Node(inertia, model.inertia.moment_at(theta), zero, zero)
+    now = _at_node(model, start, energy, mu, margin)
+    low, high = reduce(Interval.and_, now, Interval(-torque_limit, torque_limit))
+    ends = (sticking(model, inertia, rate**2, one).crank_acceleration for one in (low, high))
+    slowest, fastest = (duration**2 * one / 2 for one in ends)
+    backwards = jnp.minimum(rate * duration + jnp.minimum(slowest, fastest), 0.0)
+    forwards = jnp.maximum(rate * duration + jnp.maximum(slowest, fastest), 0.0)
+    reach = (jnp.clip((1 + SLACK) * one, -LONGEST, LONGEST) for one in (backwards, forwards))
+    parts = _parts(theta, *reach)
+
+    def visit(k: Integer, carry: tuple[Safe, _Node]) -> tuple[Safe, _Node]:
+        safe, last = carry
+        part, share = k // (INTERVALS + 1), (k % (INTERVALS + 1)) / INTERVALS
+        node, exchanged = _node(model, theta, parts, part, share.astype(theta.dtype), last)
+        found = _at_node(model, node, energy, jnp.where(exchanged, mu_next, mu), margin)
+        return tuple(a.and_(b) for a, b in zip(safe, found, strict=True)), node
+
+    return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start))[0]
+
+
+class _Parts(NamedTuple):
+    """The reach in three parts, from the start [rad]: 0 to other; 0 to inner; inner to outer.
+
+    The last two are the longer side; an exchange of support on it is at `inner`.
+    """
+
+    other: Scalar
+    inner: Scalar
+    outer: Scalar
+
+
+def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> _Parts:
+    forth = forwards >= -backwards
+    outer = jnp.where(forth, forwards, backwards)
+    exchange = jnp.where(forth, SUPPORT_END, SUPPORT_START) - theta
+    crosses = (jnp.abs(exchange) < jnp.abs(outer)) & (exchange * outer >= 0)
+    other = jnp.where(forth, backwards, forwards)
+    return _Parts(other, jnp.where(crosses, exchange, outer / 2), outer)
+
+
+def _node(
+    model: BipedModel, theta: Scalar, parts: _Parts, part: Integer, share: Scalar, last: _Node
+) -> tuple[_Node, Scalar]:
+    """The node at a share of a part, after the `last` one; whether the other foot stands there."""
+    second = part == 2
+    origin = jnp.where(second, parts.inner, 0.0)
+    end = jnp.where(part == 0, parts.other, jnp.where(second, parts.outer, parts.inner))
+    turned = origin + (end - origin) * share
+    side = theta + jnp.where(part == 0, turned, (origin + end) / 2)
+    later, sooner = side > SUPPORT_END, side < SUPPORT_START
+    turn = jnp.where(later, 1.0, 0.0) - jnp.where(sooner, 1.0, 0.0)
+    phase = theta + turned - (SUPPORT_END - SUPPORT_START) * turn
+    inertia, lever = model.inertia.at(phase), model.inertia.moment_at(phase)
+    size, before = turned - last.turned, last.inertia
+    gained = size / 2 * (before.Y + inertia.Y) + size**2 / 12 * (before.dY - inertia.dY)
+    lifted = last.lifted + model.gravity * gained
+    first = share == 0
+    lifted = jnp.where(first, jnp.where(second, last.lifted, 0.0), lifted)
+    return _Node(inertia, lever, turned, lifted), later | sooner
