@@ -22,7 +22,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import installed, read_policy
-from stickslip.agents.training.configuration import digest_of
 from stickslip.agents.untrusted import (
     LARGEST_TABLE,
     RefusedError,
@@ -88,12 +87,10 @@ class TrainState:
 
 
 class Run(NamedTuple):
-    """A run that may be written to. digest: of its configuration's file. latest: the checkpoint to
-    go on from, None at the beginning."""
+    """A run that may be written to. latest: the checkpoint to go on from, None at the beginning."""
 
     path: Path
     config: Configuration
-    digest: str
     latest: Path | None
     state: TrainState | None
 
@@ -122,7 +119,7 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
     _sweep(path)
     write_whole(path / CONFIG, config.to_json())  # from here on it is a run
     _write_versions(path)
-    return Run(path, config, config.digest, None, None)
+    return Run(path, config, None, None)
 
 
 def read_config(path: Path) -> Configuration:
@@ -166,7 +163,7 @@ def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
 
 
 def _resumed(path: Path, config: Configuration | None) -> Run:
-    found, digest = read_config(path), digest_of(read_text(path / CONFIG))
+    found = read_config(path)
     if config is not None and config != found:
         raise ValueError(
             f"{path} was begun with another configuration; accepted: to resume without changing "
@@ -177,14 +174,14 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
         _write_versions(path)
     checkpoints = list_checkpoints(path / "checkpoints")
     if not checkpoints:
-        return Run(path, found, digest, None, None)
+        return Run(path, found, None, None)
     state = read_state(checkpoints[-1])
-    if state.config != digest:
+    if state.config != found.digest:
         raise ValueError(
             f"{checkpoints[-1]} belongs to another configuration than {path / CONFIG}; accepted: "
             "the configuration that it was made with"
         )
-    return Run(path, found, digest, checkpoints[-1], state)
+    return Run(path, found, checkpoints[-1], state)
 
 
 def versions() -> dict[str, str]:
