@@ -53,7 +53,7 @@ class MachineFile(NamedTuple):
             given |= {} if path is None else _flat(_tables_of(path, self.machine))
             found = self._numbers(given)
         changed = {self.names[name]: _number_or_text(value) for name, value in changes.items()}
-        return self._numbers(given | changed) if changed else found
+        return self._numbers(found | changed) if changed else found
 
     def _numbers(self, given: Mapping[str, Any]) -> dict[str, float]:
         return {name: self._number(name, given) for name in given}
@@ -70,6 +70,13 @@ class MachineFile(NamedTuple):
         if not isinstance(value, str):
             return quantity(name, value, "")
         return quantity(name, value, self.units[unit]) / (self._number(unit, given) or np.nan)
+
+
+class OwnMachine(NamedTuple):
+    """A machine of a file, and the numbers of its motor, named as arguments of the environment."""
+
+    params: Any
+    motor: dict[str, float]
 
 
 def table_of(numbers: Mapping[str, float], name: str) -> dict[str, float]:

@@ -14,6 +14,11 @@ LINKS = (
 )
 """The 13 kinds of link of the biped; entry i is the chapter's link i + 1. Both legs share them."""
 
+BAR_LENGTHS = (
+    *("tibia", "femur", "lower_tendon", "offset", "upper_tendon", "rod"),
+    *("crank", "rocker", "stabiliser", "tibia", "femur"),
+)
+"""The length of each link between foot and hip, in LINKS' order. The crank has two arms."""
 ABOVE_ZERO = (
     *("crank", "ground_link", "rod", "rod_pin", "rocker", "tendon_drop", "upper_tendon"),
     *("lower_tendon", "femur", "femur_pin", "tibia", "tibia_pin", "stabiliser"),

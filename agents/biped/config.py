@@ -130,13 +130,11 @@ class TrainConfig(Configuration):
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
         """See Configuration."""
         from stickslip.dynamics.biped import BipedParams
-        from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
+        from stickslip.dynamics.biped.robot_file import robot_text
         from stickslip.dynamics.biped.settings import precision
-        from stickslip.dynamics.machine_file import table_of
 
         with precision("float64"):
-            robot = BipedParams.from_file(path, changes)
-        motor = table_of(ROBOT.read(path, changes), "motor")
+            robot, motor = BipedParams.with_motor(path, changes)
         return {cls.OWN: robot_text(vars(robot), motor)}
 
     def _check_together(self) -> None:

@@ -30,7 +30,7 @@ AXES = {
     "mean_rate": "mean crank rate [rad/s]",
     "torque_limit": "of the motor [N m]",
     "slip_weight, energy_weight": "of the reward, and its other weights",
-    "robot.gravity": "[m/s^2], and any other number of the robot: robot.mass.12 is the hip's [kg]",
+    "robot.crank_length": "[m], and any other number of the robot, named as by --set",
     "randomisation.friction.0": "an end of a range that a reset draws from",
 }
 """Axes in the help of a sweep."""

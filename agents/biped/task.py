@@ -13,8 +13,7 @@ from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
-from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
-from stickslip.dynamics.machine_file import table_of
+from stickslip.dynamics.biped.robot_file import BARS, NAMES, ROBOT, bars_of, robot_text
 from stickslip.dynamics.names import LENGTHS, SCENES
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.envs.biped.env import BipedEnv
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import Parts
     from stickslip.agents.protocol import Options
     from stickslip.agents.sweeps.swept import Swept
+    from stickslip.dynamics.pytrees import Number
 
     BipedTask: TypeAlias = Task[BipedEnv, BipedEnvParams]
 
@@ -61,7 +61,10 @@ UNITS = {
     "robot.mass": "kg",
     "robot.centre": "m",
     "robot.inertia": "kg m^2",
+    "robot.payload": "kg",
     "robot.gravity": "m/s^2",
+    **{f"bars.{name}": unit for name, unit in BARS.items()},
+    "bars": "crank lengths",
     "randomisation.payload": "kg",
     "randomisation.mean_rate": "rad/s",
     "randomisation.phase": "rad",
@@ -115,8 +118,8 @@ def own_robot(path: str | None, changes: Mapping[str, str] | None = None) -> Par
     """
     if path is None and not changes:
         return {}
-    motor = table_of(ROBOT.read(path, changes or {}), "motor")
-    return {"robot": BipedParams.from_file(path, changes), **motor}
+    robot, motor = BipedParams.with_motor(path, changes)
+    return {"robot": robot, **motor}
 
 
 def _training(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
@@ -270,44 +273,58 @@ def swept() -> Swept:
     from stickslip.agents.sweeps.swept import Swept
 
     short = {"mu": ("scene.mu_static", "scene.mu_kinetic")}
-    return Swept(UNITS, KEPT, ("slid", "walked"), short, swept_parts, with_swept, opened)
+    how = {"parts": swept_parts, "with_parts": with_swept, "opened": opened}
+    aliases = {name: _field_of(place) for name, place in ROBOT.names.items()}
+    return Swept(UNITS, KEPT, ("slid", "walked"), short, aliases, **how)
+
+
+def _field_of(place: str) -> str:
+    """The dotted name of a number at a place of a robot's file."""
+    table, *name = place.split(".")
+    if table == "links":
+        link, field, *axis = name
+        return ".".join(("robot", field, str(NAMES.index(link)), *axis))
+    part = {"lengths": "robot", "motor": "task", "bars": "bars"}.get(table)
+    return f"robot.{place}" if part is None else ".".join((part, *name))
 
 
 def swept_parts(params: BipedEnvParams) -> dict[str, PyTree]:
-    """See Swept; the payload is the scene's, with which the robot is prepared."""
+    """See Swept; bars: the arguments of `BipedParams.from_bars` that make the robot."""
     payload = 0.0 if params.scene.payload is None else params.scene.payload
-    robot = vars(params.robot.bare)
+    robot = params.robot.bare
     return {
         "task": _numbers_of(params),
         "scene": {**vars(params.scene.floor), "payload": payload},
-        "robot": {name: value for name, value in robot.items() if name != "payload"},
+        "robot": vars(robot),
         "randomisation": params.randomisation,
+        "bars": {name.removeprefix("bars."): value for name, value in bars_of(robot).items()},
     }
 
 
 def with_swept(
-    params: BipedEnvParams, parts: Mapping[str, PyTree], names: Collection[str]
+    params: BipedEnvParams, parts: Mapping[str, PyTree], values: Mapping[str, Number]
 ) -> BipedEnvParams:
     """See Swept. What an axis sets is no longer drawn; where the start's crank rates end at the
     commanded one, they go on doing so."""
     floor = dict(parts["scene"])
-    touched = {name.partition(".")[0] for name in names}
+    touched = {name.partition(".")[0] for name in values}
     drawn, changed = parts["randomisation"], dict(parts["task"])
     payload = floor.pop("payload")
     if "scene" in touched:
-        loaded = {"payload": payload} if "scene.payload" in names else {}
+        loaded = {"payload": payload} if "scene.payload" in values else {}
         floor = replace(params.scene.floor, **floor)
         changed["scene"] = replace(params.scene, floor=floor, **loaded)
     rates = params.randomisation.crank_rate
-    if "task.mean_rate" in names and drawn.crank_rate is not None and rates is not None:
+    if "task.mean_rate" in values and drawn.crank_rate is not None and rates is not None:
         low, high = rates
         if np.all(np.float32(high) == np.float32(params.mean_rate)):
             drawn = replace(drawn, crank_rate=(low, changed["mean_rate"]))
-    gone = [one for name in names for one in DRAWN.get(name, ())]
-    gone += ["friction"] if any(name.startswith("scene.mu_") for name in names) else []
+    gone = [one for name in values for one in DRAWN.get(name, ())]
+    gone += ["friction"] if any(name.startswith("scene.mu_") for name in values) else []
     changed["randomisation"] = replace(drawn, **dict.fromkeys(gone))
-    if "robot" in touched:
-        changed["robot"] = replace(params.robot.bare, **parts["robot"])
+    own = {name: one for name, one in values.items() if name.startswith(("robot.", "bars."))}
+    if own:
+        changed["robot"] = params.robot.bare.changed(own)
     return params.replace(**changed)
 
 

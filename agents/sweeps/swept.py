@@ -39,19 +39,21 @@ class Swept:
     """
 
     units: Mapping[str, str] = field(default_factory=dict)
-    """Units of fields, by their dotted name without array indices, or by its last word."""
+    """Units of fields, by their dotted name without array indices, or its first or last word."""
     kept: Mapping[str, str] = field(default_factory=lambda: {"reward": "-", "duration": "s"})
     """Columns that are written of an episode, of those that the machine's measures keep; units."""
     slip: tuple[str, str] | None = None
     """Columns of the distance slid and of the distance travelled, where slip is of interest."""
     short: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """Names that set several fields at once."""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """Dotted names by the names of `--set`, where they differ."""
     parts: Callable[[PyTree], dict[str, PyTree]] = _parts
     """Pytrees of numbers by the first word of their names, the most important first."""
-    with_parts: Callable[[PyTree, Mapping[str, PyTree], Collection[str]], PyTree] = (
-        lambda params, parts, names: replace(params, **parts["task"])
+    with_parts: Callable[[PyTree, Mapping[str, PyTree], Mapping[str, Number]], PyTree] = (
+        lambda params, parts, values: replace(params, **parts["task"])
     )
-    """Replace the parts of parameters. names: dotted, of the fields that changed."""
+    """Replace the parts of parameters. values: by the dotted names of the fields that changed."""
     opened: Callable[[PyTree, Collection[str]], PyTree] = lambda params, names: params
     """Give the parameters a structure that has a place for every named axis."""
     own_units: Callable[[PyTree], Mapping[str, str]] = lambda env: {}
@@ -64,11 +66,13 @@ class Swept:
     def unit(self, name: str) -> str:
         """Unit of a dotted name."""
         words = [word for word in name.split(".") if not word.isdigit()]
-        return self.units.get(".".join(words), self.units.get(words[-1], "-"))
+        part = self.units.get(words[0], self.units.get(words[-1], "-"))
+        return self.units.get(".".join(words), part)
 
     def targets(self, params: PyTree, name: str) -> tuple[str, ...]:
         """The dotted fields that an axis sets. ValueError for an unknown name."""
         known = self.known(params)
+        name = name if name in known else self.aliases.get(name, name)
         if name in self.short and all(one in known for one in self.short[name]):
             return self.short[name]
         if name in known:
@@ -77,8 +81,9 @@ class Swept:
         if name in shorter and name not in self.short:
             return (shorter[name],)
         first = list(dict.fromkeys([*self.short, *reversed(shorter)]))
+        near = nearest(name, [*known, *first, *self.aliases])
         raise ValueError(
-            f"axis {shown(name)} is unknown here{nearest(name, [*known, *first])}; accepted: "
+            f"axis {shown(name)} is unknown here{near}; accepted: "
             f"{', '.join(first[:LISTED])}{', ...' if len(first) > LISTED else ''}; or with the "
             f"part in front: {', '.join(f'{part}.NAME' for part in self.parts(params))}"
         )

@@ -103,13 +103,11 @@ class UGVTrainConfig(Configuration):
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
         """See Configuration."""
-        from stickslip.dynamics.machine_file import table_of
         from stickslip.dynamics.ugv import UGVParams
-        from stickslip.dynamics.ugv.vehicle_file import VEHICLE, vehicle_text
+        from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 
-        vehicle = UGVParams.from_file(path, changes)
-        motor = table_of(VEHICLE.read(path, changes), "motor")
-        return {cls.OWN: vehicle_text(vars(vehicle), motor)}
+        vehicle, motor = UGVParams.with_motor(path, changes)
+        return {cls.OWN: vehicle_text(vars(vehicle), motor.get("max_torque"))}
 
     def _check_together(self) -> None:
         require_ground(self.tracks)

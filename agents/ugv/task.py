@@ -16,7 +16,7 @@ from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
-from stickslip.dynamics.ugv.vehicle_file import VEHICLE, vehicle_text
+from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import NUMBERS as RULES
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from stickslip.agents.machine import Parts
     from stickslip.agents.protocol import Options
     from stickslip.agents.sweeps.swept import Swept
+    from stickslip.dynamics.pytrees import Number
     from stickslip.envs.ugv.params import UGVEnvParams
 
     UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
@@ -141,9 +142,8 @@ def own_vehicle(path: str | None, changes: Mapping[str, str] | None = None) -> P
     """
     if path is None and not changes:
         return {}
-    limit = VEHICLE.read(path, changes or {}).get("motor.torque_limit")
-    found: Parts = {"vehicle": UGVParams.from_file(path, changes)}
-    return found if limit is None else found | {"max_torque": limit}
+    vehicle, motor = UGVParams.with_motor(path, changes)
+    return {"vehicle": vehicle, **motor}
 
 
 def with_options(task: UGVTask, options: Options, scene: str | None, viewed: bool) -> UGVTask:
@@ -249,10 +249,18 @@ def swept() -> Swept:
     return Swept(
         UNITS,
         KEPT,
+        aliases={"motor.torque_limit": "task.max_torque"},
         parts=swept_parts,
         with_parts=with_swept,
+        opened=opened,
         own_units=lambda env: {"cost": env.measure.unit},
     )
+
+
+def opened(params: UGVEnvParams, names: Collection[str]) -> UGVEnvParams:
+    """See Swept: motors without a limit get one."""
+    limited = {"max_torque", "task.max_torque", "motor.torque_limit"} & set(names)
+    return params.replace(max_torque=1.0) if limited and params.max_torque is None else params
 
 
 def swept_parts(params: UGVEnvParams) -> dict[str, PyTree]:
@@ -268,12 +276,12 @@ def swept_parts(params: UGVEnvParams) -> dict[str, PyTree]:
 
 
 def with_swept(
-    params: UGVEnvParams, parts: Mapping[str, PyTree], names: Collection[str]
+    params: UGVEnvParams, parts: Mapping[str, PyTree], values: Mapping[str, Number]
 ) -> UGVEnvParams:
     """See Swept. What an axis sets is no longer drawn."""
-    touched = {name.partition(".")[0] for name in names}
+    touched = {name.partition(".")[0] for name in values}
     drawn = parts["randomisation"]
-    own = {name.split(".")[1] for name in names if name.startswith("task.")}
+    own = {name.split(".")[1] for name in values if name.startswith("task.")}
     changed: dict[str, PyTree] = {name: parts["task"][name] for name in own}
     drawn = replace(drawn, **dict.fromkeys(own & {"friction", "start_angles"}))
     if "track" in touched:

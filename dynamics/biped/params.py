@@ -17,7 +17,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.names import ABOVE_ZERO, LENGTHS
+from stickslip.dynamics.names import ABOVE_ZERO, BAR_LENGTHS, LENGTHS
 from stickslip.dynamics.pytrees import (
     Number,
     Numbers,
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.machine_file import OwnMachine
     from stickslip.dynamics.pytrees import Scalar
 
     Either = Array | np.ndarray
@@ -174,28 +175,31 @@ class BipedParams:
         centre [x, y] and inertia, in place of the bar's, NAME as in LINKS with underscores;
         `payload` and `gravity` outside of tables; `motor`, which the commands read.
         path: None for the reference robot. changes: single numbers by dotted names, as
-        {"robot.hip_mass": 1.2}, see `stickslip.dynamics.biped.robot_file.ROBOT`. ValueError
-        naming the file, the entry, the value and what is accepted.
+        {"robot.hip_mass": 1.2}, see `changed`. ValueError naming the file, the entry, the value
+        and what is accepted.
         """
-        from stickslip.dynamics.biped.robot_file import (
-            ROBOT,
-            bars_of,
-            require_effect,
-            with_own_links,
-        )
-        from stickslip.dynamics.machine_file import in_file, table_of
+        return cls.with_motor(path, changes).params
 
-        numbers = ROBOT.read(path, changes or {})
-        with in_file(path):
-            require_effect(numbers, changes or {})
-            robot = cls.from_bars(**bars_of(numbers))
-            own: dict[str, Any] = table_of(numbers, "lengths")
-            if table_of(numbers, "links"):
-                links = {name: getattr(robot, name) for name in ("mass", "centre", "inertia")}
-                own |= with_own_links(numbers, **links)
-            if own:
-                robot = robot.replace(**own).astype(jnp.result_type(robot.mass))
-        return robot
+    @classmethod
+    def with_motor(
+        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
+    ) -> OwnMachine:
+        """The robot of `from_file`, and the numbers in the file's table `motor`."""
+        from stickslip.dynamics.biped.robot_file import read_robot
+
+        return read_robot(cls, path, changes or {})
+
+    def changed(self, changes: Mapping[str, Numeric]) -> BipedParams:
+        """A copy with some numbers changed, by the names of `--set` and of a sweep's axes.
+
+        changes: of `stickslip.dynamics.biped.robot_file.ROBOT`, as {"robot.crank_length": 0.04,
+        "robot.mass.hip": 2.0}; they may be traced. Arguments of `from_bars` change the lengths and
+        the links that are uniform bars; other links keep their numbers. ValueError for an unknown
+        name.
+        """
+        from stickslip.dynamics.biped.robot_file import changed_robot
+
+        return changed_robot(self, changes)
 
     def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the robot link by link as TOML, whole or not at all; return the path.
@@ -290,13 +294,6 @@ def _checked(numbers: dict[str, Numeric], dtype: Any):
     return dtype
 
 
-BARS = (
-    *("tibia", "femur", "lower_tendon", "offset", "upper_tendon", "rod"),
-    *("crank", "rocker", "stabiliser", "tibia", "femur"),
-)
-"""The length of each link between foot and hip, in LINKS' order. The crank has two arms."""
-
-
 def _links(
     xp: ModuleType,
     lengths: Mapping[str, Float[Either, "*batch"]],
@@ -305,12 +302,12 @@ def _links(
     """mass, centre and inertia of feet, uniform bars and hip, as BipedParams has them.
 
     xp: jax.numpy, or numpy where the numbers are at hand: with it nothing is compiled. lengths [m],
-    by the names of BARS; numbers: the arguments of `from_bars`.
+    by the names of BAR_LENGTHS; numbers: the arguments of `from_bars`.
     """
-    sides = [2 * lengths[name] if name == "crank" else lengths[name] for name in BARS]
+    sides = [2 * lengths[name] if name == "crank" else lengths[name] for name in BAR_LENGTHS]
     length = xp.stack(xp.broadcast_arrays(*sides), axis=-1)
     mass = numbers["bar_density"][..., None] * length
-    middle = xp.where(np.arange(len(BARS)) == BARS.index("crank"), 0.0, length) / 2
+    middle = xp.where(np.arange(len(BAR_LENGTHS)) == BAR_LENGTHS.index("crank"), 0.0, length) / 2
     unit, ankle = lengths["crank"], xp.zeros_like(lengths["crank"])
     ahead, above = (xp.asarray(unit * numbers[name]) for name in HIP_CENTRE)
     along = _join(xp, ankle, middle, ahead)

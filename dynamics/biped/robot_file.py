@@ -4,13 +4,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.machine_file import MachineFile, table_of, toml_text
-from stickslip.dynamics.names import LENGTHS, LINKS
+from stickslip.dynamics.checks import is_concrete, require_known
+from stickslip.dynamics.machine_file import (
+    MachineFile,
+    OwnMachine,
+    in_file,
+    table_of,
+    toml_text,
+)
+from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, LINKS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from stickslip.dynamics.pytrees import Numeric
+
+    Robot = Any
+    """BipedParams, which imports this file."""
 
 BARS = {
     "crank_length": "m",
@@ -27,6 +42,8 @@ WHOLE = {"payload": "kg", "gravity": "m/s^2"}
 LINK = {"mass": "kg", "inertia": "kg m^2", "centre.0": "m", "centre.1": "m"}
 NAMES = tuple(name.replace(" ", "_") for name in LINKS)
 """The links as a file names them, in LINKS' order."""
+RTOL = 1e-5
+"""Relative difference up to which a link is that of a uniform bar."""
 ABOUT = """A robot: numbers in SI units, or texts with their units, as "40 mm".
 lengths: between the pins, see BipedParams. links: mass, centre of mass in the link's frame and
 moment of inertia about it."""
@@ -62,7 +79,90 @@ ROBOT = MachineFile("biped", "robot", _units(), _names(), {"bars.crank_length": 
 """What the file of a robot may have."""
 
 
-def bars_of(numbers: Mapping[str, float]) -> dict[str, Any]:
+def read_robot(
+    kind: type[Robot], path: str | Path | None, changes: Mapping[str, Any]
+) -> OwnMachine:
+    """See `BipedParams.with_motor`; kind: BipedParams.
+
+    Lengths that a file gives itself would hide a change of the bars, so there the bars are changed
+    afterwards, as in `BipedParams.changed`.
+    """
+    require_known(changes, ROBOT.names, "number of a robot")
+    given = ROBOT.read(path, {})
+    later = [name for name in changes if ROBOT.names[name].startswith("bars.")]
+    later = later if table_of(given, "lengths") else []
+    found = ROBOT.read(path, {name: changes[name] for name in changes if name not in later})
+    with in_file(path):
+        robot = kind.from_bars(**_arguments(found))
+        own = {name: one for name, one in found.items() if name.startswith(("lengths.", "links."))}
+        robot = _with_fields(robot, own) if own else robot
+        for name in later:
+            value = ROBOT.read(None, {name: changes[name]})[ROBOT.names[name]]
+            before, robot = robot, changed_robot(robot, {name: value})
+            if all(map(np.array_equal, vars(before).values(), vars(robot).values())):
+                raise ValueError(f"{name} changes nothing; accepted: a number of its links")
+        robot = robot.astype(jnp.result_type(robot.mass)) if own else robot
+    return OwnMachine(robot, table_of(found, "motor"))
+
+
+def changed_robot(robot: Robot, changes: Mapping[str, Numeric]) -> Robot:
+    """See `BipedParams.changed`."""
+    require_known(changes, ROBOT.names, "number of a robot")
+    places = {ROBOT.names[name]: value for name, value in changes.items()}
+    bars = {name: value for name, value in places.items() if name.startswith("bars.")}
+    robot = _with_bars(robot, bars) if bars else robot
+    fields = {name: value for name, value in places.items() if name not in bars}
+    return _with_fields(robot, fields) if fields else robot
+
+
+def _with_bars(robot: Robot, changes: Mapping[str, Numeric]) -> Robot:
+    """Arguments of `from_bars` changed; a link that is no uniform bar keeps its numbers."""
+    usual, dtype = bars_of(robot), jnp.result_type(robot.mass)
+
+    def made(bars: Mapping[str, Numeric]) -> Robot:
+        return robot.from_bars(**_arguments(usual | bars), dtype=dtype)
+
+    with jax.ensure_compile_time_eval():  # numbers, also inside a trace of the changes
+        before = made({})
+        old = {name: jnp.asarray(usual[name], dtype) for name in changes}
+        _, slopes = jax.jvp(made, (old,), (jax.tree.map(jnp.ones_like, old),))
+    alike = [
+        np.isclose(getattr(robot, name), getattr(before, name), RTOL, 0.0).reshape(13, -1)
+        for name in ("mass", "centre", "inertia")
+    ]
+    plain = np.concatenate(alike, axis=1).all(axis=1) | (np.arange(13) == NAMES.index("foot"))
+    follows = {"mass": plain, "centre": plain[:, None], "inertia": plain}
+    after, found = made(changes), {}
+    for name, own in vars(robot).items():
+        moves = (np.asarray(getattr(slopes, name)) != 0) | (
+            getattr(before, name) != getattr(after, name)
+        )
+        found[name] = jnp.where(moves & follows.get(name, True), getattr(after, name), own)
+    return robot.replace(**found)
+
+
+def bars_of(robot: Robot) -> dict[str, float]:
+    """The arguments of `from_bars` of a robot, by their names in a file, in float64.
+
+    bar_density: of most of its bars. ValueError for a batch of robots.
+    """
+    _require_single(vars(robot))
+    of = {name: np.asarray(value, np.float64) for name, value in vars(robot).items()}
+    crank, mass = of["crank"], of["mass"]
+    length = np.array([of[name] for name in BAR_LENGTHS])
+    length[NAMES.index("crank") - 1] *= 2
+    density = mass[1:-1][length > 0] / length[length > 0]
+    most = np.argmax(np.isclose(density[:, None], density, RTOL, 0.0).sum(axis=0))
+    span = np.sqrt(12 * of["inertia"][-1] / mass[-1]) if mass[-1] > 0 else 0.0
+    ahead, above = of["centre"][-1] / crank
+    found = {name: of[name] / crank for name in LENGTHS if name != "crank"}
+    found |= {"crank_length": crank, "bar_density": density[most], "hip_span": span / crank}
+    found |= {"hip_mass": mass[-1], "foot_mass": mass[0], "foot_inertia": of["inertia"][0]}
+    found |= {"hip_centre.0": ahead, "hip_centre.1": above}
+    return {f"bars.{name}": float(value) for name, value in found.items()}
+
+
+def _arguments(numbers: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of `from_bars`."""
     bars: dict[str, Any] = table_of(numbers, "bars")
     centre = [bars.pop(f"hip_centre.{i}", usual) for i, usual in enumerate((1.0, -6.0))]
@@ -70,31 +170,35 @@ def bars_of(numbers: Mapping[str, float]) -> dict[str, Any]:
     return bars | whole | {"hip_centre": tuple(centre)}
 
 
-def with_own_links(numbers: Mapping[str, float], **arrays: Any) -> dict[str, np.ndarray]:
-    """mass [13], centre [13, 2] and inertia [13] with the numbers of single links put in."""
-    found = {name: np.array(array) for name, array in arrays.items()}
-    for name, value in table_of(numbers, "links").items():
-        link, field, *axis = name.split(".")
-        found[field][(NAMES.index(link), *map(int, axis))] = value
-    return found
+def _with_fields(robot: Robot, numbers: Mapping[str, Any]) -> Robot:
+    """Lengths, payload, gravity and single numbers of links put in, by their names in a file."""
+    found: dict[str, Any] = {}
+    for place, value in numbers.items():
+        table, *name = place.split(".")
+        if table != "links":
+            found[(name or [table])[0]] = value
+            continue
+        link, field, *axis = name
+        at, array = (NAMES.index(link), *map(int, axis)), found.get(field, getattr(robot, field))
+        if is_concrete(array, value):
+            array = np.array(array)
+            array[at] = value
+        else:
+            array = jnp.asarray(array).at[at].set(value)
+        found[field] = array
+    return robot.replace(**found)
 
 
-def require_effect(numbers: Mapping[str, float], changes: Iterable[str]) -> None:
-    """Raise ValueError for a change of the bars of a robot that is given link by link."""
-    whole = all(f"links.{link}.mass" in numbers for link in NAMES)
-    for name in changes:
-        if whole and ROBOT.names[name].startswith("bars."):
-            raise ValueError(
-                f"{name} of a robot that is given link by link; accepted: its lengths and links, "
-                "as robot.mass.hip"
-            )
+def _require_single(robot: Mapping[str, Any]) -> None:
+    """Raise ValueError for a batch of robots."""
+    if np.ndim(robot["crank"]) or np.ndim(robot["mass"]) != 1:
+        shape = np.shape(robot["crank"])
+        raise ValueError(f"crank has shape {shape}; accepted: one robot, shape ()")
 
 
 def robot_text(robot: Mapping[str, Any], motor: Mapping[str, float] | None = None) -> str:
     """A robot's fields, link by link, as TOML. ValueError for a batch of robots."""
-    if np.ndim(robot["crank"]) or np.ndim(robot["mass"]) != 1:
-        shape = np.shape(robot["crank"])
-        raise ValueError(f"crank has shape {shape}; accepted: one robot, shape ()")
+    _require_single(robot)
     numbers = {name: robot[name] for name in WHOLE}
     numbers |= {f"lengths.{name}": robot[name] for name in LENGTHS}
     for i, link in enumerate(NAMES):

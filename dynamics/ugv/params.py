@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.machine_file import OwnMachine
     from stickslip.dynamics.ugv.ground.shapes import Points
 
 NUMBERS = (int, float, np.number, np.ndarray, jax.Array)
@@ -86,12 +87,21 @@ class UGVParams:
         dotted names, as {"vehicle.leg_mass": 25}. ValueError naming the file, the entry and what is
         accepted.
         """
-        from stickslip.dynamics.machine_file import in_file, table_of
+        return cls.with_motor(path, changes).params
+
+    @classmethod
+    def with_motor(
+        cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
+    ) -> OwnMachine:
+        """The vehicle of `from_file`, and max_torque [N m] where the file limits its motors."""
+        from stickslip.dynamics.machine_file import OwnMachine, in_file, table_of
         from stickslip.dynamics.ugv.vehicle_file import VEHICLE
 
         numbers = VEHICLE.read(path, changes or {})
+        limit = numbers.get("motor.torque_limit")
         with in_file(path):
-            return cls(**table_of(numbers, "vehicle"))
+            vehicle = cls(**table_of(numbers, "vehicle"))
+        return OwnMachine(vehicle, {} if limit is None else {"max_torque": limit})
 
     def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the vehicle as TOML, whole or not at all; return the path.

@@ -19,11 +19,11 @@ VEHICLE = MachineFile("ugv", "vehicle", ENTRIES, {name: name for name in ENTRIES
 ABOUT = 'A vehicle: numbers in SI units, or texts with their units, as "830 mm".'
 
 
-def vehicle_text(vehicle: Mapping[str, Any], motor: Mapping[str, float] | None = None) -> str:
-    """A vehicle's fields as TOML. ValueError for a batch of vehicles."""
+def vehicle_text(vehicle: Mapping[str, Any], max_torque: float | None = None) -> str:
+    """A vehicle's fields as TOML, max_torque [N m] as its motors'. ValueError for a batch."""
     for name in UNITS:
         if shape := np.shape(vehicle[name]):
             raise ValueError(f"{name} has shape {shape}; accepted: one vehicle, shape ()")
     numbers = {f"vehicle.{name}": vehicle[name] for name in UNITS}
-    numbers |= {f"motor.{name}": value for name, value in (motor or {}).items()}
+    numbers |= {} if max_torque is None else {"motor.torque_limit": max_torque}
     return toml_text("ugv", numbers, ABOUT)

@@ -9,12 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
-from stickslip.dynamics.biped.robot_file import ROBOT
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.machine_file import machine_in
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
-from stickslip.dynamics.ugv.vehicle_file import VEHICLE
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.biped import BipedFrame, biped_drawing
 from stickslip.envs.rendering.extras import require
@@ -90,9 +88,9 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
 
 def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
     """What is told of a robot: friction at constant crank rates, fastest motions."""
-    limit = ROBOT.read(path, changes).get("motor.torque_limit", TORQUE_LIMIT)
     with precision("float64"):
-        robot = BipedParams.from_file(path, changes)
+        robot, motor = BipedParams.with_motor(path, changes)
+        limit = motor.get("torque_limit", TORQUE_LIMIT)
         jolt = float(exchange_mismatch(robot))
         rates, facts = friction_by_rate(robot), facts_of(robot, jolt, limit)
     fastest = fastest_table(robot, limit, frictions, jolt < MISMATCH)
@@ -159,8 +157,8 @@ def fastest_rate(robot: BipedParams, mu: float) -> float:
 
 def vehicle_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
     """What is told of a vehicle: the slopes and steps that it can pass, and at what friction."""
-    vehicle = UGVParams.from_file(path, changes)
-    limit = VEHICLE.read(path, changes).get("motor.torque_limit")
+    vehicle, motor = UGVParams.with_motor(path, changes)
+    limit = motor.get("max_torque")
     slopes = np.array([slope_friction(vehicle, float(one), limit) for one in SLOPES])
     climbs = [[mu, steepest(slopes, mu)] for mu in frictions]
     steps = []

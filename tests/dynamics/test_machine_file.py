@@ -58,6 +58,8 @@ def test_every_number_of_both_machines_is_reached_by_name(tmp_path):
             before = _number(base, place)
             value = before * 1.001 if value is None and before else value or 0.01
             changed = BipedParams.from_file(None, {name: str(value)})
+            again = BipedParams.from_file(None).changed({name: value})
+            assert all(map(np.allclose, leaves(again), leaves(changed))), name
         assert not same(changed, base), name
         if name.startswith("robot.") and not place.startswith("bars."):
             assert _number(changed, place) == pytest.approx(value, rel=1e-6), name
@@ -66,6 +68,9 @@ def test_every_number_of_both_machines_is_reached_by_name(tmp_path):
         field = name.removeprefix("vehicle.")
         value = float(getattr(UGVParams(), field)) * 1.01 + 0.001 * (field == "wheel_gap")
         assert getattr(UGVParams.from_file(None, {name: str(value)}), field) == value
+    with jax.enable_x64(True):
+        slope = jax.grad(lambda x: BipedParams.from_bars().changed({"bars.crank_length": x}).femur)
+        assert slope(0.03) == pytest.approx(9.0)  # at the robot's own number, too
     with pytest.raises(ValueError, match=r"'robot\.hipmass' is no number of a robot; .*hip_mass"):
         BipedParams.from_file(None, {"robot.hipmass": 1.0})
 
@@ -81,6 +86,23 @@ def _number(robot, place):
         link, field, *axis = rest
         return float(getattr(robot, field)[(NAMES.index(link), *map(int, axis))])
     return float(getattr(robot, place.split(".")[-1]))
+
+
+def test_bars_of_a_robot_given_link_by_link_change_and_other_links_stay(tmp_path):
+    robot = BipedParams.from_bars()
+    path = robot.replace(
+        mass=robot.mass * np.where(np.arange(13) == 1, 2.0, 1.0).astype("f4")
+    ).to_file(tmp_path / "my.toml")
+    before, after = (
+        BipedParams.from_file(path, changes)
+        for changes in ({}, {"robot.crank_length": "60 mm", "robot.bar_density": 3.0})
+    )
+    assert after.femur == pytest.approx(2 * before.femur)
+    assert after.mass[2] == pytest.approx(before.mass[2] * 2 * 3 / 1.48)
+    assert after.mass[1] == before.mass[1]
+    shifted = robot.replace(centre=robot.centre + 0.001).to_file(tmp_path / "shifted.toml")
+    with pytest.raises(ValueError, match=r"robot\.bar_density changes nothing; accepted"):
+        BipedParams.from_file(shifted, {"robot.bar_density": 3.0})
 
 
 @pytest.mark.parametrize(

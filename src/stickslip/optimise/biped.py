@@ -13,7 +13,7 @@ from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optimise.machine import finite, motor_of, own_files, robot_of
+from stickslip.optimise.machine import finite, own_files, robot_of
 from stickslip.optimise.picture import draw_gait
 from stickslip.options import GaitOptions
 from stickslip.parser import options_of
@@ -69,7 +69,7 @@ def gait_problem_of(given: GaitOptions) -> GaitProblem:
     """The problem that the flags describe."""
     share = "a share from 0 to below 1"
     require_scalar("reserve", given.reserve, low=0.0, high=0.999, accepted=share)
-    robot, motor = robot_of(given), motor_of(given)
+    robot, motor = robot_of(given)
     robot = robot.replace(payload=float(robot.payload) + given.payload)
     mu: list[float] | float | None = None
     if given.mu is not None:

@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.biped.robot_file import ROBOT, robot_text
-from stickslip.dynamics.machine_file import table_of
+from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
-from stickslip.dynamics.ugv.vehicle_file import VEHICLE, vehicle_text
+from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 from stickslip.optim.posture.track_file import read_track
 
 if TYPE_CHECKING:
@@ -20,26 +19,17 @@ if TYPE_CHECKING:
     from stickslip.options import RobotOptions, TrackOptions, VehicleOptions
 
 
-def robot_of(given: RobotOptions) -> BipedParams:
-    """The robot of --robot and --set, by default the reference robot."""
-    return BipedParams.from_file(given.robot, given.changes)
+def robot_of(given: RobotOptions) -> tuple[BipedParams, dict[str, float]]:
+    """The robot of --robot and --set, by default the reference robot, and its motor's numbers."""
+    return BipedParams.with_motor(given.robot, given.changes)
 
 
-def motor_of(given: RobotOptions) -> dict[str, float]:
-    """The numbers of the motor in the robot's file: torque_limit [N m], copper_loss."""
-    return table_of(ROBOT.read(given.robot, given.changes), "motor")
-
-
-def vehicle_of(given: VehicleOptions) -> UGVParams:
-    """The vehicle of --vehicle and --set, by default the chapter's."""
-    return UGVParams.from_file(given.vehicle, given.changes)
-
-
-def torque_limit_of(given: TrackOptions) -> float | None:
-    """Torque limit of each wheel's motor [N m]: --max-torque, or the file's; None without one."""
-    if given.max_torque is not None:
-        return finite(given.max_torque)
-    return VEHICLE.read(given.vehicle, given.changes).get("motor.torque_limit")
+def vehicle_of(given: TrackOptions) -> tuple[UGVParams, float | None]:
+    """The vehicle of --vehicle and --set, by default the chapter's, and the torque limit of each
+    wheel's motor [N m]: --max-torque, or the file's; None without one."""
+    vehicle, motor = UGVParams.with_motor(given.vehicle, given.changes)
+    asked = given.max_torque
+    return vehicle, motor.get("max_torque") if asked is None else finite(asked)
 
 
 def finite(limit: float | None) -> float | None:

@@ -19,7 +19,6 @@ from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.machine import (
     finite,
     own_files,
-    torque_limit_of,
     track_of,
     track_options_of,
     vehicle_of,
@@ -111,16 +110,17 @@ def spacing_of(track: Track, given: PostureOptions) -> float:
 def problem_of(given: PostureOptions) -> PostureProblem:
     """The problem that the flags describe."""
     track = track_of(given.track, given.track_options)
+    vehicle, max_torque = vehicle_of(given)
     return PostureProblem.along(
         track,
         given.criterion,
-        vehicle_of(given),
+        vehicle,
         spacing=spacing_of(track, given),
         start=given.start,
         end=given.end,
         leg_rate=finite(given.leg_rate),
         friction=given.friction,
-        max_torque=torque_limit_of(given),
+        max_torque=max_torque,
         start_angles=given.start_angles,
         end_angles=given.end_angles,
         solver=PoseSolver(overlap=given.overlap),

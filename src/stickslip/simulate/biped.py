@@ -68,7 +68,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     torque = torque_of(given.torque)
     setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
-        scene, robot = scene_of(given), robot_of(given)
+        scene, (robot, _) = scene_of(given), robot_of(given)
     seconds = given.seconds
     if seconds is None:
         seconds = torque.end if isinstance(torque, Recorded) else SECONDS

@@ -20,7 +20,7 @@ from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined
-from stickslip.optimise.machine import finite, torque_limit_of, track_of, vehicle_of
+from stickslip.optimise.machine import finite, track_of, vehicle_of
 from stickslip.optimise.picture import draw_drive
 from stickslip.optimise.ugv import (
     FRONT_LEG,
@@ -91,10 +91,11 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
     """
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    track, vehicle = track_of(given.track, given.track_options), vehicle_of(given)
+    track = track_of(given.track, given.track_options)
+    vehicle, max_torque = vehicle_of(given)
     limits = {
         "leg_rate": finite(given.leg_rate),
-        "max_torque": torque_limit_of(given),
+        "max_torque": max_torque,
         "friction": given.friction,
     }
     places = {"start": given.start, "end": given.end}

@@ -14,8 +14,10 @@ from stickslip.agents.machine import machine_by_name
 from stickslip.agents.sweeps.cases import Case, Given
 from stickslip.agents.sweeps.plan import Design
 from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.biped.robot_file import ROBOT
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv.vehicle_file import VEHICLE
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 
 SHORT = 0.1
@@ -54,6 +56,26 @@ def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
     made = put(UGV, params, height=0.2, **{"vehicle.body_mass": 200.0}, friction=0.6)
     track, vehicle = Track.bump(0.2, width=1.0), UGVParams(body_mass=200.0)
     assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
+
+
+def test_an_axis_of_every_number_of_both_machines_is_what_set_makes_of_it():
+    env, van = BipedEnv(), UGVEnv()
+    params, other = env.make_params(), van.make_params()
+    known = BIPED.known(params)
+    for name, place in ROBOT.names.items():
+        (target,) = BIPED.targets(params, name)
+        assert target in known
+        assert target.startswith("task.") or ROBOT.names[target] == place
+    tibia = {"robot.mass.tibia": 0.9, "robot.centre.tibia.x": 0.2, "robot.crank_length": 0.04}
+    expected = BipedParams.from_file(None, tibia)
+    assert_same(put(BIPED, params, **tibia).robot.bare, expected)
+    for name in VEHICLE.names:
+        opened = UGV.opened(other, {name})
+        (target,) = UGV.targets(opened, name)
+        part, _, field = target.partition(".")
+        value = UGV.parts(opened)[part][field] * 1.01 + 1e-3 * (field == "wheel_gap")
+        made = UGV.put(opened, {target: value})
+        assert UGV.parts(made)[part][field] == pytest.approx(value)
 
 
 def test_what_an_axis_sets_is_no_longer_drawn():
