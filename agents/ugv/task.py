@@ -270,7 +270,7 @@ def swept_parts(params: UGVEnvParams) -> dict[str, PyTree]:
     return {
         "task": {name: value for name, value in given.items() if value is not None},
         "track": vars(params.track.shape) if params.randomisation.track is None else {},
-        "vehicle": vars(params.vehicle),
+        "vehicle": {name: one for name, one in vars(params.vehicle).items() if one is not None},
         "randomisation": params.randomisation,
     }
 

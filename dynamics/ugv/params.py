@@ -36,6 +36,10 @@ RULES: dict[str, dict[str, Any]] = {"wheel_gap": {"low": 0.0, "accepted": "lengt
 RULES |= dict.fromkeys(("body_length", "leg_length", "wheel_radius", "gravity"), POSITIVE)
 RULES |= dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), MASS)
 RULES |= dict.fromkeys(("leg_angle_min", "leg_angle_max"), ANGLE)
+OPTIONAL: dict[str, dict[str, Any]] = {
+    "rolling_resistance": {"low": 0.0, "accepted": "None, or a number >= 0 [-]"},
+}
+"""The same of the fields that may be None."""
 
 
 @register_pytree
@@ -50,6 +54,9 @@ class UGVParams:
     L, l and the masses are the chapter's; radius,
     range and centres are not in it (MODEL 2).
 
+    None, the default, leaves these out of the compiled program. rolling_resistance: coefficient c
+    of the moment c N r against a wheel that rolls forwards (see `ground_forces`) [-].
+
     Every field may be an array with leading batch axes and be mapped over with vmap.
     """
 
@@ -63,13 +70,19 @@ class UGVParams:
     leg_angle_min: Numeric = np.pi / 6
     leg_angle_max: Numeric = 5 * np.pi / 6
     wheel_gap: Numeric = 0.0
+    rolling_resistance: Numeric | None = None
 
     def __post_init__(self):
-        values = {field.name: getattr(self, field.name) for field in fields(self)}
-        if any(value is not None for value in values.values()):  # else: axes to map over
-            for name, value in values.items():
-                settle(self, **{name: as_number(name, value, **RULES[name])})
+        if any(value is not None for value in vars(self).values()):  # else: axes to map over
+            for name, rule in self._rules.items():
+                settle(self, **{name: as_number(name, getattr(self, name), **rule)})
             self.validate()
+
+    @property
+    def _rules(self) -> dict[str, dict[str, Any]]:
+        """Rules of all fields but the optional ones that are None."""
+        given = {name: rule for name, rule in OPTIONAL.items() if getattr(self, name) is not None}
+        return RULES | given
 
     def replace(self, **changes: Numbers) -> UGVParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
@@ -120,7 +133,7 @@ class UGVParams:
 
     def validate(self) -> UGVParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
-        for name, rule in RULES.items():
+        for name, rule in self._rules.items():
             require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
             require_number(name, getattr(self, name), **rule)
         require_broadcast(**vars(self))

@@ -76,8 +76,8 @@ def equilibrium(
     the track has a surface times its factor under each wheel.
     solver: see PoseSolver.
 
-    Raises ValueError for bad numbers before tracing. Neglected: rolling resistance, inertia, and
-    losses in the legs. Differentiable in every number.
+    Raises ValueError for bad numbers before tracing. Neglected: inertia and losses in the legs.
+    Differentiable in every number.
     """
     mu = as_number("friction", friction, low=0.0, accepted="numbers >= 0")
     track, x_front, leg_angles = require_place(
@@ -146,7 +146,7 @@ def balance(
         status = jnp.where((status == Status.OK) & bad, what, status)
     return Equilibrium(
         *forces,
-        torque=-forces.F_rear * params.wheel_radius,
+        torque=-_along(params, forces.F_rear, forces.N_rear) * params.wheel_radius,
         grip_rear=grip_rear,
         grip_front=grip_front,
         leg_torques=legs_hold,
@@ -160,15 +160,23 @@ def balance(
 def ground_forces(
     params: UGVParams, placed: Pose, difference: Real[Array, "..."] | float = 0.0
 ) -> Forces:
-    """The forces with F_front - F_rear = difference [N] (eq. 42; 0: the same torque at each wheel).
+    """The forces with M_rear - M_front = r difference [N] (eq. 42; 0: the same torque M at each).
 
     With a motor at each wheel the three equations of the whole vehicle leave one force free; this
-    is that family, linear in `difference`. Moments about the rear contact and forces along the
-    ground there leave two equations in F_front and N_front:
+    is that family, linear in `difference`. The ground resists rolling forwards by the moment c N r
+    on each wheel, anticlockwise as a positive M, so the wheel's own equation is
 
-        F (1 + cos D) - N sin D = W sin b_r + difference,   F (d x t_f) + N (d x n_f) = G
+        M + r (F + c N) = 0
 
-    D = b_f - b_r, d from rear to front contact, G the weights' moment about the rear contact.
+    and moments of the whole vehicle gain c r (N_r + N_f). Moments about the rear contact and forces
+    along the ground there, N_r = W cos b_r - F sin D - N cos D put in, leave two equations in
+    F = F_front and N = N_front:
+
+        F (1 + cos D + c sin D) - N (sin D - c (1 + cos D)) = W (sin b_r + c cos b_r) + difference
+        F (d x t_f - c r sin D) + N (d x n_f + c r (1 - cos D)) = G - c r W cos b_r
+
+    D = b_f - b_r, d from rear to front contact, G the weights' moment about the rear contact, c
+    the rolling resistance, 0 where it is None.
     """
     rear, front = placed.rear, placed.front
     W = params.weight
@@ -179,11 +187,26 @@ def ground_forces(
     lever_N = dot(between, front.tangent)
     G = weight_moment(params, placed, rear.point[..., 0])
     along = W * rear.tangent[..., 1] + difference
-    det = (1 + cos) * lever_N + sin * lever_F
-    F_front = (along * lever_N + sin * G) / det
-    N_front = ((1 + cos) * G - along * lever_F) / det
+    of_F, of_N = 1 + cos, sin
+    if (c := params.rolling_resistance) is not None:
+        level, cr = W * rear.tangent[..., 0], c * params.wheel_radius
+        of_F, of_N = of_F + c * sin, sin - c * of_F
+        lever_F, lever_N = lever_F - cr * sin, lever_N + cr * (1 - cos)
+        along, G = along + c * level, G - cr * level
+    det = of_F * lever_N + of_N * lever_F
+    F_front = (along * lever_N + of_N * G) / det
+    N_front = (of_F * G - along * lever_F) / det
     N_rear = W * rear.tangent[..., 0] - F_front * sin - N_front * cos
-    return Forces(F_front - difference, N_rear, F_front, N_front)
+    F_rear = F_front - difference
+    if c is not None:
+        F_rear += c * (N_front - N_rear)
+    return Forces(F_rear, N_rear, F_front, N_front)
+
+
+def _along(params: UGVParams, F: Values, N: Values) -> Values:
+    """F + c N: the force along the ground that a wheel's motor makes, -M / r [N]."""
+    c = params.rolling_resistance
+    return F if c is None else F + c * N
 
 
 def weight_moment(params: UGVParams, placed: Pose, x: Values) -> Values:
@@ -199,7 +222,8 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces) -> Points:
     """Torques of the leg actuators [..., 2], rear and front [N m], positive outwards.
 
     The moment about its hinge of all that acts on a leg and its wheel from outside, balanced. By
-    virtual work it is the slope of the potential energy in the leg's angle, less the wheels' work.
+    virtual work it is the slope of the potential energy in the leg's angle, less the wheels' work,
+    and more what rolling resistance takes.
     """
     F, N = forces.F_rear, forces.N_rear
     rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, F, N)
@@ -212,10 +236,12 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces) -> Points:
 def _moment(
     params: UGVParams, wheel: WheelContact, leg: Points, hinge: Points, F: Values, N: Values
 ) -> Values:
-    """Anticlockwise moment about the hinge of ground force and weights of wheel and leg [N m]."""
+    """Anticlockwise moment about the hinge of all from the ground, and the weights [N m]."""
     force = F[..., None] * wheel.tangent + N[..., None] * wheel.normal
     weights = (
         params.wheel_mass * (wheel.centre[..., 0] - hinge[..., 0])
         + params.leg_mass * (leg[..., 0] - hinge[..., 0])
     ) * params.gravity
-    return cross(wheel.point - hinge, force) - weights
+    moment = cross(wheel.point - hinge, force) - weights
+    c = params.rolling_resistance
+    return moment if c is None else moment + c * params.wheel_radius * N

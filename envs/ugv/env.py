@@ -88,9 +88,9 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     """A UGV drives along a track and moves its legs to minimise a criterion.
 
     One step takes the front wheel `spacing` (0.1 m) further along x. There is no time: the vehicle
-    is in equilibrium everywhere (`stickslip.dynamics.ugv`: no inertia, no rolling resistance, no
-    losses). Leg angles change linearly with the distance. The criterion takes the stations at the
-    ends of steps, with the trapezoid rule between them.
+    is in equilibrium everywhere (`stickslip.dynamics.ugv`: no inertia; rolling resistance where the
+    vehicle has it). Leg angles change linearly with the distance. The criterion takes the stations
+    at the ends of steps, with the trapezoid rule between them.
 
     ## Action
     | index | name | range | meaning |
@@ -152,11 +152,12 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     ## Info
     Of the station reached (of the one before, if the step failed): status, x [m], rear_angle,
-    front_angle, pitch [rad], torque [N m], friction_force (the same at both wheels), N_rear,
-    N_front, grip (the lesser margin) [N], clearance [m]. Of the step: wheel_work, total_work: put
-    in by the motors, and with the legs [J]; final_obs, autoreset. Of the episode so far:
-    episode_return, episode_length [steps], episode_cost (the criterion), episode_distance [m],
-    episode_wheel_energy, episode_total_energy [J].
+    front_angle, pitch [rad], torque [N m], friction_force (of the front wheel; with rolling
+    resistance the rear one's differs), N_rear, N_front, grip (the lesser margin) [N], clearance
+    [m]. Of the step: wheel_work, total_work: put in by the motors, and with the legs [J];
+    final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
+    episode_cost (the criterion), episode_distance [m], episode_wheel_energy, episode_total_energy
+    [J].
 
     Static choices: criterion (a name of CRITERIA), preview (points, 0 for none), solver (see
     PoseSolver), autoreset, see_friction. Version 0.

@@ -275,9 +275,12 @@ def penalty_for(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeri
     to about the weight W. So |M| < W r (mu <= 2), what the motors put in over the drive stays below
     (1 + mu) W length, a margin of grip below (1 + mu) W, a demand below 1 + mu. The legs' work in
     total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
-    torque's variation: W r built up and let go once a metre stands for it.
+    torque's variation: W r built up and let go once a metre stands for it. Rolling resistance c
+    adds c N r to a torque, so c is added to mu, and to 1 in W r.
     """
     W, r = vehicle.weight, vehicle.wheel_radius
+    if (c := vehicle.rolling_resistance) is not None:
+        friction, r = friction + c, r * (1 + c)
     bounds = {
         "J": (1 + friction) * W * length,
         "N m": W * r,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
+from stickslip.dynamics.ugv.params import OPTIONAL
 from stickslip.optim.posture.bounds.cells import (
     NONE,
     StationCells,
@@ -197,8 +198,8 @@ def bound_every_drive(
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
-    function, of which no enclosure is known (Track.resampled makes a table of it), and for criteria
-    of one's own.
+    function, of which no enclosure is known (Track.resampled makes a table of it), for criteria
+    of one's own, and for a vehicle with rolling resistance.
 
     It is a bound of exact poses, however the problem's solver finds its own: with a coarse
     tolerance a drive may seem to cost less by what that misses.
@@ -240,7 +241,13 @@ def bound_every_drive(
 
 
 def require_boundable(problem: PostureProblem) -> None:
-    """ValueError for ground or a criterion that `bound_every_drive` takes no problems with."""
+    """ValueError for ground, a vehicle or a criterion that `bound_every_drive` does not cover."""
+    for name in OPTIONAL:
+        if getattr(problem.params, name) is not None:
+            what = name.replace("_", " ")
+            raise ValueError(
+                f"bounds do not cover {what}; accepted: a vehicle whose {name} is None"
+            )
     ground_of(problem.track.shape)
     _method(problem, None)
 

@@ -46,9 +46,12 @@ def chapter(params, pose):
     """Eqs. (40)-(42) as rows [..., 9, 9] and right sides [..., 9].
 
     Unknowns: F_r, N_r, F_f, N_f, F_lw (x, y; rear leg on rear wheel), F_wl (x, y; front wheel on
-    front leg), M. The last three rows are those of the whole vehicle.
+    front leg), M. The last three rows are those of the whole vehicle. Rolling resistance is a
+    moment of each normal force, anticlockwise.
     """
     g, wheel = params.gravity, params.wheel_mass
+    c = params.rolling_resistance
+    arm = 0.0 if c is None else c * params.wheel_radius
     rear, front = pose.rear, pose.front
     tr, nr, tf, nf = rear.tangent, rear.normal, front.tangent, front.normal
     zero, one = jnp.zeros_like(pose.wheelbase), jnp.ones_like(pose.wheelbase)
@@ -60,13 +63,13 @@ def chapter(params, pose):
     rows = [
         [tr[..., 0], nr[..., 0], 0, 0, 1, 0, 0, 0, 0],
         [tr[..., 1], nr[..., 1], 0, 0, 0, 1, 0, 0, 0],
-        [params.wheel_radius, 0, 0, 0, 0, 0, 0, 0, 1],
+        [params.wheel_radius, arm, 0, 0, 0, 0, 0, 0, 1],
         [tr[..., 0], nr[..., 0], 0, 0, 0, 0, 1, 0, 0],
         [tr[..., 1], nr[..., 1], 0, 0, 0, 0, 0, 1, 0],
-        [cross(T2, tr), cross(T2, nr), 0, 0, 0, 0, -E2[..., 1], E2[..., 0], -1],
+        [cross(T2, tr), cross(T2, nr) + arm, 0, 0, 0, 0, -E2[..., 1], E2[..., 0], -1],
         [tr[..., 0], nr[..., 0], tf[..., 0], nf[..., 0], 0, 0, 0, 0, 0],
         [tr[..., 1], nr[..., 1], tf[..., 1], nf[..., 1], 0, 0, 0, 0, 0],
-        [cross(T3, tr), cross(T3, nr), cross(D3, tf), cross(D3, nf), 0, 0, 0, 0, 0],
+        [cross(T3, tr), cross(T3, nr) + arm, cross(D3, tf), cross(D3, nf) + arm, 0, 0, 0, 0, 0],
     ]
     right = [0, wheel * g, 0, 0, carried * g, 0, 0, (carried + wheel) * g, 0]
     return (

@@ -44,26 +44,64 @@ def test_the_closed_form_solves_the_chapters_equations_for_random_vehicles(float
     assert np.max(off[good] / np.asarray(vehicles.weight)[good, None]) < 1e-10
 
 
+@pytest.mark.parametrize("resistance", [0.0, 0.03, 0.4])
+def test_rolling_resistance_enters_the_nine_equations_as_moments_of_the_normal_forces(
+    float64, resistance
+):
+    params, track = UGVParams(rolling_resistance=resistance), TRACKS["bump"]().astype(float64)
+    x, angles = drawn(params, float64, 32)
+    state = balanced(params, track, x, angles)
+    rows, right = map(np.asarray, chapter(params, state.pose))
+    solved = [np.linalg.lstsq(A, b)[0] for A, b in zip(rows, right, strict=True)]
+    ours = np.stack([*state.forces, state.torque], -1)
+    np.testing.assert_allclose(
+        ours, np.array(solved)[:, [0, 1, 2, 3, 8]], atol=1e-10 * params.weight
+    )
+    if resistance == 0.0:
+        for one, other in zip(state[:8], balanced(UGVParams(), track, x, angles)[:8], strict=True):
+            np.testing.assert_allclose(one, other, atol=1e-11 * params.weight)
+
+
+def test_on_level_ground_the_motors_overcome_rolling_resistance_alone(float64):
+    """Power c W v of both wheels, whatever each carries; no force along the ground in all."""
+    params = UGVParams(rolling_resistance=0.02)
+    x, angles = drawn(params, float64)
+    state = balanced(params, Track.flat().astype(float64), x, angles)
+    forwards = -0.02 * params.weight * params.wheel_radius / 2
+    np.testing.assert_allclose(state.torque, forwards, rtol=1e-11)
+    np.testing.assert_allclose(state.F_rear + state.F_front, 0, atol=1e-11 * params.weight)
+
+
 @pytest.mark.parametrize("name", ["bump", pytest.param("sinusoid", marks=pytest.mark.long)])
-@pytest.mark.parametrize("difference", [0.0, 300.0])
-def test_work_of_motors_and_legs_is_the_change_of_potential_energy(float64, name, difference):
-    """Virtual work along the track and by each leg, also with unequal torques at the wheels."""
-    params, track = UGVParams(), TRACKS[name]().astype(float64)
+@pytest.mark.parametrize(("difference", "resistance"), [(0.0, None), (300.0, None), (300.0, 0.2)])
+def test_work_of_motors_and_legs_is_the_change_of_potential_energy(
+    float64, name, difference, resistance
+):
+    """Virtual work along the track and by each leg, also with unequal torques at the wheels; and
+    what rolling resistance takes, its moment times the wheels' turn in the world."""
+    params = UGVParams(rolling_resistance=resistance)
+    track = TRACKS[name]().astype(float64)
     odometer = Odometer.along(track, 0.0, 8.0)
     x, angles = drawn(params, float64, 16)
 
     def energy_and_turns(x, angles):
         pose = place(params, track, x, angles, PoseSolver())
-        return pose.potential_energy(params), wheel_turns(params, odometer, pose, angles)
+        turns = wheel_turns(params, odometer, pose, angles)
+        in_world = turns + pose.pitch + angles * jnp.array([-1.0, 1.0])
+        return pose.potential_energy(params), turns, in_world
 
     slopes = jax.jit(jax.vmap(jax.jacfwd(energy_and_turns, argnums=(0, 1))))(x, angles)
-    (V_x, V_a), (turns_x, turns_a) = slopes
+    (V_x, V_a), (turns_x, turns_a), (world_x, world_a) = slopes
     pose = placed(params, track, x, angles)
     forces = ground_forces(params, pose, difference)
-    M = -params.wheel_radius * jnp.stack([forces.F_rear, forces.F_front], -1)
+    N = jnp.stack([forces.N_rear, forces.N_front], -1)
+    against = (resistance or 0.0) * params.wheel_radius * N
+    M = -params.wheel_radius * jnp.stack([forces.F_rear, forces.F_front], -1) - against
+    np.testing.assert_allclose(M[:, 0] - M[:, 1], params.wheel_radius * difference, atol=1e-8)
     close = {"atol": 1e-10 * params.weight}
-    np.testing.assert_allclose(jnp.sum(M * turns_x, -1), V_x, **close)
+    np.testing.assert_allclose(jnp.sum(M * turns_x + against * world_x, -1), V_x, **close)
     work = jnp.einsum("nw,nwa->na", M, turns_a) + leg_torques(params, pose, forces)
+    work += jnp.einsum("nw,nwa->na", against, world_a)
     np.testing.assert_allclose(work, V_a, **close)
 
 

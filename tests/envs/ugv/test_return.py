@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, PostureProblem
 from tests.envs.ugv.helpers import actions, drive, path_of, task
 
@@ -29,6 +30,16 @@ def test_the_return_is_minus_the_objective(float64, criterion):
     assert run.info["episode_return"][-1] == pytest.approx(-value, rel=1e-11)
     assert run.info["episode_cost"][-1] == pytest.approx(value, rel=1e-11)
     assert problem.is_feasible(path_of(run))
+
+
+def test_losses_of_the_vehicle_count_in_the_return_and_in_the_penalty(float64):
+    env, usual = task(dtype="float64", criterion="total_energy")
+    params = usual.replace(vehicle=UGVParams(rolling_resistance=0.03))
+    run = drive(env, params, actions(int(params.steps), scale=0.5))
+    value = env.problem(run.first_state, params).objective(path_of(run))
+    assert run.truncated[-1]
+    assert run.reward.sum() == pytest.approx(-value, rel=1e-11)
+    assert params.failure_penalty > usual.failure_penalty
 
 
 def test_in_single_precision_too():
