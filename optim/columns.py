@@ -64,16 +64,18 @@ def read_columns(
     *,
     also: str = "",
     most: int | None = None,
+    unordered: str | None = "",
 ) -> Float[np.ndarray, "rows columns"]:
     """Read the wanted columns in their units and order; the first one increases.
 
     Blank lines and lines that begin with # are passed over; a head in another unit of UNITS is
     converted. also: what the caller accepts besides, for messages. most: bytes of a file.
+    unordered: what to say of a first column that does not increase; None accepts it.
     ValueError names the file, the line and what is accepted; OSError where it cannot be opened.
     """
     accepted = also + accepted_table(wanted)
     try:
-        return _columns(path, read_text(path, accepted, most), wanted)
+        return _columns(path, read_text(path, accepted, most), wanted, unordered)
     except _TableError as error:
         raise ValueError(f"{error}; accepted: {accepted}") from None
 
@@ -83,7 +85,7 @@ class _TableError(Exception):
 
 
 def _columns(
-    path: Path, text: str, wanted: Sequence[ColumnSpec]
+    path: Path, text: str, wanted: Sequence[ColumnSpec], unordered: str | None
 ) -> Float[np.ndarray, "rows columns"]:
     rows = _rows(path, text)
     place, head = next(rows, ("", []))
@@ -103,9 +105,10 @@ def _columns(
             if not math.isfinite(value):
                 raise _TableError(f"{place}: {spec.name} = {shown(cells[at])} is no finite number")
             values.append(value)
-        if len(found[0]) > 1 and not found[0][-2] < found[0][-1]:
+        if unordered is not None and len(found[0]) > 1 and not found[0][-2] < found[0][-1]:
             last, now = found[0][-2:]
-            raise _TableError(f"{place}: {wanted[0].name} = {now} after {last} does not increase")
+            what = f"{place}: {wanted[0].name} = {now} after {last} does not increase"
+            raise _TableError(what + unordered)
     if not found[0]:
         raise _TableError(f"{shown_path(path)}: no rows below the head")
     return np.array(found).T

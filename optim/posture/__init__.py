@@ -27,3 +27,21 @@ METHODS: dict[str, str] = {
     **GENERAL_METHODS,
 }
 """The methods of a posture problem; `methods_of` tells those of any problem."""
+
+TREATMENTS: dict[str, str] = {
+    "outliers": (
+        "points further in height from the median of two neighbours on each side are dropped"
+    ),
+    "merge": (
+        "points are sorted by x (of a GPX track they stay in their order), and neighbours within "
+        "this distance become one at their mean; 0: points at one place"
+    ),
+    "gaps": "longer gaps are filled with points on a straight line",
+    "noise": "the smoothest curve that misses the points by this root mean square",
+    "smooth": "instead: this wavelength is halved, shorter ones are damped more",
+    "envelope": (
+        "hollows that a disc of this radius cannot enter are filled up to it (default of a "
+        "command: 1.1 wheel radii)"
+    ),
+}
+"""Treatments of a survey by name, each a length [m], in the order in which they are applied."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 
 import numpy as np
@@ -18,6 +19,19 @@ from stickslip.optim.columns import (
     read_text,
     shown_path,
 )
+from stickslip.optim.posture.survey import (
+    Survey,
+    Treatments,
+    enveloped,
+    filled,
+    groups,
+    outlying,
+    smoothed,
+    wavelength_of,
+)
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
 
 EARTH_RADIUS = 6_371_008.8
 """Mean radius [m]."""
@@ -37,11 +51,16 @@ LIMITS = {"lat": 90.0, "lon": 360.0, "ele": math.inf}
 """Greatest size of a track point's numbers [deg, m]."""
 STEEPEST = 2.0
 """Steeper legs of a GPX track, in m a metre, are a fault of the survey: no vehicle climbs them."""
+REPEATED = (
+    " (--ground merge, or read_track's merge=0.0, sorts points and merges those at one place)"
+)
 ACCEPTED_GPX = "a GPX track of 2 or more points that advance, each with lat, lon [deg] and ele [m]"
 
 
-def read_track(path: str | Path, interpolation: str = "cubic") -> Track:
+def read_track(path: str | Path, interpolation: str = "cubic", **treatments: Any) -> Track:
     """The track in a file; `interpolation` as in Track.from_points.
+
+    treatments: lengths [m] by the names of `stickslip.optim.posture.TREATMENTS`.
 
     *.gpx: track points in their order; x is the great-circle distance along them on a sphere of
     the Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
@@ -49,25 +68,107 @@ def read_track(path: str | Path, interpolation: str = "cubic") -> Track:
     MOST_BYTES. ValueError names the file, the line and what is accepted; OSError where the file
     cannot be opened.
     """
+    return read_survey(path, interpolation, **treatments).track
+
+
+def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: Any) -> Survey:
+    """`read_track` with the points that were read, those that are used and what was changed."""
     if not isinstance(path, str | Path) or "\0" in str(path):
         raise ValueError(f"path = {shown(path)}; accepted: the path of a file")
-    path = Path(path)
+    given, path = Treatments.of(treatments), Path(path)
     name = shown_path(path)
-    if path.suffix.lower() != ".gpx":
-        x, y = read_columns(path, COLUMNS, most=MOST_BYTES).T
+    if path.suffix.lower() == ".gpx":
+        places, y = _gpx(path, read_text(path, ACCEPTED_GPX, MOST_BYTES))
     else:
-        x, y = _gpx(path, read_text(path, ACCEPTED_GPX, MOST_BYTES))
-    if len(x) < 2:
-        raise ValueError(f"{name}: {len(x)} points; accepted: 2 or more")
-    require_memory(name, "points", len(x), BYTES_A_POINT)
+        unordered = REPEATED if given.merge is None else None
+        x, y = read_columns(path, COLUMNS, most=MOST_BYTES, unordered=unordered).T
+        places = x[:, None]
+    if len(y) < 2:
+        raise ValueError(f"{name}: {len(y)} points; accepted: 2 or more")
+    require_memory(name, "points", len(y), BYTES_A_POINT)
+    raw = np.stack([_along(places), y], axis=1)
+    changes: dict[str, float] = {"points": len(y)}
     try:
-        return Track.from_points(x, y, interpolation)
+        places, y = _sorted_out(places, y, given, changes)
+        used = _reshaped(places, y, given, changes)
+        track = Track.from_points(*used.T, interpolation)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
+    return Survey(track, raw, used, changes)
 
 
-def _gpx(path: Path, text: str) -> tuple[np.ndarray, np.ndarray]:
-    """Distance along the track and elevation of each track point."""
+def _sorted_out(
+    places: np.ndarray, y: np.ndarray, given: Treatments, changes: dict[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places and heights after `outliers` and `merge`."""
+    if given.merge is not None and places.shape[1] == 1:
+        order = np.argsort(places[:, 0], kind="stable")
+        changes["reordered"] = int(np.sum(order != np.arange(len(y))))
+        places, y = places[order], y[order]
+    if given.outliers is not None:
+        kept = ~outlying(y, given.outliers)
+        changes["dropped"] = int(np.sum(~kept))
+        places, y = places[kept], y[kept]
+    if given.merge is not None:
+        first = groups(_in_metres(places), given.merge)
+        changes["merged"] = len(y) - len(first)
+        counts = np.diff(np.append(first, len(y)))
+        places = np.add.reduceat(places, first, axis=0) / counts[:, None]
+        y = np.add.reduceat(y, first) / counts
+    if len(y) < 2:
+        raise ValueError(f"{len(y)} points are left; accepted: 2 or more")
+    return places, y
+
+
+def _reshaped(
+    places: np.ndarray, y: np.ndarray, given: Treatments, changes: dict[str, float]
+) -> Float[np.ndarray, "m 2"]:
+    """Points of the track after `gaps`, `noise` or `smooth`, and `envelope`."""
+    x = _along(places)
+    _require_advance(x)
+    at, height = x, y
+    if given.gaps is not None:
+        gap = np.diff(x)
+        changes["filled"] = int(np.sum(gap > given.gaps))
+        changes["longest_gap"] = float(np.max(gap))
+        at, height = filled(x, y, given.gaps)
+    wavelength = given.smooth
+    if given.noise is not None:
+        wavelength = wavelength_of(at, height, given.noise)
+    if wavelength is not None:
+        changes["damped_below"] = wavelength
+        height = smoothed(at, height, wavelength)
+    if places.shape[1] > 1:
+        _require_slopes(at, height)
+    if given.envelope is not None:
+        at, height = enveloped(at, height, given.envelope)
+    off = np.interp(x, at, height) - y
+    changes["knots"] = len(at)
+    changes["largest_change"] = float(np.max(np.abs(off)))
+    changes["rms_change"] = float(np.sqrt(np.mean(off**2)))
+    return np.stack([at, height], axis=1)
+
+
+def _along(places: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n"]:
+    """x of a table's places, or the distance along latitudes and longitudes [rad] [m]."""
+    if places.shape[1] == 1:
+        return places[:, 0]
+    latitude, longitude = places.T
+    half = np.sin(np.diff(latitude) / 2) ** 2
+    half += np.cos(latitude[1:]) * np.cos(latitude[:-1]) * np.sin(np.diff(longitude) / 2) ** 2
+    legs = 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0)))
+    return np.append(0.0, np.cumsum(legs))
+
+
+def _in_metres(places: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
+    """Places whose distances over a few metres are those on the ground [m]."""
+    if places.shape[1] == 1:
+        return places
+    return EARTH_RADIUS * places * np.stack([np.ones(len(places)), np.cos(places[:, 0])], axis=1)
+
+
+def _gpx(path: Path, text: str) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n"]]:
+    """Latitude and longitude [rad], without jumps at 180 degrees, and elevation of each point."""
     name, points = shown_path(path), _Points()
     try:
         points.parse(text)
@@ -83,14 +184,7 @@ def _gpx(path: Path, text: str) -> tuple[np.ndarray, np.ndarray]:
                 what = f"{place}: {key} = {shown(given[j])}"
                 raise ValueError(f"{what}; accepted: {ACCEPTED_GPX}")
             values[i, j] = number
-    latitude, longitude = np.radians(values[:, :2]).T
-    half = np.sin(np.diff(latitude) / 2) ** 2
-    half += np.cos(latitude[1:]) * np.cos(latitude[:-1]) * np.sin(np.diff(longitude) / 2) ** 2
-    legs = 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0)))
-    x = np.zeros(len(values))
-    x[1:] = np.cumsum(legs)
-    _require_points(path, x, values[:, 2])
-    return x, values[:, 2]
+    return np.unwrap(np.radians(values[:, :2]), axis=0), values[:, 2]
 
 
 class _Points:
@@ -142,16 +236,20 @@ def _no_document_type(*_: object) -> None:
     raise ValueError("declares a document type or entities")
 
 
-def _require_points(path: Path, x: np.ndarray, y: np.ndarray) -> None:
-    """Raise ValueError for the first track point that stands still or is absurdly steep."""
-    name = f"{shown_path(path)}: track point"
+def _require_advance(x: np.ndarray) -> None:
+    """Raise ValueError for the first point at the place of the one before."""
     for i in np.flatnonzero(np.diff(x) <= 0)[:1]:
         raise ValueError(
-            f"{name} {i + 2}: the place of track point {i + 1} again; accepted: {ACCEPTED_GPX}"
+            f"track point {i + 2}: the place of track point {i + 1} again{REPEATED}; accepted: "
+            f"{ACCEPTED_GPX}"
         )
+
+
+def _require_slopes(x: np.ndarray, y: np.ndarray) -> None:
+    """Raise ValueError for the first point that is absurdly steep."""
     for i in np.flatnonzero(np.abs(np.diff(y)) > STEEPEST * np.diff(x))[:1]:
         raise ValueError(
-            f"{name} {i + 2}: elevation {y[i + 1]:.6g} m, {y[i + 1] - y[i]:+.6g} m in "
-            f"{x[i + 1] - x[i]:.3g} m; accepted: {ACCEPTED_GPX}, slopes up to {STEEPEST:g} m a "
-            "metre"
+            f"track point {i + 2}: elevation {y[i + 1]:.6g} m, {y[i + 1] - y[i]:+.6g} m in "
+            f"{x[i + 1] - x[i]:.3g} m (--ground outliers=1 drops such points, noise=0.5 smooths "
+            f"them); accepted: {ACCEPTED_GPX}, slopes up to {STEEPEST:g} m a metre"
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.names import SCENES, TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
-from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS
+from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS, TREATMENTS
 from stickslip.parser import add_options, changes_option, limit, option, set_option
 
 if TYPE_CHECKING:
@@ -27,9 +27,10 @@ TRACK_OPTIONS = {
     "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0"),
 }
 """Arguments of each named track's constructor, with their defaults."""
-TRACK_TABLE: dict[str, Mapping[str, str]] = {
+TRACK_TABLES: dict[str, Mapping[str, str]] = {
     "track options": {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
-    | {"a file": "interpolation"}
+    | {"a file": "interpolation"},
+    "treatments of ground": TREATMENTS,
 }
 SETTINGS = {
     "fast": "a table and steps of 5 ms in single precision",
@@ -57,7 +58,7 @@ def simulate_flags(parser: Parser, machine: str) -> None:
         parser.tables = {"names in a torque": NAMES, "settings": SETTINGS}
     else:
         add_options(parser, DriveOptions)
-        parser.tables = TRACK_TABLE | {"criteria": CRITERIA_IN_WORDS}
+        parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS}
 
 
 def optimise_flags(parser: Parser, machine: str) -> None:
@@ -67,7 +68,7 @@ def optimise_flags(parser: Parser, machine: str) -> None:
         parser.tables = {"objectives": OBJECTIVES, "methods": GAIT_METHODS}
     else:
         add_options(parser, PostureOptions)
-        parser.tables = TRACK_TABLE | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS}
+        parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS}
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,11 @@ class TrackOptions(VehicleOptions):
         flag="--track-option",
         action="append",
         metavar="NAME=VALUE",
+    )
+    ground: str | None = option(
+        None,
+        "treatments of the file's points: merge,outliers=1,noise=0.2m,envelope; see below",
+        metavar="NAME=LENGTH,...",
     )
     friction: float = option(0.8, "between wheels and ground [-]")
     max_torque: float | None = option(

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
-from stickslip.dynamics.ugv import Track
-from stickslip.optimise.machine import track_of, track_options_of
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.optimise.machine import track_of, track_options_of, treatments_of
 from stickslip.optimise.ugv import spacing_of
 from stickslip.options import PostureOptions
 
@@ -136,3 +136,35 @@ def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
     ground = track_of("hill.txt", ["interpolation=linear"])
     assert float(ground.height(0.5)) == pytest.approx(0.25)
     assert track_options_of(["a=1", "b=-2.5", "c=x", "a=3"]) == {"a": 3, "b": -2.5, "c": "x"}
+
+
+def test_treated_ground_is_drawn_and_written_with_what_was_changed(capsys):
+    pytest.importorskip("matplotlib")
+    x = np.append(np.arange(0.0, 8.5, 0.5), 8.0)
+    y = 0.1 * np.exp(-((x - 4) ** 2)) + np.where(x == 2, 3.0, 0.0)
+    np.savetxt("hill.csv", np.stack([x, y], 1), delimiter=",", header="x,y", comments="")
+    hill = ["--track", "hill.csv", "--out", "run"]
+    assert "--ground merge" in refusal(capsys, *SMALL[1:], *hill)
+    assert main([*SMALL, *hill, "--ground=merge,outliers=1m"]) == OK
+    told = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["ground"][0]
+    assert (told["dropped"], told["merged"], told["knots"]) == (1, 1, 16)
+    assert "dropped" in capsys.readouterr().out
+    used = np.loadtxt("run/ground.csv", delimiter=",", skiprows=1)
+    np.testing.assert_array_equal(used[:, 0], x[:-1][x[:-1] != 2])
+    assert Path("run/ground.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_lengths_of_treatments_have_units_and_defaults(capsys):
+    given = treatments_of(
+        "merge, noise=20cm,smooth=2m,gaps=1e1,envelope", UGVParams(wheel_radius=0.2)
+    )
+    assert given == pytest.approx(
+        {"merge": 0.0, "noise": 0.2, "smooth": 2.0, "gaps": 10.0, "envelope": 0.22}
+    )
+    for words in ("noise", "noise=", "noise=3ft", "noise=-x"):
+        with pytest.raises(ValueError, match="accepted: noise=LENGTH"):
+            treatments_of(words, UGVParams())
+    for words in ("", "noises=3"):
+        with pytest.raises(ValueError, match=r"--ground = .* is unknown"):
+            treatments_of(words, UGVParams())
+    assert "with a file of points" in refusal(capsys, *SMALL[1:], "--ground=merge")

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.envs.rendering.drawing import Drawing
     from stickslip.optim import GaitProblem, GaitResult, PostureProblem, Station
+    from stickslip.optim.posture.survey import Survey
 
 VEHICLES = 6
 """Drawn at most; fewer where they would cover each other."""
@@ -65,6 +66,24 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     name_panel(grip, "grip margin μ N − |F| [N]", note, "front wheel [m]")
     _draw_vehicles(scene, problem, vehicles)
     name_panel(scene, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
+    return figure
+
+
+@styled
+def draw_ground(survey: Survey) -> Figure:
+    """The points of a survey and the ground that is used, and the change of height at points."""
+    figure, (height, change) = make_sheet(2, 1, (WIDTH, 4.4))
+    (x, y), (at, ground) = survey.raw.T, survey.used.T
+    height.plot(x, y, ".", color=theme.MUTED, ms=3, label="read")
+    height.plot(at, ground, color=theme.MOTOR, label="used")
+    change.plot(x, np.interp(x, at, ground) - y, ".", color=theme.INK, ms=2)
+    change.axhline(0.0, **LEVEL)
+    legend(height)
+    most, rms = (survey.changes[f"{name}_change"] for name in ("largest", "rms"))
+    counts = f"{len(x)} points read, {len(at)} used"
+    name_panel(height, "height [m]", counts)
+    note = f"of points that were kept: at most {most:.3g}, root mean square {rms:.3g}"
+    name_panel(change, "used less read [m]", note, "x [m]")
     return figure
 
 

@@ -11,19 +11,21 @@ import numpy as np
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, Track
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.machine import (
     finite,
+    ground_table,
     own_files,
-    track_of,
+    survey_of,
     track_options_of,
+    treatments_of,
     vehicle_of,
 )
-from stickslip.optimise.picture import draw_drive
+from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.options import PostureOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table, json_text
@@ -35,6 +37,7 @@ if TYPE_CHECKING:
     from stickslip.optim import Station
 
 STATIONS, PICTURE, VEHICLE = "stations.csv", "drive.png", "vehicle.toml"
+GROUND = ("ground.csv", "ground.png")
 FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg angle"
 """Columns that define a drive; all others follow from them."""
 UNITS: dict[str, str] = {"leg_range": "rad", "start_angles": "rad", "end_angles": "rad"}
@@ -60,7 +63,10 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     out = result_folder(given.out or default, given.overwrite)
     require_choice("criterion", given.criterion, tuple(CRITERIA))
     require_choice("method", given.method, tuple(METHODS))
-    problem = problem_of(given)
+    vehicle, max_torque = vehicle_of(given)
+    treatments = treatments_of(given.ground, vehicle)
+    survey = survey_of(given.track, given.track_options, treatments)
+    problem = problem_of(given, survey.track, vehicle, max_torque)
     if given.pictures:
         require("matplotlib.figure")
     if given.method == "cma":
@@ -76,12 +82,17 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
             value = with_unit(result.value, problem.criterion.unit, 4)
             title = f"{name} {value} over {Path(given.track).stem}, by {result.method}"
             files[PICTURE] = picture(lambda: draw_drive(problem, x), title)
+    if treatments:
+        tables["ground"] = ground_table(survey)
+        files[GROUND[0]] = Table([Column("x", "m"), Column("y", "m")], survey.used.tolist()).csv
+        if given.pictures:
+            files[GROUND[1]] = picture(lambda: draw_ground(survey), f"Ground of {given.track}")
     show(summary, *tables.values())
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
     facts: dict[str, object] = {"asked": asked, **result_content(problem, result)}
     rows = {name: one.records() for name, one in tables.items()}
     files = {RESULT: lambda: json_text(facts | rows), **files}
-    written = write_result(out, files, (STATIONS, PICTURE, VEHICLE), given.overwrite)
+    written = write_result(out, files, (STATIONS, PICTURE, VEHICLE, *GROUND), given.overwrite)
     status = OK if x is not None else NOTHING_FOUND
     return Content({"summary": summary, **tables}, facts | {"files": written}, status=status)
 
@@ -107,10 +118,10 @@ def spacing_of(track: Track, given: PostureOptions) -> float:
     return max(SPACING, (end - start) / (MOST_WAYPOINTS - 1))
 
 
-def problem_of(given: PostureOptions) -> PostureProblem:
+def problem_of(
+    given: PostureOptions, track: Track, vehicle: UGVParams, max_torque: float | None
+) -> PostureProblem:
     """The problem that the flags describe."""
-    track = track_of(given.track, given.track_options)
-    vehicle, max_torque = vehicle_of(given)
     return PostureProblem.along(
         track,
         given.criterion,

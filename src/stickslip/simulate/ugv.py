@@ -20,7 +20,7 @@ from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined
-from stickslip.optimise.machine import finite, track_of, vehicle_of
+from stickslip.optimise.machine import finite, ground_table, survey_of, treatments_of, vehicle_of
 from stickslip.optimise.picture import draw_drive
 from stickslip.optimise.ugv import (
     FRONT_LEG,
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
     from stickslip.optim import Station
+    from stickslip.optim.posture.survey import Survey
 
 COLUMNS = (
     ColumnSpec(FRONT_WHEEL, "m", ("x",)),
@@ -64,11 +65,13 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     the same, each waypoint with its status.
     """
     given = options_of(DriveOptions, flags)
-    problem, x = drive_of(given)
+    problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
     summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
-    show(summary, criteria)
+    tables = {"summary": summary, "criteria": criteria}
+    tables |= {"ground": ground_table(survey)} if given.ground else {}
+    show(*tables.values())
     for name, by in found.residuals.items():
         if by > 0 and not found.feasible:
             print(f"misses {name} by {by:.3g} {UNITS[name]}")
@@ -79,21 +82,21 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
 
     film = partial(film_drive, problem, x)
     written = write_simulation(given, stations_table(stations), plot, film)
-    tables = {"summary": summary, "criteria": criteria}
     about = {"feasible": found.feasible, "missed": found.residuals, "files": written}
     return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 
-def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
-    """The problem whose constraints the drive is held to, and its leg angles, flat.
+def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray, Survey]:
+    """The problem whose constraints the drive is held to, its leg angles, flat, and the ground.
 
     ValueError for flags that contradict each other, and for angles beyond the legs' range.
     """
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    track = track_of(given.track, given.track_options)
     vehicle, max_torque = vehicle_of(given)
-    limits = {
+    treatments = treatments_of(given.ground, vehicle)
+    survey = survey_of(given.track, given.track_options, treatments)
+    limits: dict[str, Any] = {
         "leg_rate": finite(given.leg_rate),
         "max_torque": max_torque,
         "friction": given.friction,
@@ -104,10 +107,11 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray]:
             if value is not None:
                 raise ValueError(f"{name} with --posture, which has waypoints of its own")
         x, angles = read_posture(given.posture)
-        return PostureProblem(vehicle, track, x, **limits), angles.reshape(-1)
+        return PostureProblem(vehicle, survey.track, x, **limits), angles.reshape(-1), survey
     spacing = SPACING if given.spacing is None else given.spacing
-    problem = PostureProblem.along(track, params=vehicle, spacing=spacing, **places, **limits)
-    return problem, np.tile(_held(given.angles or (), problem), len(problem.x))
+    limits |= {"params": vehicle, "spacing": spacing} | places
+    problem = PostureProblem.along(survey.track, **limits)
+    return problem, np.tile(_held(given.angles or (), problem), len(problem.x)), survey
 
 
 def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
