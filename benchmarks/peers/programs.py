@@ -13,9 +13,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.peers.mjcf import CRANK_JOINT, Mechanism, Settings, mechanism, mjcf
+from stickslip.agents.exchange.mechanism import Mechanism, mechanism
+from stickslip.agents.exchange.mjcf import Settings, joint_of, mjcf
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
+    SUPPORT_START,
     BipedParams,
     BipedState,
     RK4Split,
@@ -190,13 +192,14 @@ class Engine:
     def __init__(self, case: Case, settings: Settings):
         mujoco: Any = import_module("mujoco")
         self.rollout = import_module("mujoco.rollout").rollout
-        self.model = mujoco.MjModel.from_xml_string(mjcf(_machine(), settings, case.friction))
+        text = mjcf(_machine(), settings, case.friction, feet=("1",))
+        self.model = mujoco.MjModel.from_xml_string(text)
         self.data = [mujoco.MjData(self.model)]
         self.steps = round(DURATION / settings.timestep)
         whole = mujoco.mjtState.mjSTATE_FULLPHYSICS
         self.initial = np.zeros(mujoco.mj_stateSize(self.model, whole))
         mujoco.mj_getState(self.model, self.data[0], self.initial, whole)
-        self.crank = 1 + int(self.model.joint(CRANK_JOINT).qposadr[0])  # after the time
+        self.crank = 1 + int(self.model.joint(joint_of("8")).qposadr[0])  # after the time
 
     def run(self, torques: np.ndarray) -> np.ndarray:
         """Crank angles [batch, SAMPLES] under constant torques [batch]."""
@@ -205,7 +208,7 @@ class Engine:
         initial = np.broadcast_to(self.initial, (len(torques), len(self.initial)))
         states, _ = self.rollout(self.model, self.data, initial, control)
         every = self.steps // SAMPLES
-        return _machine().crank_angle + states[:, every - 1 :: every, self.crank]
+        return SUPPORT_START + states[:, every - 1 :: every, self.crank]
 
 
 def mujoco_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:

@@ -50,6 +50,7 @@ EXTRAS = {
     "pyarrow": "sweep",
     "filelock": "sweep",
     "onnx": "onnx",
+    "mujoco": "bench",
 }
 """Optional packages and the extra that brings them."""
 

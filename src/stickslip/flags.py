@@ -163,11 +163,16 @@ def policies_flags(parser: Parser, _: object) -> None:
 
 
 def export_flags(parser: Parser, _: object) -> None:
-    """Add the policy and the file."""
-    _add_policies(parser, "one of those below, a file or a run")
-    about = ".onnx, or .npz for NumPy alone"
-    parser.add_argument("--out", metavar="FILE", required=True, help=about)
-    add_overwrite(parser, "the file")
+    """Add the policy or the machine, and the files."""
+    add = parser.add_argument
+    _add_policies(parser, "one of those below, a file, a run, or a robot's file in TOML")
+    add("--out", metavar="FILE", help="a policy as .onnx, or .npz for NumPy alone")
+    add("--mjcf", metavar="FILE", help="a robot for MuJoCo: closed loops, floor, motor, two feet")
+    add("--urdf", metavar="FILE", help="a robot as URDF: a tree, whose loops are cut")
+    about = "friction of the floor for MuJoCo, static and kinetic (default: 0.5)"
+    add("--mu", type=float, help=about)
+    add_overwrite(parser)
+    parser.add_parts("changes", ("robot", "bars", "motor"))
     parser.tables = _shipped()
 
 

@@ -1,17 +1,14 @@
-"""`stickslip tasks`, `policies` and `export`: named tasks, policies of the package, their files."""
+"""`stickslip tasks` and `policies`: named tasks, policies of the package."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.agents.policy.record import every_record, record_of
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
@@ -56,24 +53,6 @@ def policies_command(flags: Mapping[str, Any]) -> Content:
         print(Table(columns, list(map(_policy_row, records))).terminal() + SHOWN)
     units = {"policies": {"bytes": "B", "score": "-", "earned": "each one's unit"}}
     return Content(facts={"policies": facts}, units=units)
-
-
-def export_command(flags: Mapping[str, Any]) -> None:
-    """Write a policy as ONNX or as a NumPy archive, by the ending of --out."""
-    path, overwrite = Path(flags["out"]), flags["overwrite"]
-    require_suffix(path, (".onnx", ".npz"))
-    source = existing_path(flags["who"])
-    policy, metadata = read_policy(source)
-    require_new([path], overwrite)
-    require_writable([path])
-    if path.suffix.lower() == ".npz":
-        write_whole(path, source.read_bytes(), overwrite=overwrite)
-    else:
-        from stickslip.agents.policy.exchange import export_onnx
-
-        export_onnx(policy, path, metadata, overwrite=overwrite)
-    sizes = policy.layer_sizes
-    print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
 
 
 def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:

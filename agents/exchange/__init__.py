@@ -1,0 +1,1 @@
+"""The biped in other programs."""
