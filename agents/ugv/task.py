@@ -16,6 +16,7 @@ from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv.params import OPTIONAL
 from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
@@ -258,9 +259,13 @@ def swept() -> Swept:
 
 
 def opened(params: UGVEnvParams, names: Collection[str]) -> UGVEnvParams:
-    """See Swept: motors without a limit get one."""
+    """See Swept: motors without a limit get one, and the vehicle what it does not have."""
     limited = {"max_torque", "task.max_torque", "motor.torque_limit"} & set(names)
-    return params.replace(max_torque=1.0) if limited and params.max_torque is None else params
+    if limited and params.max_torque is None:
+        params = params.replace(max_torque=1.0)
+    asked = {name.removeprefix("vehicle.") for name in names} & set(OPTIONAL)
+    given = {name: 0.5 for name in asked if getattr(params.vehicle, name) is None}
+    return params.replace(vehicle=params.vehicle.replace(**given)) if given else params
 
 
 def swept_parts(params: UGVEnvParams) -> dict[str, PyTree]:
@@ -270,7 +275,7 @@ def swept_parts(params: UGVEnvParams) -> dict[str, PyTree]:
     return {
         "task": {name: value for name, value in given.items() if value is not None},
         "track": vars(params.track.shape) if params.randomisation.track is None else {},
-        "vehicle": {name: one for name, one in vars(params.vehicle).items() if one is not None},
+        "vehicle": vars(params.vehicle),
         "randomisation": params.randomisation,
     }
 

@@ -38,6 +38,8 @@ RULES |= dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), MASS)
 RULES |= dict.fromkeys(("leg_angle_min", "leg_angle_max"), ANGLE)
 OPTIONAL: dict[str, dict[str, Any]] = {
     "rolling_resistance": {"low": 0.0, "accepted": "None, or a number >= 0 [-]"},
+    "drive_efficiency": POSITIVE | {"high": 1.0, "accepted": "None, or above 0, up to 1 [-]"},
+    "regeneration_efficiency": {"low": 0.0, "high": 1.0, "accepted": "None, or 0 to 1 [-]"},
 }
 """The same of the fields that may be None."""
 
@@ -56,6 +58,8 @@ class UGVParams:
 
     None, the default, leaves these out of the compiled program. rolling_resistance: coefficient c
     of the moment c N r against a wheel that rolls forwards (see `ground_forces`) [-].
+    drive_efficiency: work of the wheels' motors by the electrical energy that it takes [-];
+    regeneration_efficiency: energy recovered by the work that a braking motor takes up [-].
 
     Every field may be an array with leading batch axes and be mapped over with vmap.
     """
@@ -71,6 +75,8 @@ class UGVParams:
     leg_angle_max: Numeric = 5 * np.pi / 6
     wheel_gap: Numeric = 0.0
     rolling_resistance: Numeric | None = None
+    drive_efficiency: Numeric | None = None
+    regeneration_efficiency: Numeric | None = None
 
     def __post_init__(self):
         if any(value is not None for value in vars(self).values()):  # else: axes to map over

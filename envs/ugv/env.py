@@ -154,10 +154,10 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     Of the station reached (of the one before, if the step failed): status, x [m], rear_angle,
     front_angle, pitch [rad], torque [N m], friction_force (of the front wheel; with rolling
     resistance the rear one's differs), N_rear, N_front, grip (the lesser margin) [N], clearance
-    [m]. Of the step: wheel_work, total_work: put in by the motors, and with the legs [J];
-    final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
-    episode_cost (the criterion), episode_distance [m], episode_wheel_energy, episode_total_energy
-    [J].
+    [m]. Of the step: wheel_work, total_work: put in by the motors (electrical energy where the
+    vehicle has efficiencies), and with the legs [J]; final_obs, autoreset. Of the episode so far:
+    episode_return, episode_length [steps], episode_cost (the criterion), episode_distance [m],
+    episode_wheel_energy, episode_total_energy [J].
 
     Static choices: criterion (a name of CRITERIA), preview (points, 0 for none), solver (see
     PoseSolver), autoreset, see_friction. Version 0.
@@ -250,11 +250,12 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             return jax.tree.map(lambda a, b: jnp.where(failed, b, a), new, old)
 
         after, attitude = unless_failed((after, attitude), (before, state.attitude))
-        more = increase(self.measure, state.cost, before, after, state.elapsed == 0)
+        measure, first = self.measure.of(params.vehicle), state.elapsed == 0
+        more = increase(measure, state.cost, before, after, first)
         more = jnp.where(failed, 0.0, more).astype(dtype)
         reward = -params.reward_scale * (more + jnp.where(failed, params.failure_penalty, 0.0))
         wheel_work, total_work = (
-            jnp.asarray(step_cost(CRITERIA[name], before, after), dtype)
+            jnp.asarray(step_cost(CRITERIA[name].of(params.vehicle), before, after), dtype)
             for name in ("wheel_energy", "total_energy")
         )
         added = (more, UGVTotals(reward, wheel_work, total_work))

@@ -276,13 +276,15 @@ def penalty_for(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeri
     (1 + mu) W length, a margin of grip below (1 + mu) W, a demand below 1 + mu. The legs' work in
     total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
     torque's variation: W r built up and let go once a metre stands for it. Rolling resistance c
-    adds c N r to a torque, so c is added to mu, and to 1 in W r.
+    adds c N r to a torque, so c is added to mu, and to 1 in W r; drive_efficiency divides the
+    energy.
     """
     W, r = vehicle.weight, vehicle.wheel_radius
     if (c := vehicle.rolling_resistance) is not None:
         friction, r = friction + c, r * (1 + c)
+    efficiency = 1.0 if (given := vehicle.drive_efficiency) is None else given
     bounds = {
-        "J": (1 + friction) * W * length,
+        "J": (1 + friction) * W * length / efficiency,
         "N m": W * r,
         "N^2 m": (W * r) ** 2 * length,
         "N": (1 + friction) * W,

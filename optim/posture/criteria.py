@@ -4,14 +4,14 @@ stations."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.pytrees import Numeric
+from stickslip.dynamics.pytrees import Numeric, register_pytree, same_rank
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.odometer import wheel_lags
@@ -201,25 +201,44 @@ LEAST_NORMAL = 1e-3
 """A wheel that carries less than this [N] is taken to carry it where friction is divided by it."""
 
 
-@jax.tree_util.register_static
+STATIC = {"static": True}
+
+
+@register_pytree
 @dataclass(frozen=True)
 class Criterion:
-    """One criterion; static and hashable.
+    """One criterion; all of it static but for `rates`.
 
     kind "sum": terms(a, b) gives [..., m] smooth terms of the step from station a to station b;
     the value is the sum over steps and terms of outer(term), outer being "positive", max(0, t),
     or "square", t^2. kind "max": terms(a) gives [..., m] smooth terms of one station; the value is
     the largest over stations and terms. unit: of the value. pointwise(a, before): for sums, the
     cost of a station judged alone by the method "grid", `before` being the one chosen before it.
+    works: number of terms of which the first is the work of the wheels' motors; 0: none is. rates:
+    what a positive and a negative unit of each term cost [2, m], in place of 1 and 0: see `of`.
     """
 
-    name: str
-    kind: str
-    unit: str
-    about: str
-    terms: Callable[..., Array]
-    outer: str | None = None
-    pointwise: Callable[[Station, Station], Array] | None = None
+    name: str = field(metadata=STATIC)
+    kind: str = field(metadata=STATIC)
+    unit: str = field(metadata=STATIC)
+    about: str = field(metadata=STATIC)
+    terms: Callable[..., Array] = field(metadata=STATIC)
+    outer: str | None = field(default=None, metadata=STATIC)
+    pointwise: Callable[[Station, Station], Array] | None = field(default=None, metadata=STATIC)
+    works: int = field(default=0, metadata=STATIC)
+    rates: Float[Array, "2 m"] | None = None
+
+    def of(self, params: UGVParams) -> Criterion:
+        """The criterion of a vehicle: with efficiencies the work W of the wheels' motors counts as
+        electrical energy, W / drive_efficiency or W regeneration_efficiency, whichever is more."""
+        drive, recovery = params.drive_efficiency, params.regeneration_efficiency
+        if not self.works or (drive is None and recovery is None):
+            return self
+        up = 1.0 if drive is None else 1 / drive
+        down = 0.0 if recovery is None else recovery
+        rest = self.works - 1
+        rates = [up, *[1.0] * rest], [down, *[0.0] * rest]
+        return replace(self, rates=jnp.stack([jnp.stack(row) for row in rates]))
 
 
 def _wheel_work(a: Station, b: Station) -> Array:
@@ -262,8 +281,8 @@ def _torque_change(a: Station, before: Station) -> Array:
 
 
 _FORMS: dict[str, tuple[Any, ...]] = {
-    "wheel_energy": ("sum", "J", _wheel_work, "positive", _torque_size),
-    "total_energy": ("sum", "J", _total_work, "positive", _torque_size),
+    "wheel_energy": ("sum", "J", _wheel_work, "positive", _torque_size, 1),
+    "total_energy": ("sum", "J", _total_work, "positive", _torque_size, 3),
     "peak_torque": ("max", "N m", _torque),
     "torque_variation": ("sum", "N^2 m", _torque_slope, "square", _torque_change),
     "grip": ("max", "N", _grip_missing),
@@ -288,7 +307,13 @@ def criterion_by_name(criterion: str | Criterion) -> Criterion:
 def step_cost(criterion: Criterion, a: Station, b: Station) -> Float[Array, "..."]:
     """Cost of the step from a to b, for criteria whose kind is "sum"."""
     terms = criterion.terms(a, b)
-    each = jnp.square(terms) if criterion.outer == "square" else larger(terms, 0)
+    if criterion.outer == "square":
+        each = jnp.square(terms)
+    elif criterion.rates is None:
+        each = larger(terms, 0)
+    else:
+        up, down = same_rank(*criterion.rates, terms)[:2]
+        each = larger(up * terms, down * terms)
     return jnp.sum(each, -1)
 
 

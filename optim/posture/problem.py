@@ -137,7 +137,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
                 "friction": np.broadcast_to(self.friction, self.x.shape),
                 "params": self.params,
                 "odometer": odometer,
-                "criterion": self.criterion,
+                "criterion": self.criterion.of(self.params),
             }
             numbers |= {name: getattr(self, name) for name in evaluate.LIMITS}
             return Posture(**jax.tree.map(_number, numbers), solver=self.solver)

@@ -89,11 +89,11 @@ class Near:
         """The objective, from the terms; infinite where there is none."""
         if not at.placed:
             return np.inf
-        return outer(self.problem.criterion, at.terms)
+        return outer(self.problem.posture.criterion, at.terms)
 
     def scale(self, at: Linear) -> float:
         """A positive size of the objective near there, to divide it by."""
-        small, value = outer(self.problem.criterion, np.abs(at.terms)), self.value(at)
+        small, value = outer(self.problem.posture.criterion, np.abs(at.terms)), self.value(at)
         return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
 
 
@@ -101,7 +101,12 @@ def outer(criterion: Criterion, terms: np.ndarray) -> float:
     """The criterion's value, from all its terms."""
     if criterion.kind == "max":
         return float(np.max(terms))
-    return float(np.sum(terms**2 if criterion.outer == "square" else np.maximum(terms, 0)))
+    if criterion.outer == "square":
+        return float(np.sum(terms**2))
+    if criterion.rates is None:
+        return float(np.sum(np.maximum(terms, 0)))
+    up, down = criterion.rates
+    return float(np.sum(np.maximum(up * terms, down * terms)))
 
 
 @float64_program
@@ -155,6 +160,9 @@ def solve_model(
     terms = np.ravel(at.terms) / factor + _sparse(at.term_slopes / factor, problem.n) @ step
     if problem.criterion.kind == "max":
         goal = cp.max(terms)
+    elif (rates := problem.posture.criterion.rates) is not None:
+        up, down = (np.tile(of, len(at.terms)) for of in rates)
+        goal = cp.sum(cp.maximum(cp.multiply(up, terms), cp.multiply(down, terms)))
     else:
         goal = cp.sum((cp.square if square else cp.pos)(terms))
     for name, margins in at.margins.items():

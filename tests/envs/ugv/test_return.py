@@ -34,7 +34,11 @@ def test_the_return_is_minus_the_objective(float64, criterion):
 
 def test_losses_of_the_vehicle_count_in_the_return_and_in_the_penalty(float64):
     env, usual = task(dtype="float64", criterion="total_energy")
-    params = usual.replace(vehicle=UGVParams(rolling_resistance=0.03))
+    params = usual.replace(
+        vehicle=UGVParams(
+            rolling_resistance=0.03, drive_efficiency=0.8, regeneration_efficiency=0.6
+        )
+    )
     run = drive(env, params, actions(int(params.steps), scale=0.5))
     value = env.problem(run.first_state, params).objective(path_of(run))
     assert run.truncated[-1]

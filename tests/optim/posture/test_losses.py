@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import UGVParams
-from stickslip.optim import solve
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv.params import OPTIONAL
+from stickslip.optim import PostureProblem, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
 from tests.optim.posture.helpers import plain_cost, random_x, tiny
 from tests.optim.posture.test_dp import every_path
 
 ROLLING = UGVParams(rolling_resistance=0.03)
+LOSSY = ROLLING.replace(drive_efficiency=0.8, regeneration_efficiency=0.6)
 
 
 @pytest.mark.parametrize("name", ["wheel_energy", "grip"])
@@ -27,8 +29,47 @@ def test_rolling_resistance_counts_in_dp_and_scp(name):
     assert better.value <= found.value * (1 + 1e-12)
 
 
+def electrical(at, legs: bool, params: UGVParams) -> np.ndarray:
+    """Energy of drives [..., K] by hand: step by step, motor by motor."""
+    total = np.zeros(at.torque.shape[:-1])
+    for k in range(1, at.torque.shape[-1]):
+        mean = (at.torque[..., k - 1] + at.torque[..., k]) / 2
+        work = mean * (at.turn[..., k] - at.turn[..., k - 1])
+        driven, braked = work / params.drive_efficiency, work * params.regeneration_efficiency
+        total += np.where(work > 0, driven, braked)
+        for leg in range(2 * legs):
+            turn = at.leg_angles[..., k, leg] - at.leg_angles[..., k - 1, leg]
+            mean = (at.leg_torques[..., k - 1, leg] + at.leg_torques[..., k, leg]) / 2
+            total += np.maximum(mean * turn, 0)
+    return total
+
+
+@pytest.mark.parametrize("name", ["wheel_energy", "total_energy"])
+def test_efficiencies_make_the_wheels_work_electrical_energy(name):
+    problem = replace(tiny(name), params=LOSSY)
+    costs = electrical(every_path(problem)[1], name == "total_energy", LOSSY)
+    found = solve(problem, "dp", angles=3, polish=False)
+    assert found.value == pytest.approx(np.min(costs), rel=1e-9)
+    better = solve(problem, "scp", start=found.x)
+    assert better.feasible
+    assert better.value < found.value
+    by_hand = electrical(problem.stations(better.x), name == "total_energy", LOSSY)
+    assert better.value == pytest.approx(by_hand, rel=1e-9)
+
+
+def test_a_descent_recovers_its_share_of_the_potential_energy():
+    """Legs still, so that the wheels' work is the fall of the weight: m g h, less what is lost."""
+    x, params = np.linspace(3.0, 5.0, 5), replace(LOSSY, rolling_resistance=None)
+    values = [
+        PostureProblem(params, Track.incline(slope), x).objective(np.full(10, 1.5))
+        for slope in (-0.2, 0.2)
+    ]
+    lift = float(params.weight) * 0.2 * 2.0
+    assert values == pytest.approx([-0.6 * lift, lift / 0.8], rel=1e-9)
+
+
 def test_gradients_of_a_vehicle_with_losses_are_those_of_differences():
-    problem = replace(tiny("total_energy"), params=ROLLING)
+    problem = replace(tiny("total_energy"), params=LOSSY)
     x, way, h = random_x(problem), np.random.default_rng(1).standard_normal(problem.n), 1e-6
     change = (problem.objective(x + h * way) - problem.objective(x - h * way)) / (2 * h)
     assert problem.gradient(x) @ way == pytest.approx(change, rel=1e-6)
@@ -36,7 +77,7 @@ def test_gradients_of_a_vehicle_with_losses_are_those_of_differences():
     np.testing.assert_allclose(problem.jacobian(x) @ way, margins, atol=1e-6)
 
 
-@pytest.mark.parametrize("name", ["rolling_resistance"])
+@pytest.mark.parametrize("name", OPTIONAL)
 def test_bounds_refuse_what_they_do_not_cover(name):
     problem = replace(tiny(), params=UGVParams(**{name: 0.5}))
     for refused in (bound_every_drive, lambda of: solve(of, "branch")):
