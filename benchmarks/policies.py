@@ -23,8 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from benchmarks.report import markdown, options, provenance, put_between
-from benchmarks.tasks.__main__ import put
-from benchmarks.tasks.measure import EPISODES, beside_package, entry, played_on
+from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put
 from stickslip.agents.evaluation.rollout import is_random
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import load_policy, named_task_entry, save_policy

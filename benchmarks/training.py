@@ -28,9 +28,8 @@ from benchmarks.report import (
     where,
     write_json,
 )
-from benchmarks.tasks.__main__ import MARKS as TASK_MARKS
-from benchmarks.tasks.__main__ import long_table, put
-from benchmarks.tasks.measure import EPISODES, rounded
+from benchmarks.tasks import EPISODES, long_table, put, rounded
+from benchmarks.tasks import MARKS as TASK_MARKS
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval

@@ -26,8 +26,7 @@ from benchmarks.report import (
     where,
 )
 from benchmarks.tradeoff.costs import costs
-from benchmarks.tradeoff.population import FLOORS, ROBOTS
-from benchmarks.tradeoff.promises import population, samples
+from benchmarks.tradeoff.walks import FLOORS, ROBOTS, population, samples
 from stickslip.dynamics.biped.recommendation import PRESET_BATCH, PRESET_SCENE, QUANTILES
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled

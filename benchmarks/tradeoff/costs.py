@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.timing import CORES, built, on_threads, seconds_of_many
-from benchmarks.tradeoff.population import FLOORS
-from benchmarks.tradeoff.promises import names_of, settings
+from benchmarks.tradeoff.walks import CONTROL as PERIOD
+from benchmarks.tradeoff.walks import FLOORS, names_of, settings
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     BipedModel,
@@ -29,8 +29,6 @@ from stickslip.dynamics.biped import (
 if TYPE_CHECKING:
     from stickslip.dynamics.biped.settings import Setting
 
-PERIOD = 0.02
-"""The torque is held for this long [s]; every step size divides it."""
 BATCH = 4096
 PATIENCE = 0.1
 """Length of a timed run of a batch [s]; the median of three counts."""

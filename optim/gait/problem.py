@@ -12,11 +12,11 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.optim.gait import METHODS
-from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Limits, friction_along
+from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, friction_along
 from stickslip.optim.gait.gait import GaitResult, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
-from stickslip.optim.result import Evaluation, Result
+from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -142,23 +142,22 @@ class GaitProblem(Problem[GaitResult]):
         from_rest, to_rest = self.start_rate == 0.0, self.end_rate == 0.0
         grid = Grid(self.steps_taken, self.cells, from_rest, to_rest)
         profiles = Profiles(self.params, self.__dict__["_robot"], grid)
-        lift = profiles.nodes.lift_off_rate
-        cap = CAP * lift if self.max_rate is None else float(self.max_rate)
-        most = self.torque_limit
-        limits = Limits(
+        cap, most, asked = self.max_rate, self.torque_limit, self.mean_rate
+        cap = CAP * profiles.nodes.lift_off_rate if cap is None else float(cap)
+        return GridProblem(
+            profiles,
+            self.goal,
             mu=self.__dict__["_friction"],
             torque=TORQUES * profiles.nodes.swing_torque if most is None else float(most),
+            motor=most is not None,
             min_normal=float(self.min_normal),
             zmp=self.zmp,
             cap=cap,
-            lift_off=lift,
-            motor=most is not None,
+            periodic=self.is_periodic,
+            longest=None if asked is None else np.pi * self.steps_taken / float(asked),
+            first=_squares(self.start_rate, cap),
+            last=_squares(self.end_rate, cap),
         )
-        longest = None
-        if self.mean_rate is not None:
-            longest = np.pi * self.steps_taken / float(self.mean_rate)
-        first, last = (_squares(rate, cap) for rate in (self.start_rate, self.end_rate))
-        return GridProblem(profiles, self.goal, limits, self.is_periodic, longest, first, last)
 
     @property
     def structure(self) -> frozenset[Structure]:
@@ -173,8 +172,8 @@ class GaitProblem(Problem[GaitResult]):
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         """Bounds of b at the beginning, and of the accelerations by the greatest torque."""
         at, nodes = self.on_grid, self.on_grid.profiles.nodes
-        b = at.limits.cap**2
-        needed = at.limits.torque + np.abs(nodes.fall) + np.abs(nodes.dM) / 2 * b
+        b = at.cap**2
+        needed = at.torque + np.abs(nodes.fall) + np.abs(nodes.dM) / 2 * b
         most = np.ravel(needed / nodes.M)
         low, high = at.first
         return np.concatenate([[low], -most]), np.concatenate([[high], most])
@@ -254,61 +253,3 @@ def _check(p: GaitProblem) -> None:
     for name in ("min_normal", "copper_loss", "start_rate", "end_rate"):
         if getattr(p, name) is not None or not name.endswith("_rate"):
             require_scalar(name, getattr(p, name), low=0.0, accepted=NOT_NEGATIVE)
-
-
-@dataclass(frozen=True, eq=False)
-class Interpolated(Problem[Result]):
-    """A periodic step with a crank acceleration at both ends of `cells` cells, straight in between.
-
-    fine: the problem whose cells divide these evenly. Its objective and limits are those of the
-    step, so that no limit is missed between the few nodes. Decision vector as GaitProblem's.
-    """
-
-    fine: GaitProblem
-    cells: int
-
-    @property
-    def structure(self) -> frozenset[Structure]:
-        return self.fine.structure
-
-    @property
-    def n(self) -> int:
-        return self.cells + 2
-
-    @property
-    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        low, high = self.fine.bounds
-        return low[self.kept], high[self.kept]
-
-    @cached_property
-    def kept(self) -> np.ndarray:
-        """Indices of the decision vector in that of `fine` [n]."""
-        return np.r_[0, 1 : self.fine.n : self.fine.cells // self.cells]
-
-    @cached_property
-    def matrix(self) -> Float[np.ndarray, "fine n"]:
-        """Matrix from the decision vector to that of `fine`."""
-        found = np.zeros((self.fine.n, self.n))
-        found[0, 0] = 1.0
-        for column, one in enumerate(np.eye(self.cells + 1), start=1):
-            found[1:, column] = np.interp(np.arange(1, self.fine.n), self.kept[1:], one)
-        return found
-
-    def evaluate(self, x: Vector) -> Evaluation:
-        return self.fine.evaluate(self.matrix @ self.batch([x])[0])
-
-    def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
-        return self.fine.gradient(self.matrix @ self.batch([x])[0]) @ self.matrix
-
-    def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        return self.fine.jacobian(self.matrix @ self.batch([x])[0]) @ self.matrix
-
-    def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
-        import cvxpy as cp
-
-        problem, found = self.fine.in_cvxpy()
-        (a,) = (one for one in problem.variables() if one.name() == "a")
-        inside = np.setdiff1d(np.arange(1, self.fine.cells), self.kept - 1)
-        straight = a[inside - 1] - 2 * a[inside] + a[inside + 1] == 0
-        whole = cp.Problem(problem.objective, [*problem.constraints, straight])
-        return whole, lambda: found()[self.kept]

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks import training
 from benchmarks.report import put_between
-from benchmarks.tasks.__main__ import MARKS, long_table
+from benchmarks.tasks import MARKS, long_table
 from tests.documents import ROOT
 
 NAME = "BipedSteady-v0"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks import policies
-from benchmarks.tasks.measure import beside_package
+from benchmarks.tasks import beside_package
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import load_policy, read_metadata
 from stickslip.agents.policy.record import record_of

@@ -10,9 +10,8 @@ import pytest
 from benchmarks.points import upper_bound
 from benchmarks.report import MARKS
 from benchmarks.tradeoff import __main__ as command
-from benchmarks.tradeoff import promises
+from benchmarks.tradeoff import walks as population
 from benchmarks.tradeoff.__main__ import cost_of
-from benchmarks.tradeoff.population import both
 
 ROOT = Path(__file__).parents[2]
 
@@ -52,16 +51,16 @@ def test_a_confidence_bound_is_above_the_quantile_as_often_as_it_says():
 
 
 def test_errors_count_while_the_reference_is_inside_and_an_early_end_is_infinitely_wrong():
-    true = promises.Path(np.zeros((4, 3)), np.zeros((4, 3)), np.array([[0, 1, 3]] * 4))
+    true = population.Path(np.zeros((4, 3)), np.zeros((4, 3)), np.array([[0, 1, 3]] * 4))
     angle = np.array([[0.1, 0.2, 9.0], [0.1, 0.2, 9.0], [0.1, np.nan, 0.0], [0.0, 0.0, 9.0]])
-    own = promises.Path(angle, -angle, np.array([[0, 0, 0], [0, 3, 3], [0, 1, 1], [0, 0, 0]]))
-    turned, slid = promises.walk_errors(own, true)
+    own = population.Path(angle, -angle, np.array([[0, 0, 0], [0, 3, 3], [0, 1, 1], [0, 0, 0]]))
+    turned, slid = population.walk_errors(own, true)
     np.testing.assert_array_equal(turned, [0.2, np.inf, np.inf, 0.0])
     np.testing.assert_array_equal(slid, turned)
 
 
 def test_the_population_covers_what_the_promise_says(float64):
-    walks = both("stick-slip", range(100))
+    walks = population.both("stick-slip", range(100))
     crank, mu = np.asarray(walks.params.crank), np.asarray(walks.scene.floor.mu_static)
     assert len(crank) == 200
     assert 0.01 <= crank.min() < 0.013
@@ -72,7 +71,7 @@ def test_the_population_covers_what_the_promise_says(float64):
     assert 0.6 <= ratio.min() < ratio.max() <= 1.0
     torques = np.asarray(walks.law[2])
     assert {len(set(row)) == 1 for row in torques} == {True, False}
-    edges = np.asarray(both("ice", range(50)).scene.floor.edges)
+    edges = np.asarray(population.both("ice", range(50)).scene.floor.edges)
     assert np.all(np.diff(edges, axis=1) > 0)
 
 
@@ -84,7 +83,7 @@ def test_waiting_threads_and_other_work_do_not_count_as_cost():
 
 @pytest.mark.long
 def test_the_command_measures_and_writes(tmp_path, monkeypatch):
-    monkeypatch.setattr(promises, "FLOORS", ("smooth",))
+    monkeypatch.setattr(population, "FLOORS", ("smooth",))
     for name in ("DATA", "DOCUMENT", "PICTURE"):
         monkeypatch.setattr(command, name, tmp_path / f"{name}.png")
     (tmp_path / "DOCUMENT.png").write_text(f"before\n{MARKS[0]}\n{MARKS[1]}\nafter\n")

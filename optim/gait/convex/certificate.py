@@ -25,10 +25,12 @@ import numpy as np
 from stickslip.optim.gait.gait import TIME, TORQUE, WORK
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxtyping import Float
 
-    from stickslip.optim.gait.convex.grid_problem import GridProblem, Sample
-    from stickslip.optim.gait.convex.program import Duals, Numbers
+    from stickslip.optim.gait.convex.grid_problem import GridProblem
+    from stickslip.optim.gait.convex.program import Duals, Numbers, Sample
     from stickslip.optim.gait.profile import Grid
 
 GOLDEN = (np.sqrt(5) - 1) / 2
@@ -199,11 +201,11 @@ class Polygons:
 
 
 def least(polygons: Polygons, form: Lagrangian) -> Float[np.ndarray, "m"]:
-    """The least value at each angle; infinite where the limits leave nothing."""
+    """The least value at each angle, by golden section; infinite where the limits leave nothing."""
     low, high = polygons.low, polygons.high
     empty = low > high
     low, high = np.where(empty, 0.0, low), np.where(empty, 0.0, high)
-    value = _LeastTorque(polygons, form)
+    value = _least_torque(polygons, form)
     with np.errstate(over="ignore", invalid="ignore"):
         left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         at_left, at_right = value(left), value(right)
@@ -220,30 +222,26 @@ def least(polygons: Polygons, form: Lagrangian) -> Float[np.ndarray, "m"]:
     return np.where(empty, np.inf, found)
 
 
-class _LeastTorque:
-    """The least over T at given b [m], prepared for many b.
+def _least_torque(polygons: Polygons, form: Lagrangian) -> Callable[[np.ndarray], np.ndarray]:
+    """A function of b [m]: the least over T.
 
     curve T^2 + on_T T + work max(T, 0) is convex in T: without limits it is least where
     2 curve T = max(-on_T - work, 0) - max(on_T, 0), with limits at the nearest T that they leave.
     """
+    (at, per), (at_top, per_top) = polygons.sides(-1), polygons.sides(1)
+    pull = np.maximum(-form.on_T - form.work, 0.0) - np.maximum(form.on_T, 0.0)
 
-    def __init__(self, polygons: Polygons, form: Lagrangian):
-        self._form = form
-        self._floors = polygons.sides(-1)
-        self._tops = polygons.sides(1)
-        self._pull = np.maximum(-form.on_T - form.work, 0.0) - np.maximum(form.on_T, 0.0)
-
-    def __call__(self, b: Float[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
-        form = self._form
-        (at, per), (at_top, per_top) = self._floors, self._tops
+    def value(b: np.ndarray) -> np.ndarray:
         floor, top = np.max(at - per * b, axis=0), np.min(at_top - per_top * b, axis=0)
         rate = np.sqrt(np.maximum(b, 0.0))
         slow = 1 / np.maximum(rate, 1e-150)
         curve = form.heat * slow
-        T = self._pull / np.maximum(2 * curve, 1e-290)
+        T = pull / np.maximum(2 * curve, 1e-290)
         T = np.minimum(np.maximum(T, floor), np.maximum(floor, top))
         found = (curve * T + form.on_T) * T + form.work * np.maximum(T, 0.0)
         return found + form.inverse * slow - form.root * rate + form.on_b * b + form.rest
+
+    return value
 
 
 def _rates(

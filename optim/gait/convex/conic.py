@@ -138,7 +138,7 @@ def excluded(problem: GridProblem, solved: Solved, every: bool) -> bool:
 
 
 def _with_friction(problem: GridProblem, demand: float) -> GridProblem:
-    return problem.limited(mu=np.full(problem.grid.steps, demand))
+    return replace(problem, mu=np.full(problem.grid.steps, demand))
 
 
 def _greatest_proved(demand: float, proved: Callable[[float], bool]) -> float:
@@ -231,7 +231,7 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
     free = replace(problem, longest=None)
     polygons = Polygons.of(free.sample(inside=False))
     proved, needed = bool(np.any(polygons.low > polygons.high)), []
-    asked = [TORQUE] if free.limits.motor else []
+    asked = [TORQUE] if free.motor else []
     for limit in (*asked, FRICTION, NORMAL, ZMP):
         if limit not in free.rows.names:
             continue
@@ -253,7 +253,7 @@ def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[Op
     if fastest.certificate.bound <= longest:
         text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
         return OptimStatus.INACCURATE, text
-    free = _rate(problem.limited(torque=problem.limits.torque * FREE_TORQUE, mu=None, zmp=False))
+    free = _rate(replace(problem, torque=problem.torque * FREE_TORQUE, mu=None, zmp=False))
     words = ""
     if free is not None and free < asked:
         words = f" (above {free:.6g} rad/s the foot lifts off whatever the motor and the floor)"
@@ -279,7 +279,7 @@ def _needed_rates(problem: GridProblem) -> list[str]:
     for name, which in (("first", "start_rate"), ("last", "end_rate")):
         low, high = getattr(problem, name)
         if low == high and low > 0 and not problem.periodic:
-            free = replace(problem, **{name: (0.0, problem.limits.cap**2)})
+            free = replace(problem, **{name: (0.0, problem.cap**2)})
             if _rate(free) is not None:
                 found.append(f"{which} = {np.sqrt(low):.6g} rad/s: none such within the limits")
     return found
@@ -288,20 +288,19 @@ def _needed_rates(problem: GridProblem) -> list[str]:
 def _needed(problem: GridProblem, limit: str, solved: Solved) -> str:
     """Text of the needed value of a limit at the nodes, empty where it alone changes nothing.
     solved: of `relaxed`."""
-    limits = problem.limits
     if limit == ZMP:
         return "zmp: the foot's edges cannot hold the robot"
-    if limit == FRICTION and limits.mu is not None:
-        least = least_demand(problem.limited(mu=None), every=False)
+    if limit == FRICTION and problem.mu is not None:
+        least = least_demand(replace(problem, mu=None), every=False)
         if isinstance(least, Ended):
             return ""
-        return f"mu = {np.min(limits.mu):.6g}: {least.certificate.value:.6g} is needed"
+        return f"mu = {np.min(problem.mu):.6g}: {least.certificate.value:.6g} is needed"
     excess = solved.relaxation * problem.rows.size[problem.rows.names.index(limit)]
     if limit == NORMAL:
-        least = limits.min_normal - excess
-        return f"min_normal = {limits.min_normal:.6g} N: at most {least:.6g} N is had"
-    most = limits.torque + excess
-    return f"torque_limit = {limits.torque:.6g} N m: at least {most:.6g} N m is needed"
+        least = problem.min_normal - excess
+        return f"min_normal = {problem.min_normal:.6g} N: at most {least:.6g} N is had"
+    most = problem.torque + excess
+    return f"torque_limit = {problem.torque:.6g} N m: at least {most:.6g} N m is needed"
 
 
 TIGHTENINGS = 9
@@ -385,7 +384,7 @@ def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
     asked = np.inf
     if problem.longest is not None:
         asked = np.pi * grid.steps / problem.longest
-    floor = min(MOVING * problem.limits.lift_off, QUARTER * asked) ** 2
+    floor = min(MOVING * problem.lift_off, QUARTER * asked) ** 2
     return _at_nodes(floor * share - least).ravel() / size
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.pytrees import read_only
-from stickslip.optim.gait.convex.program import Numbers, Program
+from stickslip.optim.gait.convex.program import Numbers, Program, Sample
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
@@ -44,21 +44,6 @@ UNITS |= {STANDING: "rad^2/s^2"}
 ACCEPTED = "None, a number >= 0, or one for each step"
 
 
-@dataclass(frozen=True)
-class Limits:
-    """mu: static friction [n], one a step. torque [N m]; motor: whether that is the motor's, not a
-    torque beyond all that matters. min_normal [N]. zmp: whether the zero-moment point must stay
-    inside the foot. cap: greatest crank rate, lift_off: a natural one [rad/s]."""
-
-    mu: Float[np.ndarray, "n"] | None
-    torque: float
-    min_normal: float
-    zmp: bool
-    cap: float
-    lift_off: float
-    motor: bool = True
-
-
 class Rows(NamedTuple):
     """Coefficients [m, n, ...] of A a + B b <= C, with the size of one unit of each [m]."""
 
@@ -85,31 +70,6 @@ class Rows(NamedTuple):
         unit = self.size[:, None]
         A, B, C = (part.reshape(len(self.names), -1) / unit for part in (self.A, self.B, self.C))
         return A, B, C
-
-
-def rows_of(p: Profile, limits: Limits) -> Rows:
-    """All limits along a profile [n, ...], its first axis the steps."""
-    weight, zero, one = p.robot.weight, np.zeros_like(p.M), np.ones_like(p.M)
-    parts: list[tuple[str, np.ndarray, np.ndarray, np.ndarray, float]] = []
-    for s in (1, -1):
-        most = limits.torque - s * p.fall
-        parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, torque_unit(p)))
-    if limits.mu is not None:
-        mu = limits.mu.reshape(-1, *[1] * (p.M.ndim - 1))
-        for s in (1, -1):
-            A, B = s * p.P - mu * p.Y, s * p.dP - mu * p.dY
-            parts.append((FRICTION, A, B, mu * weight * one, weight))
-    parts.append((NORMAL, -p.Y, -p.dY, (weight - limits.min_normal) * one, weight))
-    if limits.zmp:
-        unit = weight * max(p.robot.heel + p.robot.toe, p.robot.crank)
-        lean = p.robot.gravity * p.X
-        for s, edge in ((1, p.robot.toe), (-1, p.robot.heel)):
-            A, B = s * p.L - edge * p.Y, s * p.dL - edge * p.dY
-            parts.append((ZMP, A, B, edge * weight - s * lean, unit))
-    parts.append((RATE, zero, one, limits.cap**2 * one, limits.cap**2))
-    parts.append((STANDING, zero, -one, zero, limits.lift_off**2))
-    names, A, B, C, sizes = zip(*parts, strict=True)
-    return Rows(names, np.stack(A), np.stack(B), np.stack(C), np.array(sizes))
 
 
 def torque_unit(p: Profile) -> float:
@@ -151,28 +111,23 @@ class Units(NamedTuple):
         return sizes[term]
 
 
-class Sample(NamedTuple):
-    """A program's coefficients at crank angles [m], in its units: rows; torque = torque[0] a +
-    torque[1] b + torque[2]; least and greatest b; `weight` of each angle in an integral over the
-    phase."""
-
-    A: Float[np.ndarray, "rows m"]
-    B: Float[np.ndarray, "rows m"]
-    C: Float[np.ndarray, "rows m"]
-    torque: tuple[np.ndarray, np.ndarray, np.ndarray]
-    ends: tuple[np.ndarray, np.ndarray]
-    weight: Float[np.ndarray, "m"]
-
-
 @dataclass(frozen=True)
 class GridProblem:
-    """longest: time of the whole walk [s], None: any. first, last: least and greatest b there
-    [rad^2/s^2]. rate_unit [rad/s], None: chosen from the robot and the mean rate. programs: how
-    many were solved, of this one and of those made from it."""
+    """mu: static friction [n], one a step. torque [N m]; motor: whether that is the motor's, not a
+    torque beyond all that matters. min_normal [N]. zmp: whether the zero-moment point must stay
+    inside the foot. cap: greatest crank rate [rad/s]. longest: time of the whole walk [s], None:
+    any. first, last: least and greatest b there [rad^2/s^2]. rate_unit [rad/s], None: chosen from
+    the robot and the mean rate. programs: how many were solved, of this one and of those made from
+    it."""
 
     profiles: Profiles
     goal: Goal
-    limits: Limits
+    mu: Float[np.ndarray, "n"] | None
+    torque: float
+    motor: bool
+    min_normal: float
+    zmp: bool
+    cap: float
     periodic: bool
     longest: float | None
     first: tuple[float, float]
@@ -184,18 +139,47 @@ class GridProblem:
     def grid(self) -> Grid:
         return self.profiles.grid
 
+    @property
+    def lift_off(self) -> float:
+        """A crank rate of the robot's own [rad/s]."""
+        return self.profiles.nodes.lift_off_rate
+
     @cached_property
     def rows(self) -> Rows:
-        return rows_of(self.profiles.nodes, self.limits)
+        return self.rows_of(self.profiles.nodes)
 
     @cached_property
     def rows_between(self) -> Rows:
-        return rows_of(self.profiles.samples, self.limits)
+        return self.rows_of(self.profiles.samples)
+
+    def rows_of(self, p: Profile) -> Rows:
+        """All limits along a profile [n, ...], its first axis the steps."""
+        weight, zero, one = p.robot.weight, np.zeros_like(p.M), np.ones_like(p.M)
+        parts: list[tuple[str, np.ndarray, np.ndarray, np.ndarray, float]] = []
+        for s in (1, -1):
+            most = self.torque - s * p.fall
+            parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, torque_unit(p)))
+        if self.mu is not None:
+            mu = self.mu.reshape(-1, *[1] * (p.M.ndim - 1))
+            for s in (1, -1):
+                A, B = s * p.P - mu * p.Y, s * p.dP - mu * p.dY
+                parts.append((FRICTION, A, B, mu * weight * one, weight))
+        parts.append((NORMAL, -p.Y, -p.dY, (weight - self.min_normal) * one, weight))
+        if self.zmp:
+            unit = weight * max(p.robot.heel + p.robot.toe, p.robot.crank)
+            lean = p.robot.gravity * p.X
+            for s, edge in ((1, p.robot.toe), (-1, p.robot.heel)):
+                A, B = s * p.L - edge * p.Y, s * p.dL - edge * p.dY
+                parts.append((ZMP, A, B, edge * weight - s * lean, unit))
+        parts.append((RATE, zero, one, self.cap**2 * one, self.cap**2))
+        parts.append((STANDING, zero, -one, zero, self.lift_off**2))
+        names, A, B, C, sizes = zip(*parts, strict=True)
+        return Rows(names, np.stack(A), np.stack(B), np.stack(C), np.array(sizes))
 
     @cached_property
     def units(self) -> Units:
         """Units; that of the rate is the lift-off rate, or nearer to a far lower mean rate."""
-        rate = self.limits.lift_off if self.rate_unit is None else self.rate_unit
+        rate = self.lift_off if self.rate_unit is None else self.rate_unit
         if self.rate_unit is None and self.longest is not None:
             asked = 2 * np.pi * self.grid.steps / self.longest
             rate = float(np.clip(asked, rate / 10, rate))
@@ -215,7 +199,7 @@ class GridProblem:
     def sample(self, inside: bool) -> Sample:
         """Data of a certificate, at the nodes or inside the cells."""
         p = self.profiles.inside if inside else self.profiles.nodes
-        A, B, C = (rows_of(p, self.limits) if inside else self.rows).flat()
+        A, B, C = (self.rows_of(p) if inside else self.rows).flat()
         weight = self.grid.inside[1] if inside else self.grid.weights
         b, T = self.units.b, self.units.torque
         low, high = np.zeros(weight.size), np.full(weight.size, np.inf)
@@ -231,22 +215,17 @@ class GridProblem:
         """The program's numbers. relaxed: a limit that may be violated by r units, of which the
         least is looked for."""
         sample = self.sample(inside=False)
-        names, C = np.array(self.rows.names), sample.C
+        names, C = np.array(self.rows.names), sample.C.copy()
         for node, end in ((0, self.first), (-1, self.last)):
             if end[1] == 0:  # said by an equality already: a limit would have no inside
-                C = C.copy()
                 C[names == STANDING, node] += 1.0
         b, rate = self.units.b, self.units.rate
         terms = {} if relaxed else self.goal.weights
         weights = {term: w * self.units.of(term) / self.scale for term, w in terms.items()}
         return Numbers(
+            **vars(sample) | {"C": C},
             h=self.grid.h,
-            A=sample.A,
-            B=sample.B,
-            C=C,
             relaxed=names == relaxed,
-            torque=sample.torque,
-            trapezoid=sample.weight,
             weights=weights,
             longest=None if self.longest is None else self.longest * rate,
             first=(self.first[0] / b, self.first[1] / b),
@@ -266,9 +245,6 @@ class GridProblem:
         end = float(squares_of(self.grid, a, first)[-1, -1])
         wanted = first if self.periodic else float(np.clip(end, *self.last))
         return self.gait(a + (wanted - end) / (2 * np.pi * self.grid.steps), first)
-
-    def limited(self, **changes: object) -> GridProblem:
-        return replace(self, limits=replace(self.limits, **changes))
 
     def margins(self, a: Traced, b: Traced, time: Traced, xp: ModuleType = np) -> Traced:
         """Scaled margins [m] of a and b [n, K+1]: the rows at the nodes, the time, and both sides

@@ -30,19 +30,27 @@ says how good the gait is all the same."""
 
 
 @dataclass(frozen=True)
-class Numbers:
-    """A program's scaled numbers: h [n, K]; rows A, B, C [m, nodes]; relaxed: whether a row may be
-    exceeded by r [m]; torque = torque[0] a + torque[1] b + torque[2] [nodes]; trapezoid weights
-    [nodes]; a weight for each term, none where r is minimised; the longest time; least and greatest
-    first and last b; whether the step ends as it begins."""
+class Sample:
+    """A program's scaled coefficients at crank angles [m]: rows A, B, C; torque = torque[0] a +
+    torque[1] b + torque[2]; least and greatest b; `weight` of each angle in an integral over the
+    phase."""
+
+    A: Float[np.ndarray, "rows m"]
+    B: Float[np.ndarray, "rows m"]
+    C: Float[np.ndarray, "rows m"]
+    torque: tuple[np.ndarray, np.ndarray, np.ndarray]
+    ends: tuple[np.ndarray, np.ndarray]
+    weight: Float[np.ndarray, "m"]
+
+
+@dataclass(frozen=True)
+class Numbers(Sample):
+    """A program's scaled numbers, its sample at the nodes. h [n, K]; relaxed: whether a row may be
+    exceeded by r [rows]; a weight for each term, none where r is minimised; the longest time; least
+    and greatest first and last b; whether the step ends as it begins."""
 
     h: Float[np.ndarray, "n K"]
-    A: Float[np.ndarray, "m nodes"]
-    B: Float[np.ndarray, "m nodes"]
-    C: Float[np.ndarray, "m nodes"]
     relaxed: np.ndarray
-    torque: tuple[np.ndarray, np.ndarray, np.ndarray]
-    trapezoid: Float[np.ndarray, "nodes"]
     weights: dict[str, float]
     longest: float | None
     first: tuple[float, float]
@@ -119,7 +127,7 @@ class Program:
         if WORK in weights:
             positive = cp.Variable(torque.size, nonneg=True)
             self._constraints.append(positive >= torque)
-            parts.append(weights[WORK] * given.trapezoid @ positive)
+            parts.append(weights[WORK] * given.weight @ positive)
         if weights:
             return sum(parts[1:], parts[0])
         self._constraints.append(self._r >= -1)

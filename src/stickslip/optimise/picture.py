@@ -145,7 +145,7 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
         axis.plot(turned.T, values.T, color=theme.MOTOR)
         axis.set_xlim(0, gait.grid.steps)
     rate.axhline(gait.mean_rate, **LEVEL)
-    limit, limits = problem.torque_limit, problem.on_grid.limits.mu
+    limit, limits = problem.torque_limit, problem.on_grid.mu
     for sign in (1, -1):
         if limit is not None:
             torque.axhline(sign * float(limit), **LEVEL)

@@ -8,8 +8,16 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from benchmarks.tradeoff.population import FLOORS, HELD_OUT, draw
-from benchmarks.tradeoff.promises import REFERENCE, SHORTEST, errors, paths, walked
+from benchmarks.tradeoff.walks import (
+    FLOORS,
+    HELD_OUT,
+    REFERENCE,
+    SHORTEST,
+    draw,
+    errors,
+    paths,
+    walked,
+)
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import EventExact, RK4Split
 from stickslip.dynamics.biped.recommendation import (

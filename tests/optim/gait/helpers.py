@@ -54,6 +54,6 @@ def quickest_on_a_lattice(problem: GaitProblem, cells: int = 30, levels: int = 9
         M, dM, P, dP, Y, dY = (rows[name][k] for name in rows)
         T = M * a + dM / 2 * mean + p.robot.gravity * Y
         f, N = P * a + dP * mean, weight + Y * a + dY * mean
-        fine = (np.abs(T) <= at.limits.torque) & (np.abs(f) <= at.limits.mu[0] * N)
+        fine = (np.abs(T) <= at.torque) & (np.abs(f) <= at.mu[0] * N)
         cost = np.min(np.where(fine, cost[:, None] + pace, np.inf), axis=0)
     return float(np.min(cost))

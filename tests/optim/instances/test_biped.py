@@ -11,7 +11,6 @@ import pytest
 
 from stickslip.dynamics.biped import RK4Split, simulate
 from stickslip.optim import GaitProblem, Instance, instance, suite
-from stickslip.optim.gait.problem import Interpolated
 from stickslip.optim.instances import biped
 from stickslip.optim.instances.biped import ANGLES, BipedDesign, gait_problem
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PPoly
 
 from stickslip.optim import GaitProblem, solve
-from stickslip.optim.gait.convex.grid_problem import STANDING, rows_of
+from stickslip.optim.gait.convex.grid_problem import STANDING
 from stickslip.optim.gait.gait import Gait
 from tests.optim.gait.helpers import robot, transfer
 
@@ -115,7 +115,7 @@ def test_held_limits_are_kept_at_every_place_to_a_hundred_millionth(given: dict,
     problem = problem_of("time", given, limits)
     gait = solve(problem).held
     profile, a, b = sampled(problem, gait)
-    rows = rows_of(profile, problem.on_grid.limits)
+    rows = problem.on_grid.rows_of(profile)
     excess = rows.excess(a, b) / rows.size[:, None, None, None]
     kept = [name != STANDING for name in rows.names]
     assert np.max(excess[kept]) <= 1.01e-8

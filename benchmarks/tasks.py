@@ -1,12 +1,23 @@
-"""Returns of policies on a task over the episodes of seeds 0, 1, ..., and bounds of them."""
+"""The ladder of tasks: what is earned on each, and the page that says so.
+
+    python -m benchmarks.tasks [--only NAME ...] [--bounds]
+    python -m benchmarks.tasks --docs docs/tasks.md
+
+Without --docs: measures the tasks named (default: those of which nothing is known yet) and puts
+what comes out into known.json, which the package carries. --bounds: only what is proved. --docs:
+puts the table of what is known into this page, measuring nothing.
+"""
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from benchmarks.tasks.steady import bound_steady_reward
+from benchmarks.report import markdown, options, put_between
+from benchmarks.steady import bound_steady_reward
 from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
@@ -15,11 +26,16 @@ from stickslip.agents.policy.record import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
+from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
+from stickslip.envs.tasks.known import FILE, read_known
 from stickslip.optim import bound_every_drive
+from stickslip.records.files import write_whole
+from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import StandardEpisodes
-    from stickslip.envs import TaskDefinition, UGVEnv
+    from stickslip.envs import UGVEnv
+    from stickslip.envs.tasks.known import Bound, Earned, Known, Learned
 
 EPISODES = {"biped": 32, "ugv": 64}
 """Episodes of a task whose resets draw; of another task one."""
@@ -28,6 +44,12 @@ PLANNERS = ("optimum",)
 LEFT_OUT = ("receding-horizon",)
 """It plans at every step, for minutes; what it earns lies below the optimum's."""
 DIGITS = 6
+STARTS = {"phase", "crank_rate"}
+CELLS = 200
+ROUNDING = 5e-4
+"""Relative excess of a return in single precision over a bound in double that is rounding."""
+MARKS = ("<!-- tasks -->", "<!-- end of tasks -->")
+DOCS = Path(__file__).parents[1] / "docs"
 
 
 def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
@@ -109,12 +131,6 @@ def rounded(value: float) -> float:
     return float(f"{float(value):.{DIGITS}g}")
 
 
-STARTS = {"phase", "crank_rate"}
-CELLS = 200
-ROUNDING = 5e-4
-"""Relative excess of a return in single precision over a bound in double that is rounding."""
-
-
 def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
     """Proved bound for every policy, or None."""
     env, params = task.make()
@@ -164,3 +180,92 @@ def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
         "reason": "the dual of the convex program of gaits, if the walk is steady from the first "
         "step on and the foot neither slips nor tips",
     }
+
+
+def put(name: str, entry: dict[str, Any], path: Path = FILE) -> None:
+    """Write a task's entry beside the others; those of tasks that are no more go."""
+    read_known.cache_clear()
+    tasks = read_known(path) if path.exists() else {}
+    tasks = {**tasks, name: entry}
+    kept = {one: tasks[one] for one in TASKS if one in tasks}
+    write_whole(path, json_text({"format": "stickslip known scores", "version": 1, "tasks": kept}))
+    read_known.cache_clear()
+
+
+def long_table() -> str:
+    """Scores and returns of each task, and a paragraph for each."""
+    rows: list[dict[str, Any]] = []
+    for task in TASKS.values():
+        known = known_of(task)
+        if known is None:
+            continue
+        learned = known.learned
+        rows.append(
+            {
+                "task": f"`{task.name}`",
+                "idle (0)": f"{known.trivial.value:.4g}",
+                "best by hand": _cell(known, known.by_hand),
+                "PPO": "" if learned is None else _learned(known, learned),
+                "shipped": _shipped(task.name),
+                "best known (1)": known.best.shown,
+                "if steady, no slip": _at_most(known.assumed),
+                "proved: at most": _at_most(known.bound),
+            }
+        )
+    return f"{markdown(rows)}\n\n{_in_words()}"
+
+
+def _in_words() -> str:
+    """Title and description of each task, and its picture (`python -m documentation.tasks`)."""
+    found = []
+    for task in TASKS.values():
+        if known_of(task) is not None:
+            asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
+            picture = f"tasks/{task.name}.png"
+            drawn = (DOCS / picture).exists()
+            found.append(f"{asked}\n\n![{task.name}]({picture})" if drawn else asked)
+    return "\n\n".join(found)
+
+
+def _cell(known: Known, earned: Earned) -> str:
+    return f"{known.score_of(earned).shown(2)}: {earned.shown}, {earned.policy}"
+
+
+def _shipped(task: str) -> str:
+    """The score of the package's policy."""
+    if shipped_path(policy_name(task)) is None:
+        return ""
+    score = record_of(policy_name(task)).score
+    return "" if score is None else score.shown(2)
+
+
+def _learned(known: Known, learned: Learned) -> str:
+    return mean_interval([known.scale.score(one) for one in learned.returns]).shown(2)
+
+
+def _at_most(bound: Bound | None) -> str:
+    return "" if bound is None else f"{bound.value:.4g}"
+
+
+def main(arguments: list[str]) -> None:
+    """Measure and write, or put what is known into the page."""
+    parser = options("tasks", __doc__, FILE)
+    parser.add_argument("--only", nargs="+", metavar="NAME")
+    parser.add_argument("--bounds", action="store_true")
+    parser.add_argument("--docs", type=Path)
+    asked = parser.parse_args(arguments)
+    if asked.docs is not None:
+        put_between(asked.docs, long_table(), MARKS)
+        return
+    known = read_known(asked.out) if asked.out.exists() else {}
+    for name in asked.only or [name for name in TASKS if asked.bounds or name not in known]:
+        task = task_by_name(name)
+        before = known.get(task.name, {})
+        earned = before if asked.bounds else measure(task, before)
+        learned = {name: one for name, one in before.items() if name == "learned"}
+        proved = {"bound": bound_of(task), "assumed": assumed_of(task)}
+        put(task.name, {**earned, **proved, **learned}, asked.out)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

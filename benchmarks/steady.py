@@ -13,8 +13,7 @@ V comes from the convex program's multipliers (certificate.py), for every gait, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -32,15 +31,12 @@ MOST = 40
 """Programs that are solved, at most."""
 
 
-@dataclass(frozen=True)
-class SteadyBound:
-    """value: of the reward [1/s], in every gait. beta: with which it was proved [1/s]. mean_rate:
-    of the gait that comes nearest [rad/s]; programs: how many proved something."""
+class SteadyBound(NamedTuple):
+    """Bound of the reward in every gait [1/s], and mean rate of the gait that comes nearest
+    [rad/s]."""
 
     value: float
-    beta: float
     mean_rate: float
-    programs: int
 
 
 def bound_steady_reward(
@@ -82,23 +78,21 @@ def bound_steady_reward(
     fastest, rate = least({"time": 1.0})
     most = tracking_weight * usual / fastest  # beta where the share is 1 without any price
     if price == 0:
-        return SteadyBound(float(min(most, tracking_weight)), float(most), rate, 1)
-    found: dict[float, tuple[float, float]] = {}
+        return SteadyBound(float(min(most, tracking_weight)), rate)
+    found: list[SteadyBound] = []
 
     def earned(beta: float) -> float:
         value, rate = least({"energy": price, "time": beta})
         share = value / (tracking_weight * usual)
-        bound = tracking_weight + beta - value / usual
-        if share <= 1:
-            found[beta] = bound, rate
-            return bound
-        return tracking_weight * share + beta  # nothing is proved there: less beta is better
+        if share > 1:  # nothing is proved there: less beta is better
+            return tracking_weight * share + beta
+        found.append(SteadyBound(float(tracking_weight + beta - value / usual), rate))
+        return found[-1].value
 
     ends = 1e-6 * tracking_weight, most
     options = {"xatol": CLOSE * most, "maxiter": MOST}
     searched = minimize_scalar(earned, bounds=ends, method="bounded", options=options)
     if not found:
         raise ValueError(f"nothing is proved ({searched.message}); accepted: other weights")
-    beta = min(found, key=lambda one: found[one][0])
-    value, rate = found[beta]
-    return SteadyBound(float(min(value, tracking_weight)), float(beta), rate, len(found) + 1)
+    best = min(found)
+    return best._replace(value=min(best.value, tracking_weight))

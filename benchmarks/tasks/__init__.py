@@ -1,1 +1,0 @@
-"""The ladder of tasks measured: what is trivial, by hand, and the best that is known."""
