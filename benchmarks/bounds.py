@@ -21,7 +21,6 @@ from stickslip.optim import CRITERIA, PostureProblem, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
 
 PAGE = Path("docs/drives.md")
-MARKS = ("<!-- bounds -->", "<!-- end of bounds -->")
 
 
 def measure(track: str, criterion: str) -> dict[str, Any]:
@@ -70,7 +69,7 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
 
 def update(content: dict[str, Any]) -> None:
     """Write the page's table."""
-    put_between(PAGE, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", MARKS)
+    put_between(PAGE, f"{table(content['rows'])}\n\nMeasured on {where(content)}.", "bounds")
 
 
 if __name__ == "__main__":

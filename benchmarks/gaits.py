@@ -126,8 +126,7 @@ def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def update(content: dict[str, Any]) -> None:
     """Write the page's tables and picture."""
     for name in PARTS:
-        marks = (f"<!-- {name} -->", f"<!-- end of {name} -->")
-        put_between(PAGE, markdown(shown(content[name])), marks)
+        put_between(PAGE, markdown(shown(content[name])), name)
     write_whole(PAGE.with_suffix(".png"), draw(content))
 
 

@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from stickslip.envs import TaskDefinition
 
 RUNS = Path("runs/policies")
-MARKS = ("<!-- policies -->", "<!-- end of policies -->")
 USUAL: dict[str, dict[str, Any]] = {
     "biped": {
         "start_rate": 5.0, "episode_time": 1.5, "slip_weight": 3.0, "fall_penalty": 1.0,
@@ -170,7 +169,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--docs", type=Path)
     given = parser.parse_args(arguments)
     if given.docs is not None:
-        put_between(given.docs, table(), MARKS)
+        put_between(given.docs, table(), "policies")
         return
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
     asked = [name for name in TASKS if (name in there) == given.measure]

@@ -25,7 +25,7 @@ from stickslip.records.table import Table, json_text
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
 RESULTS = Path("benchmarks/results")
 MARKS = ("<!-- measured: begin -->", "<!-- measured: end -->")
-"""Marks around the measured tables of a page."""
+"""Marks around the measured tables of a page that has no other."""
 
 
 def options(name: str, about: str | None, out: Path | None = None) -> argparse.ArgumentParser:
@@ -182,8 +182,12 @@ def called(code: str) -> list[Any]:
     return [call.func.id, {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}]
 
 
-def put_between(path: Path, text: str, marks: tuple[str, str] = MARKS) -> None:
-    """Replace what stands between the marks of a page; ValueError if they are not there once."""
+def put_between(path: Path, text: str, name: str = "") -> None:
+    """Replace what stands between the marks of a page; ValueError if they are not there once.
+
+    name: of the place, in marks like <!-- suite --> and <!-- end of suite -->; else MARKS.
+    """
+    marks = (f"<!-- {name} -->", f"<!-- end of {name} -->") if name else MARKS
     page = path.read_text(encoding="utf-8")
     if any(page.count(mark) != 1 for mark in marks) or page.find(marks[0]) > page.find(marks[1]):
         raise ValueError(

@@ -23,7 +23,6 @@ from benchmarks.report import markdown, put_between
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ("dynamics", "optim", "envs", "agents", "src")
 PARTS = ("source", "words", "flags", "calls")
-MARKS = ("<!-- size -->", "<!-- end of size -->")
 MACHINES = ("biped", "ugv")
 
 CALLS = {
@@ -45,6 +44,7 @@ def call():
     main(["train", "biped", "--timesteps", "4000", "--no-pictures", "--out", str(out)])
 """,
     'solve(problem, method="dp")': """
+import gymnasium  # while it is not imported, its import is watched for, whatever is imported
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import PostureProblem, solve
 problem = PostureProblem.along(Track.bump(), "total_energy", spacing=0.2)
@@ -152,7 +152,7 @@ def main(arguments: list[str] | None = None) -> None:
     text = "\n\n".join(markdown(measure[part]()) for part in given.only)
     print(text)
     if given.docs:
-        put_between(given.docs, text, MARKS)
+        put_between(given.docs, text, "size")
 
 
 if __name__ == "__main__":

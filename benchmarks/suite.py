@@ -21,7 +21,6 @@ from stickslip.optim import Instance, suite
 
 SAME = 1e-6
 """Relative tolerance of a recorded value: roundings of another machine."""
-MARKS = ("<!-- suite -->", "<!-- end of suite -->")
 
 
 def verified(instance: Instance) -> str:
@@ -74,7 +73,7 @@ def main() -> None:
     for name in given.only:
         require_choice("--only", name, tuple(suite()))
     if given.docs is not None:
-        put_between(given.docs, f"\n{table()}\n", MARKS)
+        put_between(given.docs, f"\n{table()}\n", "suite")
     if given.verify:
         sys.exit(0 if verify(given.only) else 1)
 

@@ -48,7 +48,6 @@ STARTS = {"phase", "crank_rate"}
 CELLS = 200
 ROUNDING = 5e-4
 """Relative excess of a return in single precision over a bound in double that is rounding."""
-MARKS = ("<!-- tasks -->", "<!-- end of tasks -->")
 DOCS = Path(__file__).parents[1] / "docs"
 
 
@@ -255,7 +254,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--docs", type=Path)
     asked = parser.parse_args(arguments)
     if asked.docs is not None:
-        put_between(asked.docs, long_table(), MARKS)
+        put_between(asked.docs, long_table(), "tasks")
         return
     known = read_known(asked.out) if asked.out.exists() else {}
     for name in asked.only or [name for name in TASKS if asked.bounds or name not in known]:

@@ -29,7 +29,6 @@ from benchmarks.report import (
     write_json,
 )
 from benchmarks.tasks import EPISODES, long_table, put, rounded
-from benchmarks.tasks import MARKS as TASK_MARKS
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
@@ -46,7 +45,6 @@ if TYPE_CHECKING:
     from stickslip.envs.tasks import Scale
 
 PAGE, TASK_PAGE = Path("docs/training.md"), Path("docs/tasks.md")
-MARKS = ("<!-- training -->", "<!-- end of training -->")
 STRETCHES, SEEDS = 16, (0, 1, 2, 3, 4)
 """Evaluations of a training; seeds of each task."""
 TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
@@ -189,12 +187,12 @@ def is_there(content: dict[str, Any], task: TaskDefinition) -> bool:
 
 def redraw(content: dict[str, Any]) -> None:
     """Write pages and what is known of learning."""
-    put_between(PAGE, body(content), MARKS)
+    put_between(PAGE, body(content), "training")
     for name, entry in content["tasks"].items():
         known = read_known(FILE)
         if name in known and name in TASKS:
             put(name, {**known[name], "learned": learned(entry)})
-    put_between(TASK_PAGE, long_table(), TASK_MARKS)
+    put_between(TASK_PAGE, long_table(), "tasks")
 
 
 def main(arguments: list[str]) -> None:

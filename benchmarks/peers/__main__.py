@@ -20,8 +20,6 @@ from benchmarks.report import markdown, measured_by_command, put_between, where
 
 RESULTS = Path("benchmarks/results/peers.json")
 DOCUMENT = Path("docs/performance.md")
-MARKS = ("<!-- peers: begin -->", "<!-- peers: end -->")
-CREEP_MARKS = ("<!-- creep: begin -->", "<!-- creep: end -->")
 
 
 def rows(quick: bool) -> Iterator[dict[str, Any]]:
@@ -69,8 +67,8 @@ def _short(value: float) -> str:
 
 def update(content: dict[str, Any]) -> None:
     """Write the page's table."""
-    put_between(DOCUMENT, body(content), MARKS)
-    put_between(DOCUMENT, creep(content), CREEP_MARKS)
+    put_between(DOCUMENT, body(content), "peers")
+    put_between(DOCUMENT, creep(content), "creep")
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -36,13 +36,7 @@ TERMS_OF: dict[str, tuple[str, ...]] = {
     "energy": (WORK, TORQUE),
 }
 """Terms that a name adds up, the copper loss with the last one of "energy"."""
-UNITS: dict[str, str] = {
-    "time": "s",
-    "torque": "(N m)^2 s",
-    "work": "J",
-    "energy": "J",
-    FRICTION: "-",
-}
+UNITS = {"time": "s", "torque": "(N m)^2 s", "work": "J", "energy": "J", FRICTION: "-"}
 
 
 @dataclass(frozen=True)
@@ -175,29 +169,9 @@ class Gait:
         return read_only(a + rise * x), read_only(b)
 
     @cached_property
-    def torque_between(self) -> Polynomials:
-        """Motor torque in each cell [N m]."""
-        return Polynomials(self.profiles.samples.torque(*self.samples))
-
-    @cached_property
-    def ground_between(self) -> tuple[Polynomials, Polynomials]:
-        """Friction and normal force in each cell [N]."""
-        profile = self.profiles.samples
-        return (
-            Polynomials(profile.friction(*self.samples)),
-            Polynomials(profile.normal(*self.samples)),
-        )
-
-    @cached_property
-    def slowest(self) -> float:
-        """Least b at the nodes and between them, in closed form; 0 at rest, negative where the
-        crank would turn back."""
-        return float(np.min(between.lowest(self.grid, self.a, self.b)))
-
-    @cached_property
     def spent(self) -> dict[str, float]:
         """The terms of the objectives, integrated between the nodes, the time in closed form."""
-        torque = self.torque_between
+        torque = Polynomials(self.profiles.samples.torque(*self.samples))
         return {
             TIME: self.duration,
             TORQUE: between.over_time(self.grid, self.a, self.b, lambda at: torque(at) ** 2),
@@ -238,7 +212,8 @@ class Gait:
     @cached_property
     def friction_use(self) -> float:
         """Largest |friction| / normal force, at the nodes and between them [-]."""
-        friction, normal = self.ground_between
+        at = self.profiles.samples
+        friction, normal = (Polynomials(of(*self.samples)) for of in (at.friction, at.normal))
         within = between.peak(lambda at: np.asarray(friction_uses(friction(at), normal(at))))
         return max(self.friction_at_nodes, float(np.max(within)))
 

@@ -205,10 +205,10 @@ class GaitProblem(Problem[GaitResult]):
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """See Problem; a subgradient where the torque changes its sign or friction its worst
         node, 0 where the crank stands still."""
-        return self.on_grid.gradient(self.batch([x])[0])
+        return _finite(self.on_grid.slopes[0](self.batch([x])[0]))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        return self.on_grid.jacobian(self.batch([x])[0])
+        return _finite(self.on_grid.slopes[1](self.batch([x])[0]))
 
     def evaluate_gait(self, gait: Gait) -> Evaluation:
         """Value and constraints of a gait on the problem's grid."""
@@ -232,6 +232,10 @@ class GaitProblem(Problem[GaitResult]):
 
 RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2"}
 """Units of GaitProblem.residuals."""
+
+
+def _finite(slopes: np.ndarray) -> np.ndarray:
+    return np.nan_to_num(slopes, posinf=0.0, neginf=0.0)
 
 
 def _squares(rate: float | None, cap: float) -> tuple[float, float]:

@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks import training
 from benchmarks.report import put_between
-from benchmarks.tasks import MARKS, long_table
+from benchmarks.tasks import long_table
 from tests.documents import ROOT
 
 NAME = "BipedSteady-v0"
@@ -15,7 +15,7 @@ def test_the_page_has_the_table_of_what_is_known_and_shipped(tmp_path):
     page = (ROOT / "docs/tasks.md").read_text(encoding="utf-8")
     again = tmp_path / "page.md"
     again.write_text(page, encoding="utf-8")
-    put_between(again, long_table(), MARKS)
+    put_between(again, long_table(), "tasks")
     assert again.read_text(encoding="utf-8") == page
 
 

@@ -65,12 +65,6 @@ class Rows(NamedTuple):
         """Violation of each limit in units of `size`."""
         return self.excess(a, b) / self.size.reshape(-1, *[1] * np.ndim(a))
 
-    def flat(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A, B and C, all crank angles in one axis, in units of `size`: [m, nodes]."""
-        unit = self.size[:, None]
-        A, B, C = (part.reshape(len(self.names), -1) / unit for part in (self.A, self.B, self.C))
-        return A, B, C
-
 
 def torque_unit(p: Profile) -> float:
     """A torque of the robot's own size [N m]: its weight on a crank's length."""
@@ -103,12 +97,8 @@ class Units(NamedTuple):
 
     def of(self, term: str) -> float:
         """Unit of an objective's term."""
-        sizes: dict[str, float] = {
-            TIME: 1 / self.rate,
-            TORQUE: self.torque**2 / self.rate,
-            WORK: self.torque,
-        }
-        return sizes[term]
+        square = self.torque**2
+        return {TIME: 1 / self.rate, TORQUE: square / self.rate, WORK: self.torque}[term]
 
 
 @dataclass(frozen=True)
@@ -199,7 +189,8 @@ class GridProblem:
     def sample(self, inside: bool) -> Sample:
         """Data of a certificate, at the nodes or inside the cells."""
         p = self.profiles.inside if inside else self.profiles.nodes
-        A, B, C = (self.rows_of(p) if inside else self.rows).flat()
+        names, *rows, size = self.rows_of(p) if inside else self.rows
+        A, B, C = (part.reshape(len(names), -1) / size[:, None] for part in rows)
         weight = self.grid.inside[1] if inside else self.grid.weights
         b, T = self.units.b, self.units.torque
         low, high = np.zeros(weight.size), np.full(weight.size, np.inf)
@@ -255,16 +246,9 @@ class GridProblem:
         rows = -self.rows.scaled_excess(a, b)
         return xp.concatenate([xp.ravel(rows), xp.stack([*late, *ends])])
 
-    def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-        """Gradient of the value; a subgradient at kinks, 0 where there is none."""
-        return np.nan_to_num(self._slopes[0](x), posinf=0.0, neginf=0.0)
-
-    def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
-        """Jacobian of `margins`; of the time 0 where there is none."""
-        return np.nan_to_num(self._slopes[1](x), posinf=0.0, neginf=0.0)
-
     @cached_property
-    def _slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+    def slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
+        """Functions of x: gradient of the value and jacobian of `margins`; none at kinks."""
         p = self.profiles.nodes
 
         def walk(x: Traced) -> tuple[Traced, Traced, dict[str, Traced]]:

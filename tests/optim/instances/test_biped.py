@@ -12,7 +12,7 @@ import pytest
 from stickslip.dynamics.biped import RK4Split, simulate
 from stickslip.optim import GaitProblem, Instance, instance, suite
 from stickslip.optim.instances import biped
-from stickslip.optim.instances.biped import ANGLES, BipedDesign, gait_problem
+from stickslip.optim.instances.biped import ANGLES, BipedDesign, Interpolated, gait_problem
 
 PART = 16
 """Steps, nodes or angles in place of one."""

@@ -7,6 +7,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams, kinematics
 from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.optim import GaitProblem, OptimStatus, solve
+from stickslip.optim.gait.between import Polynomials
 from tests.optim.gait.helpers import LIMIT, periodic, quickest_on_a_lattice, robot, solved, transfer
 
 FASTEST = {0.02: 5.7, 0.2: 10.0}
@@ -58,8 +59,9 @@ def test_where_the_floor_holds_a_gait_may_be_ballistic_and_keeps_its_energy():
 
 def test_the_motors_work_is_the_change_of_energy():
     gait = solve(transfer(1, "energy", mu=0.3, end_rate=3.0, steps=80)).best
+    torque = Polynomials(gait.profiles.samples.torque(*gait.samples))
     share, weight = np.polynomial.legendre.leggauss(8)
-    work = np.sum(gait.torque_between((share + 1) / 2) * weight / 2 * gait.grid.h[..., None])
+    work = np.sum(torque((share + 1) / 2) * weight / 2 * gait.grid.h[..., None])
     ends = gait.nodes.M[0, [0, -1]] * gait.b[0, [0, -1]] / 2
     ends = ends + _potential_energy(gait.theta[0, [0, -1]])
     assert work == pytest.approx(ends[1] - ends[0], rel=1e-6)
