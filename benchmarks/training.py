@@ -19,15 +19,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.report import (
-    markdown,
-    options,
-    provenance,
-    put_between,
-    read_json,
-    where,
-    write_json,
-)
+from benchmarks import report
+from benchmarks.report import markdown, provenance, put_between, read_json
 from benchmarks.tasks import EPISODES, long_table, put, rounded
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
@@ -36,7 +29,7 @@ from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.ppo import PPOTrainer
 from stickslip.agents.training.trainer import settings_of
 from stickslip.agents.ugv.config import USUAL
-from stickslip.envs import TASKS, Randomisation, known_of, task_by_name
+from stickslip.envs import TASKS, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
@@ -51,6 +44,8 @@ TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
 """Steps of each seed."""
 FAILURE = 10.0
 """Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
+CLOCKS = (time.perf_counter, time.process_time)
+"""Wall-clock and processor time [s]."""
 GOAL = 0.9
 """The score whose time is looked for."""
 
@@ -68,8 +63,7 @@ def training_params(task: TaskDefinition, params: Any, config: Any) -> Any:
     known: Any = task.parameters
     drawn = known.get("randomisation", {})
     fastest = max(drawn.get("crank_rate", (0.0,))[-1], config.start_rate)
-    own = params.randomisation or Randomisation()
-    starts = replace(own, phase=ANY_PHASE, crank_rate=(0.0, fastest))
+    starts = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
     anywhere = "uniform" in known["scene"] and "mark" not in known
     short = {"time_limit": config.episode_time} if anywhere else {}
     return params.replace(
@@ -99,10 +93,10 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
     trainers = [PPOTrainer(one, env, training) for one in kinds]
     spent, rows, updates = np.zeros(2), [], -(-config.timesteps // samples)
     for part in range(1, STRETCHES + 1):
-        begun = now()
+        begun = np.array([clock() for clock in CLOCKS])
         for trainer in trainers:
             trainer.advance(-(-updates * part // STRETCHES) * samples)
-        spent += now() - begun
+        spent += [clock() for clock in CLOCKS] - begun
         policies = [trainer.policy() for trainer in trainers]
         played = [play(test, one, params, seen, keep_of).reward.mean() for one in policies]
         rows.append((trainers[0].timesteps, *spent, [rounded(float(one)) for one in played]))
@@ -119,11 +113,6 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
         "processor_seconds": [round(one / len(SEEDS), 3) for one in processor],
         "returns": [list(one) for one in zip(*returns, strict=True)],
     }
-
-
-def now() -> np.ndarray:
-    """Wall-clock and processor time [s]."""
-    return np.array([time.perf_counter(), time.process_time()])
 
 
 def scale_of(name: str) -> Scale:
@@ -149,7 +138,7 @@ def body(content: dict[str, Any]) -> str:
     """Steps, time and scores on each task."""
     tasks = content.get("tasks", {})
     rows = [{"task": f"`{name}`"} | row(tasks[name], name) for name in TASKS if name in tasks]
-    return f"{markdown(rows)}\n\nMeasured on {where(content)}."
+    return f"{markdown(rows)}\n\nMeasured on {report.where(content)}."
 
 
 def row(entry: dict[str, Any], name: str) -> dict[str, str]:
@@ -197,7 +186,7 @@ def redraw(content: dict[str, Any]) -> None:
 
 def main(arguments: list[str]) -> None:
     """Measure and write, or write what was measured into pages."""
-    parser = options("training", __doc__)
+    parser = report.options("training", __doc__)
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--redraw", action="store_true")
     given = parser.parse_args(arguments)
@@ -212,7 +201,7 @@ def main(arguments: list[str]) -> None:
         print(task.name, flush=True)
         content = {**content, **provenance()}
         content.setdefault("tasks", {})[task.name] = measure(task)
-        write_json(content, given.out)
+        report.write_json(content, given.out)
 
 
 if __name__ == "__main__":

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.optimisers.methods import Method
     from stickslip.optim.instances.instance import Instance
-    from stickslip.optim.instances.objective import Evaluated, Objective
+    from stickslip.optim.instances.objective import Objective
 
 MAKING = 900.0
 """Time limit for building and compiling an instance [s]."""
@@ -263,13 +263,13 @@ class EventRecord(Record):
         """Processor time since this was made [s]."""
         return time.process_time() - self._started
 
-    def note(self, point: Evaluated) -> None:
+    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
         """Keep a point, and send an event if it is better."""
         best, front = len(self.improvements), self.front
-        super().note(point)
+        super().note(x, values, violation, feasible)
         if len(self.improvements) > best or self.front is not front:
             began, seconds = time.process_time(), self.seconds
-            self._judge(point.x, float(point.values[0]), seconds)
+            self._judge(x, float(values[0]), seconds)
             self._started += time.process_time() - began
 
     def end(self) -> Event:

@@ -145,16 +145,6 @@ class Instance:
         return found.hexdigest()
 
 
-def made(name: str, *builds: Callable[[], AnyProblem], version: int = 1, **rest: Any) -> Instance:
-    """An instance under a name without its version. builds: each makes a goal's problem; rest: the
-    other fields."""
-    return Instance(id=f"{name}-v{version}", build=partial(_built, builds), **rest)
-
-
-def _built(builds: tuple[Callable[[], AnyProblem], ...]) -> tuple[AnyProblem, ...]:
-    return tuple(build() for build in builds)
-
-
 def suite(*families: str) -> dict[str, Instance]:
     """All instances by id, or those of some of FAMILIES.
 
@@ -186,8 +176,12 @@ def _read(
 ) -> Instance:
     """An instance of the file SUITE. build: of each goal's problem the function that makes it, as
     module.function of this folder, and its arguments."""
-    made_by = partial(_built, tuple(partial(_make, **one) for one in build))
-    return Instance(name, goals=tuple(goals), build=made_by, flags=Flags(**flags or {}), **given)
+    build_all = partial(_built, build)
+    return Instance(name, goals=tuple(goals), build=build_all, flags=Flags(**flags or {}), **given)
+
+
+def _built(build: list[dict[str, Any]]) -> tuple[AnyProblem, ...]:
+    return tuple(_make(**one) for one in build)
 
 
 def _make(make: str, **arguments: Any) -> AnyProblem:

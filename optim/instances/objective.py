@@ -42,15 +42,6 @@ class BudgetSpent(Exception):  # noqa: N818 (an end, no error)
     """
 
 
-class Evaluated(NamedTuple):
-    """A point that was evaluated: what a record takes note of."""
-
-    x: np.ndarray
-    values: np.ndarray
-    violation: float
-    feasible: bool
-
-
 class Improvement(NamedTuple):
     """A feasible point better than all before. evaluations, seconds: by then; value: its own."""
 
@@ -111,9 +102,8 @@ class Record:
             )
         setattr(self, name, getattr(self, name) + 1)
 
-    def note(self, point: Evaluated) -> None:
+    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
         """Keep the point that was counted last, if it is better."""
-        x, values, violation, feasible = point
         self.least_violation = min(self.least_violation, violation)
         if not feasible or not np.all(np.isfinite(values)):
             return
@@ -366,7 +356,7 @@ class Objective:
     def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
         feasible = self.free[0].meets(x, margins)
         violation = float(shortfall(margins))
-        self.record.note(Evaluated(np.array(x), np.array(values), violation, feasible))
+        self.record.note(np.array(x), np.array(values), violation, feasible)
 
     def _left(self, wanted: int) -> int:
         """Number of these evaluations that the budget allows; BudgetSpent for none."""

@@ -7,7 +7,6 @@ from stickslip.agents.optimisers.methods import methods_of
 from stickslip.agents.optimisers.report import front_merit, gap
 from stickslip.agents.optimisers.worker import EventRecord, Task, run_task
 from stickslip.optim import suite
-from stickslip.optim.instances.objective import Evaluated
 from tests.agents.optimisers.table import BEST, NAME
 
 
@@ -53,7 +52,7 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
     best = noisy.best_known
     for number, (mean, drawn) in enumerate([(3.0, 2.0), (4.0, 1.0), (2.0, 0.5), (1.0, 5.0)], 1):
         record.values = number
-        record.note(Evaluated(np.full(4, mean * best), np.array([drawn]), 0.0, True))
+        record.note(np.full(4, mean * best), np.array([drawn]), 0.0, True)
     assert [one.value / best for one in events] == pytest.approx([3.0, 2.0])
     assert record.end().value == pytest.approx(2 * best)
     assert record.end().point[0] == 2 * best  # of the mean, not of the luckiest draw
