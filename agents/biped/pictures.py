@@ -14,9 +14,8 @@ from stickslip.agents.pictures.episodes import (
     reward_panels,
     samples,
 )
-from stickslip.envs.biped.picture import biped_frames
+from stickslip.envs.biped.picture import BipedFrame, biped_frames, biped_picture
 from stickslip.envs.biped.state import drawn_robot
-from stickslip.envs.rendering.biped import biped_picture
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState, Drawn
     from stickslip.envs.params import Range
-    from stickslip.envs.rendering.biped import BipedFrame
     from stickslip.envs.tasks.known import Scale
 
 TERMS = ("tracking", "slip", "energy", "fall")

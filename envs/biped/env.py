@@ -299,8 +299,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         self, states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
     ) -> Callable[[int], np.ndarray]:
         """See FunctionalEnv (extra `viz`)."""
-        from stickslip.envs.biped.picture import biped_frames
-        from stickslip.envs.rendering.biped import biped_picture
+        from stickslip.envs.biped.picture import biped_frames, biped_picture
         from stickslip.envs.rendering.scene import paint
 
         shown = biped_picture(biped_frames(states, infos, params), params.robot.params)

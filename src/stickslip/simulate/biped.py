@@ -24,7 +24,7 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
-from stickslip.envs.rendering.biped import BipedFrame, biped_picture, slipping, stretches_of
+from stickslip.envs.biped.picture import BipedFrame, biped_picture, slipping, stretches_of
 from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.machine import robot_of

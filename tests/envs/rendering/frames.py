@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.rendering.biped import BipedFrame, biped_drawing, stretches_of
+from stickslip.envs.biped.picture import BipedFrame, biped_drawing, stretches_of
 from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.page import Episode, Event, Line, Page, Panel
 

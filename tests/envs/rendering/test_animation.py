@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics.biped.params import BipedParams
+from stickslip.envs.biped.picture import biped_picture
 from stickslip.envs.rendering.animation import find_ffmpeg, save_animation
-from stickslip.envs.rendering.biped import biped_picture
 from stickslip.envs.rendering.scene import paint
 from tests.envs.rendering.frames import walk_rows
 

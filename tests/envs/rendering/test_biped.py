@@ -13,9 +13,9 @@ import pytest
 
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.scene import Scene
+from stickslip.envs.biped.picture import BipedFrame, biped_picture, stretches_of
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
-from stickslip.envs.rendering.biped import BipedFrame, biped_picture, stretches_of
 from stickslip.envs.rendering.scene import paint
 from tests.envs.rendering.frames import STANDING, walk_rows
 

@@ -8,7 +8,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.links import kinematics
 from stickslip.dynamics.scene import Patches
-from stickslip.envs.rendering.biped import biped_drawing, stretches_of
+from stickslip.envs.biped.picture import biped_drawing, stretches_of
 from stickslip.envs.rendering.drawing import Drawing
 from stickslip.envs.rendering.linkage import Mechanism
 from tests.envs.rendering.frames import walk_rows
