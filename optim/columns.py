@@ -30,6 +30,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "m": {"m": (1, 1), "mm": (1, 1000), "cm": (1, 100), "km": (1000, 1)},
     "N m": {"Nm": (1, 1), "mNm": (1, 1000), "Nmm": (1, 1000), "Ncm": (1, 100), "kNm": (1000, 1)},
     "rad": {"rad": (1, 1), "mrad": (1, 1000), "deg": (math.pi, 180)},
+    "rad/s": {"rad/s": (1, 1), "deg/s": (math.pi, 180), "rpm": (math.pi, 30)},
 }
 """Unit of a result -> the units that a head may name, and what to multiply and divide by."""
 SPELLED = {"sec": "s", "seconds": "s", "metres": "m", "meters": "m", "degrees": "deg", "°": "deg"}

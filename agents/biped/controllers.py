@@ -139,6 +139,10 @@ class StopAtMark:
     gait: OptimalGait = field(default_factory=OptimalGait)
     servo: CrankSpeedPI = field(default_factory=lambda: CrankSpeedPI(acceleration=20.0))
 
+    def suited_to(self, env_params: BipedEnvParams) -> StopAtMark:
+        """The controller with gaits of these parameters' robot."""
+        return replace(self, gait=self.gait.suited_to(env_params))
+
     def validate(self) -> StopAtMark:
         """Return self, or raise ValueError naming the field."""
         for name in ("cruise", "braking", "gain"):

@@ -6,7 +6,7 @@ is; OptimalGait follows the best gait of all that do not slip.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,6 +14,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.policy.task import same_numbers
 from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.biped import (
     SUPPORT_END,
@@ -21,13 +22,16 @@ from stickslip.dynamics.biped import (
     BipedModel,
     BipedParams,
     RK4Split,
+    own_time,
     step,
 )
 from stickslip.dynamics.biped.contact import ankle_moment, sticking
+from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.state import drawn_robot
+from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -50,6 +54,8 @@ SMALLEST_RUN = 1e-4
 """Torques closer than this give no slope [N m]."""
 RATES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 """Mean crank rates of the usual gaits [rad/s]."""
+OF_LIMIT = 0.9
+"""Share of the motor's torque that the gaits of a robot may need."""
 CELLS = 64
 """Cells of their grid."""
 
@@ -293,8 +299,8 @@ class OptimalGait(Memoryless):
 
     friction [-]: to be set below the floor's. footing [-]: share of the foot, in (0, 1]. gaits: by
     default those of least friction demand of the reference robot with a motor of 3.6 N m at 1 to 7
-    rad/s. The commanded rate picks among them, beyond their ends the nearest one. Masses are read
-    from the true state, never the floor's friction.
+    rad/s; `suited_to` computes another robot's. The commanded rate picks among them, beyond their
+    ends the nearest one. Masses are read from the true state, never the floor's friction.
     """
 
     friction: ArrayLike = 0.05
@@ -305,6 +311,17 @@ class OptimalGait(Memoryless):
     def of(cls, *gaits: Gait, friction: ArrayLike = 0.05, footing: ArrayLike = 0.8) -> OptimalGait:
         """Controller that follows these periodic gaits, each at its own mean crank rate."""
         return cls(friction, footing, GaitTable.of(gaits)).validate()
+
+    def suited_to(self, env_params: BipedEnvParams) -> OptimalGait:
+        """The controller with gaits of these parameters' robot, its motor at 90 % of its limit.
+
+        Its own one for the reference robot. ValueError where there are no gaits.
+        """
+        robot = env_params.robot.bare
+        if same_numbers(robot, BipedParams.from_bars()):
+            return self
+        limit = OF_LIMIT * float(np.asarray(env_params.torque_limit))
+        return replace(self, gaits=_gaits_of_text(robot_text(vars(robot)), limit))
 
     def validate(self) -> OptimalGait:
         """Return self, or raise ValueError naming the field."""
@@ -341,6 +358,15 @@ class OptimalGait(Memoryless):
 def usual_gaits() -> GaitTable:
     """Those of the reference robot; computed once."""
     return gaits_of(BipedParams.from_bars(), RATES, "friction", torque_limit=3.6)
+
+
+@lru_cache(maxsize=8)
+def _gaits_of_text(text: str, torque_limit: float) -> GaitTable:
+    """Those of the robot of a file's text, at the usual rates in its own unit of time."""
+    say_stage("computing gaits of this robot for optimal-gait")
+    robot = BipedParams.from_file(text)
+    slower = float(own_time(BipedParams.from_bars()) / own_time(robot))
+    return gaits_of(robot, [slower * one for one in RATES], torque_limit=torque_limit)
 
 
 def gaits_of(

@@ -87,7 +87,11 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     for place in places:
         print(place.line())
         for env in dict.fromkeys(place.who.values()):
-            own = {name: named[name].player(env) for name, its in place.who.items() if its == env}
+            own = {
+                name: named[name].player(env, place.params)
+                for name, its in place.who.items()
+                if its == env
+            }
             parts.append((env, own, {place.label: place.params}))
     how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
     table = joined([evaluate(*part, **how) for part in parts], order=list(named))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.machine import machine_of_baseline, machine_of_environment, machines
@@ -33,9 +33,12 @@ class Named:
     policy: MLPPolicy | None = None
     metadata: Mapping[str, Json] = field(default_factory=dict)
 
-    def player(self, env: AnyEnv) -> AnyPlayer:
-        """The policy or baseline, for an environment."""
-        return self.machine.baseline(self.name, env) if self.policy is None else self.policy
+    def player(self, env: AnyEnv, params: Timed) -> AnyPlayer:
+        """The policy, or the baseline made for an environment and suited to its parameters."""
+        if self.policy is not None:
+            return self.policy
+        found: Any = self.machine.baseline(self.name, env)
+        return found.suited_to(params) if hasattr(found, "suited_to") else found
 
     def own_task(self) -> tuple[AnyTask, str]:
         """The task in a policy's file, and where it is from."""
@@ -202,7 +205,7 @@ def players_on(name: str, named: Mapping[str, Named], options: Options) -> dict[
         )
     env, params = task.make()
     env = without_resets(env)
-    players = {who: one.player(env) for who, one in named.items()}
+    players = {who: one.player(env, params) for who, one in named.items()}
     for who, player in players.items():
         require_observed(player, str(policy_path(who)), env, params, task.name)
     return players

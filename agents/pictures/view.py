@@ -133,7 +133,7 @@ def view_command(given: Options) -> None:
         params = machine.params_to_view(place.params, given["seconds"])
         for name, env in place.who.items():
             say_stage(f"playing {name}")
-            given_by, player = Path(name).name, named[name].player(env)
+            given_by, player = Path(name).name, named[name].player(env, params)
             played.append(_play(given_by, place.label, env, player, params, given["seed"]))
     if files.keys() & {"html", "plot"}:
         page = _page(machine, played, task, lead)

@@ -66,7 +66,7 @@ def cases_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Given]]:
     found = []
     for label, (env, params) in tasks.items():
         env.check_params(params)
-        players = _players(policies, env, machine)
+        players = _players(policies, env, params, machine)
         found += [Given(label, name, env, params, one) for name, one in players.items()]
     return machine, found
 
@@ -93,7 +93,7 @@ def cases_named(
         )
     (place,) = places
     found = [
-        Given(place.label, name, env, place.params, named[name].player(env))
+        Given(place.label, name, env, place.params, named[name].player(env, place.params))
         for name, env in place.who.items()
     ]
     return found, place.line()
@@ -111,12 +111,14 @@ def _tasks(task: object) -> dict[str, Pair]:
     return {one.name: one.make() for one in map(task_by_name, task)}
 
 
-def _players(policies: Policies, env: AnyEnv, machine: AnyMachine) -> dict[str, AnyPlayer]:
+def _players(
+    policies: Policies, env: AnyEnv, params: Timed, machine: AnyMachine
+) -> dict[str, AnyPlayer]:
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
     read = read_named([policies] if isinstance(policies, str) else policies, machine)
-    return {name: one.player(env) for name, one in read.items()}
+    return {name: one.player(env, params) for name, one in read.items()}
 
 
 @dataclass(frozen=True)

@@ -130,15 +130,22 @@ class SimulationFiles:
 class WalkOptions(RobotOptions, SimulationFiles):
     """A walk of the biped under a torque."""
 
-    torque: str = option(
-        about="of the motor [N m], held for each --period: a number, a .csv of times and torques, "
-        "or arithmetic, see below",
+    torque: str | None = option(
+        None,
+        "of the motor [N m], held for each --period: a number, a .csv of times and torques, or "
+        "arithmetic, see below",
         metavar="TORQUE",
     )
+    rate: str | None = option(
+        None,
+        "instead: crank rate [rad/s], a number or a .csv over time or crank angle, straight "
+        "between the ends of each --period",
+        metavar="RATE",
+    )
     out: str = option("walk.csv", "rows with units, .csv")
-    seconds: float | None = option(None, "to walk (default: 6, or the length of a file of torques)")
+    seconds: float | None = option(None, "to walk (default: 6, or the length of a file over time)")
     period: float = option(0.02, "between two rows, for which a torque is held [s]")
-    crank_rate: float = option(0.0, "at the start [rad/s]")
+    crank_rate: float | None = option(None, "at the start [rad/s] (default: 0)")
     scene: str | None = option(
         None,
         f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})",

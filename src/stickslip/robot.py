@@ -20,13 +20,14 @@ from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled
 from stickslip.optim import GaitProblem, PostureProblem, solve
+from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.gait import friction_uses
 from stickslip.optim.gait.profile import MISMATCH
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.biped import TORQUE_LIMIT
 from stickslip.optimise.picture import vehicles_drawing
 from stickslip.paper.start import torque_by_work
-from stickslip.paper.steady import friction_use, phases, steady
+from stickslip.paper.steady import phases
 from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 from stickslip.records.table import Column, Content, Table
 
@@ -92,8 +93,9 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
         robot, motor = BipedParams.with_motor(path, changes)
         limit = motor.get("torque_limit", TORQUE_LIMIT)
         jolt = float(exchange_mismatch(robot))
-        rates, facts = friction_by_rate(robot), facts_of(robot, jolt, limit)
-    fastest = fastest_table(robot, limit, frictions, jolt < MISMATCH)
+        footing, facts = Footing.of(robot), facts_of(robot, jolt, limit)
+    rates = friction_by_rate(footing)
+    fastest = fastest_table(robot, footing, limit, frictions, jolt < MISMATCH)
     apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
     frames = BipedFrame(np.asarray(phases(POSES)[:-1]), (), 1.0, floor_position=apart)
     drawing = biped_drawing(frames, Mechanism(robot))
@@ -116,19 +118,18 @@ def facts_of(robot: BipedParams, jolt: float, limit: float) -> dict[str, str]:
     }
 
 
-def friction_by_rate(robot: BipedParams) -> Table:
+def friction_by_rate(footing: Footing) -> Table:
     """Least friction and peak torque at constant crank rates."""
-    rows = []
-    for rate in RATES:
-        motion = steady(robot, phases(CELLS), rate)
-        peak = float(np.max(np.abs(motion.torque)))
-        rows.append([float(rate), float(friction_use(motion).max()), peak])
+    nodes, rows = footing.profiles.nodes, []
+    for rate in map(float, RATES):
+        peak = float(np.max(np.abs(nodes.torque(np.zeros(1), np.array(rate**2)))))
+        rows.append([rate, footing.at_rate(rate).friction, peak])
     names = (Column("rate", "rad/s"), Column("least_friction"), Column("peak_torque", "N m"))
     return Table(names, rows)
 
 
 def fastest_table(
-    robot: BipedParams, limit: float, frictions: Sequence[float], walks: bool
+    robot: BipedParams, footing: Footing, limit: float, frictions: Sequence[float], walks: bool
 ) -> Table:
     """For each friction the fastest constant rate and the fastest gait without slip."""
     rows: list[list[Any]] = []
@@ -136,7 +137,7 @@ def fastest_table(
         say_stage(f"fastest gait at a friction of {mu:g}")
         gait = None
         with precision("float64"):
-            constant = fastest_rate(robot, mu)
+            constant = fastest_rate(footing, mu)
             if walks:
                 found = solve(GaitProblem.periodic(robot, "time", mu=mu, torque_limit=limit))
                 gait = None if found.gait is None else float(found.best.mean_rate)
@@ -145,12 +146,12 @@ def fastest_table(
     return Table(heads, rows)
 
 
-def fastest_rate(robot: BipedParams, mu: float) -> float:
+def fastest_rate(footing: Footing, mu: float) -> float:
     """The largest rate [rad/s] up to which a friction is enough at every constant one."""
     low, high = 0.0, MOST_RATE
     for _ in range(30):
         middle = (low + high) / 2
-        enough = friction_use(steady(robot, phases(CELLS), middle)).max() <= mu
+        enough = footing.at_rate(middle).friction <= mu
         low, high = (middle, high) if enough else (low, middle)
     return low
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from stickslip.optim.gait.footing import peak_of
 from stickslip.paper.figure import FIGURES, figures_of
 from stickslip.paper.slides import Slide, Walk
-from stickslip.paper.steady import peak_of, residuals
+from stickslip.paper.steady import residuals
 
 
 def test_a_peak_between_samples_is_found_to_third_order():

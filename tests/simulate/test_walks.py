@@ -162,3 +162,32 @@ def test_a_walk_whose_first_torque_is_no_number_is_refused_and_the_file_kept(cap
     found = rows("walk.csv")
     assert np.isfinite(column(found, "crank rate [rad/s]")).all()
     assert 8 < len(found) < 14
+
+
+def test_a_rate_tells_the_friction_that_holds_it_and_what_less_slides(tmp_path, capsys):
+    rows = [
+        "crank angle [rad],crank rate [rad/s]",
+        f"{np.pi / 2},3",
+        f"{np.pi},3",
+        f"{1.5 * np.pi},3",
+    ]
+    (tmp_path / "rates.csv").write_text("\n".join(rows))
+    (tmp_path / "times.csv").write_text("time [s],rate [rpm]\n0,0\n1.6,60\n")
+    walk = ["simulate", "biped", "--mu-static", "0.05", "--json", "--overwrite", "--rate"]
+    found = []
+    for rate in ("3", str(tmp_path / "rates.csv"), str(tmp_path / "times.csv")):
+        assert main([*walk, rate, "--seconds", "1.5", "--out", str(tmp_path / "w.csv")]) == OK
+        found.append(json.loads(capsys.readouterr().out)["summary"][0])
+    constant, table, rising = found
+    assert constant["least_friction"] == pytest.approx(0.0799436, rel=1e-4)
+    assert constant["slid_per_step"] > 1e-3
+    for name in ("least_friction", "slid", "work", "needed_at"):
+        assert table[name] == pytest.approx(constant[name], rel=1e-6)
+    assert rising["mean_crank_rate"] == pytest.approx(np.pi * 1.5 / 1.6, rel=1e-6)
+    assert main([*walk[:3], "0.08", *walk[4:], "3", "--out", str(tmp_path / "w.csv")]) == OK
+    assert json.loads(capsys.readouterr().out)["summary"][0]["slid"] == 0
+    (tmp_path / "rates.csv").write_text("\n".join([*rows[:-1], f"{1.5 * np.pi},4"]))
+    assert (
+        main([*walk, str(tmp_path / "rates.csv"), "--out", str(tmp_path / "w.csv")]) == WRONG_INPUT
+    )
+    assert "accepted: the same rate" in capsys.readouterr().err

@@ -11,6 +11,7 @@ from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
+from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
 from stickslip.optimise.machine import finite, own_files, robot_of
@@ -151,13 +152,16 @@ def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
 
 def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
     """The gait's own numbers."""
-    robot, spent = gait.nodes.robot, gait.spent
+    robot, spent, need = gait.nodes.robot, gait.spent, None
+    if problem.goal.is_friction:
+        need = Footing(gait.profiles).at_rate(gait.mean_rate).friction
     return {
         Column("mean_crank_rate", "rad/s"): float(gait.mean_rate),
         Column("mean_speed", "m/s"): float(gait.mean_rate / np.pi * robot.step_length),
         Column("least_crank_rate", "rad/s"): float(np.min(gait.crank_rate)),
         Column("largest_torque", "N m"): float(np.max(np.abs(gait.torque))),
         Column("friction_used"): float(gait.friction_use),
+        Column("constant_rate_needs"): need,
         Column("least_normal_force", "N"): float(np.min(gait.normal_force)),
         Column("positive_work", "J"): float(spent["work"]),
         Column("copper", "J"): float(problem.copper_loss * spent["torque"]),

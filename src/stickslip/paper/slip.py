@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip.dynamics.biped import BODIES, BipedParams
+from stickslip.optim.gait.footing import peak_of
 from stickslip.paper.result import (
     Claim,
     Result,
@@ -18,7 +19,7 @@ from stickslip.paper.result import (
     each,
 )
 from stickslip.paper.slides import PERIODS, SAME_INSTANT, Slide, Walk, walk
-from stickslip.paper.steady import TIME, friction_use, peak_of, phases, poses, steady
+from stickslip.paper.steady import TIME, friction_use, phases, poses, steady
 
 SLOW, CHART_FRICTION = 3.0, 0.05
 FRICTIONS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.075, 0.079, 0.08, 0.1)

@@ -11,6 +11,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, BipedState, Trajectory, simulate
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
+from stickslip.optim.gait.footing import peak_of
 from stickslip.optim.progress import Bar
 from stickslip.paper.result import (
     Claim,
@@ -18,7 +19,7 @@ from stickslip.paper.result import (
     claim,
     curves,
 )
-from stickslip.paper.steady import peak_of, phases, steady
+from stickslip.paper.steady import phases, steady
 
 TORQUES = (0.70, 0.80, 0.84, 0.845, 0.90, 1.0, 1.2)
 DURATION = 4.0

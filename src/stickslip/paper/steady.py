@@ -22,6 +22,7 @@ from stickslip.dynamics.biped import (
     kinematics,
     step_length,
 )
+from stickslip.optim.gait.footing import peak_of
 from stickslip.optim.gait.gait import friction_uses
 from stickslip.paper.result import (
     Claim,
@@ -74,17 +75,6 @@ def friction_use(motion: InverseDynamics) -> np.ndarray:
 def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
     """Kinematics along an array of crank angles."""
     return jax.vmap(lambda angle: kinematics(params, angle))(crank_angles)
-
-
-def peak_of(values: np.ndarray) -> tuple[float, float]:
-    """Place of the maximum along an even grid, from 0 to 1, and its value, both by the parabola
-    through the largest value and its neighbours."""
-    i, last = int(np.argmax(values)), len(values) - 1
-    if i in (0, last):
-        return i / last, float(values[i])
-    before, at, after = values[i - 1 : i + 2]
-    shift = (before - after) / (2 * (before - 2 * at + after))
-    return (i + float(shift)) / last, float(at - (before - after) * shift / 4)
 
 
 def speeds(samples: int) -> Result:

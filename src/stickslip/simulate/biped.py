@@ -32,12 +32,16 @@ from stickslip.options import WalkOptions
 from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.report import require_files, show, write_simulation
+from stickslip.simulate.rate import rate_of
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.walk import (
     STATUS,
     WHOLE,
+    Rates,
+    Torque,
     Walk,
     event_table,
+    held_walk,
     periods,
     walk_summary,
     walk_table,
@@ -65,34 +69,56 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     it went.
     """
     given = options_of(WalkOptions, flags)
-    torque = torque_of(given.torque)
+    law = law_of(given)
     setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
         scene, (robot, _) = scene_of(given), robot_of(given)
     seconds = given.seconds
     if seconds is None:
-        seconds = torque.end if isinstance(torque, Recorded) else SECONDS
+        file = law.rate if isinstance(law, Rates) else law
+        seconds = file.end if isinstance(file, Recorded) else SECONDS
     count, _ = periods(seconds, given.period)
     require_files(given, seconds)
     if count > MANY:
         say_stage(f"walking {count} periods")
-    walk = walked(robot, scene, state, torque, seconds, given.period, setting)
+
+    def again(scene: Scene) -> Walk:
+        return walked(robot, scene, state, law, seconds, given.period, setting)
+
+    walk = again(scene)
     if not walk.count:
         raise ValueError(
-            f"--torque {given.torque}: {STATUS[walk.status.name]}; accepted: one whose first "
+            f"{_law_in_words(given)}: {STATUS[walk.status.name]}; accepted: one whose first "
             "period is finite; nothing is written"
         )
-    summary = walk_summary(walk, seconds)
+    held = held_walk(walk, lambda grip: again(replace(grip, payload=scene.payload)))
+    summary = walk_summary(walk, held, seconds)
     show(summary)
 
     def plot(path: Path) -> None:
-        title = f"Torque {shorten(given.torque, 60)}, floor: {floor_words(scene)}"
+        title = f"{_law_in_words(given)[2:].capitalize()}, floor: {floor_words(scene)}"
         plot_walk(walk, path, title)
 
     written = write_simulation(given, walk_table(walk), plot, partial(film_walk, walk))
     about = {"setting": _content(setting), "files": written}
     status = OK if walk.status.name in WHOLE else NOTHING_FOUND
     return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
+
+
+def law_of(given: WalkOptions) -> Torque | Rates:
+    """What moves the crank. ValueError for neither or both of --torque and --rate."""
+    if (given.torque is None) == (given.rate is None):
+        raise ValueError("accepted: one of --torque TORQUE and --rate RATE")
+    if given.torque is not None:
+        return torque_of(given.torque)
+    if given.crank_rate is not None:
+        raise ValueError("--crank-rate with --rate, which begins the walk; accepted: one of them")
+    return Rates(rate_of(str(given.rate)))
+
+
+def _law_in_words(given: WalkOptions) -> str:
+    name = "rate" if given.torque is None else "torque"
+    return f"--{name} {shorten(str(getattr(given, name)), 60)}"
 
 
 def scene_of(given: WalkOptions) -> Scene:
@@ -142,7 +168,7 @@ def state_of(given: WalkOptions) -> BipedState:
     """Initial state of the walk."""
     return BipedState(
         phase=np.float64(SUPPORT_START if given.phase is None else given.phase),
-        crank_rate=np.float64(given.crank_rate),
+        crank_rate=np.float64(given.crank_rate or 0.0),
         foot_velocity=np.float64(given.foot_velocity),
     ).validate()
 

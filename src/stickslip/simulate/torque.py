@@ -66,11 +66,12 @@ ACCEPTED = (
 
 @dataclass(frozen=True)
 class Recorded:
-    """Torques [N m] at times [s], straight between them."""
+    """Torques [N m] or other values at times [s], straight between them."""
 
     name: str
     times: Float[np.ndarray, " n"]
-    torques: Float[np.ndarray, " n"]
+    values: Float[np.ndarray, " n"]
+    words: str = "torques"
 
     @property
     def end(self) -> float:
@@ -78,15 +79,15 @@ class Recorded:
         return float(self.times[-1])
 
     def at(self, times: Float[np.ndarray, " m"]) -> Float[np.ndarray, " m"]:
-        """The torques at other times. ValueError beyond the first and the last one."""
+        """The values at other times. ValueError beyond the first and the last one."""
         slack = 1e-9 * max(1.0, abs(self.end))
         if self.times[0] > times[0] + slack or self.end < times[-1] - slack:
             raise ValueError(
-                f"{self.name} has torques from {self.times[0]:g} to {self.end:g} s, and the walk "
-                f"asks for them from {times[0]:g} to {times[-1]:g} s; accepted: a shorter walk "
-                "(--seconds), or more of the file"
+                f"{self.name} has {self.words} from {self.times[0]:g} to {self.end:g} s, and the "
+                f"walk asks for them from {times[0]:g} to {times[-1]:g} s; accepted: a shorter "
+                "walk (--seconds), or more of the file"
             )
-        return np.interp(times, self.times, self.torques)
+        return np.interp(times, self.times, self.values)
 
 
 def torque_of(text: str) -> float | Expression | Recorded:

@@ -19,18 +19,24 @@ from stickslip.dynamics.biped import (
     Trajectory,
     prepare,
     simulate,
+    simulate_inverse,
 )
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.pytrees import run_once
+from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass
+from stickslip.optim.gait.footing import Footing, Need
 from stickslip.records.table import Column, Table
 from stickslip.report import one_row
+from stickslip.simulate.rate import PhaseRates, Rate, rates_at
 from stickslip.simulate.torque import Expression, Recorded
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from jaxtyping import Array, Float
 
     from stickslip.dynamics import Scene, Setting
@@ -66,6 +72,15 @@ SHORT = 0.1
 """Share of a step below which no energy per metre is given."""
 
 
+class Rates(NamedTuple):
+    """The crank's motion is given."""
+
+    rate: Rate
+
+
+Torque = float | Expression | Recorded
+
+
 class Along(NamedTuple):
     """Numbers at every state of a walk, each [n + 1]; NaN where there is no friction. ankle, mass:
     places of the supporting ankle and of the centre of mass along the floor [m]. momentum:
@@ -84,7 +99,8 @@ class Walk:
 
     scene: without the payload, which is the robot's. period: between two states [s]; where the walk
     ends early, the last one is nearer. status: the gravest one of the walk. A period that ends
-    NON_FINITE is left out: its numbers are none.
+    NON_FINITE is left out: its numbers are none. law: where the crank's motion is given;
+    the torques are then those at the periods' ends.
     """
 
     robot: BipedModel
@@ -93,6 +109,7 @@ class Walk:
     period: float
     status: Status
     along: Along
+    law: Rate | None = None
 
     @property
     def count(self) -> int:
@@ -116,26 +133,33 @@ def walked(
     params: BipedParams,
     scene: Scene,
     state: BipedState,
-    torque: float | Expression | Recorded,
+    law: Torque | Rates,
     seconds: float,
     period: float,
     setting: Setting,
 ) -> Walk:
-    """Walk; see `simulate` for what is refused. The torque of a period's beginning is held."""
+    """Walk; see `simulate` for what is refused. The torque of a period's beginning is held; crank
+    rates are straight between the ends of periods."""
     count, size = periods(seconds, period)
-    starts = np.arange(count) * size + float(np.asarray(state.time))
-    law = torque.at(starts) if isinstance(torque, Recorded) else torque
+    times, walks = np.arange(count + 1) * size + float(np.asarray(state.time)), simulate
+    values = law.at(times[:-1]) if isinstance(law, Recorded) else law
+    if isinstance(law, Rates):
+        rates = rates_at(law.rate, times, float(np.asarray(state.phase)))
+        state, values = replace(state, crank_rate=rates[0]), np.diff(rates) / size
+        walks = simulate_inverse
     integrator = replace(setting.integrator_over(size), record_events=True)
     with precision(setting.dtype):
         params, scene = jax.tree.map(lambda of: jnp.asarray(of, setting.dtype), (params, scene))
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, state = replace(scene, payload=None), state.astype(setting.dtype)
-        held = jnp.asarray(law, setting.dtype) if isinstance(law, np.ndarray) else law
-        path = simulate(robot, scene, state, held, count * size, size, integrator=integrator)
+        held = values if callable(values) else jnp.asarray(values, setting.dtype)
+        path = walks(robot, scene, state, held, count * size, size, integrator=integrator)
         whole, status = _trimmed(path)
         found = _along(robot, scene.floor, jax.tree.map(jnp.asarray, whole.states))
     along = Along(*map(np.asarray, found))
-    return Walk(robot, scene, whole, size, status, along)
+    return Walk(
+        robot, scene, whole, size, status, along, law.rate if isinstance(law, Rates) else None
+    )
 
 
 def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
@@ -154,16 +178,18 @@ def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
 def walk_table(walk: Walk) -> Table:
     """A row for the start and one for the end of every period, numbers as they were computed.
 
-    torque: held from there on (in the last row: up to there). Forces: at the end of the period that
+    torque: held from there on (in the last row: up to there), and what is needed there where the
+    crank's motion is given. Forces: at the end of the period that
     ends there. slid: the foot's path during it, either direction; foot position: how far it has
     slid in all, forwards positive. What belongs to the period before is empty in the first row.
     """
     states, torques, contacts = (
         getattr(walk.trajectory, name) for name in ("states", "torques", "contacts")
     )
+    held = [None, *torques] if walk.law is not None else [*torques, *torques[-1:]]
     at_ends: dict[Column, object] = {
         Column("time", "s"): states.time,
-        Column("torque", "N m"): [*torques, *(torques[-1:] if len(torques) else [None])],
+        Column("torque", "N m"): held if len(torques) else [None],
         Column("phase", "rad"): states.phase,
         Column("steps"): states.steps,
         Column("crank angle", "rad"): states.phase + np.pi * states.steps,
@@ -201,10 +227,33 @@ def event_table(walk: Walk) -> Table:
     return Table(heads, walk.trajectory.events())
 
 
-def walk_summary(walk: Walk, seconds: float) -> Table:
+def held_walk(walk: Walk, again: Callable[[Scene], Walk]) -> Walk:
+    """The walk as it is with a foot that cannot slip. again: walks on another floor."""
+    kinds = {kind for _, kind, _ in walk.trajectory.events()}
+    if "slip" not in kinds and not np.any(walk.trajectory.contacts.slide_distance):
+        return walk
+    return again(replace(walk.scene, floor=Grip()))
+
+
+def need_of(held: Walk) -> Need | None:
+    """The least friction that holds the foot throughout such a walk; None of none."""
+    if not held.count:
+        return None
+    states = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), held.trajectory.states)
+    footing, seconds = Footing.of(held.robot.params), np.maximum(np.diff(states.time), SHORTEST)
+    angle, rate = states.phase + np.pi * states.steps, states.crank_rate
+    if isinstance(held.law, PhaseRates):
+        return footing.along(*held.law.whole_step)
+    if held.law is not None:
+        return footing.accelerated(angle, rate, np.diff(rate) / seconds)
+    return footing.driven(angle, rate, np.asarray(held.trajectory.torques, np.float64), seconds)
+
+
+def walk_summary(walk: Walk, held: Walk, seconds: float) -> Table:
     """One row. distance: of the centre of mass. slid: the foot's path, either direction; slide: how
     far it is displaced, forwards positive. slips: how often it broke loose. energy_per_metre: of
-    walks of at least SHORT of a step. seconds: asked for."""
+    walks of at least SHORT of a step. seconds: asked for. least_friction: what holds the foot
+    throughout the same walk without slip, `held`; needed_at: the supporting leg's crank angle."""
     states, contacts = walk.trajectory.states, walk.trajectory.contacts
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
@@ -216,6 +265,7 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
     kinds = Counter(kind for _, kind, _ in walk.trajectory.events())
     steps = int(states.steps[-1] - states.steps[0])
     went = distance >= SHORT * float(walk.robot.step_length)
+    need = need_of(held)
     row: dict[Column, object] = {
         Column("status", words=True): walk.status.name,
         Column("meaning", words=True): STATUS[walk.status.name],
@@ -227,12 +277,26 @@ def walk_summary(walk: Walk, seconds: float) -> Table:
         Column("steps"): steps,
         Column("slid", "m"): slid,
         Column("slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
+        Column("slid_per_step", "m"): slid * np.pi / abs(angle) if steps else None,
         Column("slips"): kinds["slip"],
+        Column("least_friction"): need and (need.friction if need.friction < np.inf else None),
+        Column("needed_at", "rad"): need and need.crank_angle,
+        Column("without_slip", words=True): _held_in_words(held, need),
         Column("work", "J"): work,
         Column("positive_work", "J"): positive,
         Column("energy_per_metre", "J/m"): positive / distance if went else None,
     }
     return one_row(row)
+
+
+def _held_in_words(held: Walk, need: Need | None) -> str | None:
+    """What the motion without slip does that is no walk of the whole time."""
+    if need is not None and need.friction == np.inf:
+        return "no friction holds the foot: it leaves the ground"
+    if held.status.name in WHOLE:
+        return None
+    time = float(held.trajectory.states.time[-1] - held.trajectory.states.time[0])
+    return f"it ends after {time:.4g} s: {held.status.name}"
 
 
 @run_once
