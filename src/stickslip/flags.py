@@ -188,6 +188,9 @@ def reproduce_flags(parser: Parser, _: object) -> None:
     add_overwrite(parser, "files in --out")
     about = "points a step; of fig24 along the bump (default: %(default)s)"
     add("--samples", type=int, default=240, metavar="N", help=about)
+    for name in ("robot", "vehicle"):
+        add(f"--{name}", metavar="FILE", help=f"a {name} of one's own, for its figures")
+    parser.add_parts("changes", ("robot", "bars", "vehicle"))
     parser.tables = {"figures": {name: one.title for name, one in FIGURES.items()}}
 
 

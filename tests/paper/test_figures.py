@@ -10,6 +10,7 @@ import pytest
 
 from stickslip.cli import OK, main
 from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.ugv import UGVParams
 from stickslip.paper import bump
 from stickslip.paper.figure import FIGURES
 from stickslip.paper.slides import walk
@@ -159,7 +160,7 @@ def test_the_mirrored_posture_needs_the_mirrored_torque(ugv: Path):
 
 @pytest.mark.usefixtures("float64")
 def test_every_pair_of_angles_whose_wheels_are_clear_is_drawn():
-    held = bump.all_pairs(bump.along_bump(2 * SAMPLES + 1))
+    held = bump.all_pairs(bump.along_bump(UGVParams(), 2 * SAMPLES + 1))
     torque = np.max(np.abs(held.stations.torque), axis=1)
     largest = dict(zip(held.pairs, torque, strict=True))
     every = {(rear, front) for rear in range(30, 151, 10) for front in range(30, 151, 10)}

@@ -1,8 +1,11 @@
 """The parts of the figures: peaks, slides, names, tables."""
 
+import re
+
 import numpy as np
 import pytest
 
+from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.optim.gait.footing import peak_of
 from stickslip.paper.figure import FIGURES, figures_of
 from stickslip.paper.slides import Slide, Walk
@@ -53,3 +56,16 @@ def test_a_force_left_out_leaves_a_residual():
     assert residuals(whole, zmp, pin, 3.0) == pytest.approx((0, 0), abs=1e-12)
     linear, moment = residuals(whole | {"bar": 0 * bar}, zmp, pin, 3.0)
     assert (linear, moment) == (pytest.approx(10), pytest.approx(0.6))
+
+
+def test_a_figure_of_another_robot_has_no_statement_of_the_chapter(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    command = ["reproduce", "fig11", "--samples", "24", "--out", str(tmp_path)]
+    assert main([*command, "--set", "robot.crank_length=60 mm"]) == OK
+    assert "the chapter" not in (tmp_path / "table.md").read_text()
+    head = (tmp_path / "fig11.csv").read_text().partition("\n")[0]
+    assert [float(one) for one in re.findall(r"([\d.]+) rad/s", head)] == pytest.approx(
+        [0, *(w / np.sqrt(2) for w in range(1, 6))], rel=2e-3
+    )  # a robot twice as long walks alike at rates smaller by the square root of two
+    assert main([*command, "--overwrite", "--set", "vehicle.leg_mass=10"]) == WRONG_INPUT
+    assert "accepted: figures of the ugv" in capsys.readouterr().err

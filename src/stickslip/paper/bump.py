@@ -20,16 +20,14 @@ from stickslip.paper.result import (
     curves,
 )
 
-TRACK = Track.bump()
-"""f(x) = 0.1 exp(-(x - 4)^2) [m]."""
-VEHICLE = UGVParams()
 STEP = 10
 """Between the angles of all pairs, over the vehicle's whole range [degrees]."""
 EQUAL = ((75, 75), (90, 90), (105, 105), (120, 120), (150, 150))
 UNEQUAL = ((30, 100), (100, 30))
 """Rear and front leg [degrees]. The chapter does not say which are drawn; these are ours."""
-FROM, TO = 1.5, 8.0
-"""First and last place of the front wheel [m]: the bump is below 0.2 mm under both wheels."""
+FROM, BUMP, TO = 1.5, 4.0, 8.0
+"""First place of the front wheel, the bump and the last place [m]: there the bump, f(x) = 0.1
+exp(-(x - 4)^2) [m], is below 0.2 mm under both wheels. A longer vehicle has more room."""
 FRICTION = 0.8
 RATE = 1.0
 """Largest leg rate [rad/m]; the chapter has no limit."""
@@ -63,17 +61,24 @@ class Drive(NamedTuple):
     between: float
 
 
-def along_bump(waypoints: int, leg_rate: float | None = None) -> PostureProblem:
+def along_bump(vehicle: UGVParams, waypoints: int, leg_rate: float | None = None) -> PostureProblem:
     """The least variation of torque over the soft bump as a problem; leg_rate [rad/m]."""
-    x = np.linspace(FROM, TO, waypoints)
+    usual = UGVParams()
+    longer = float(vehicle.body_length - usual.body_length)
+    more = max(0.0, longer + 2 * float(vehicle.leg_length - usual.leg_length))
+    track = Track.bump(centre=BUMP + more, end=TO + 2 * more)
+    x = np.linspace(FROM + more, TO + 2 * more, waypoints)
     options = {"friction": FRICTION, "leg_rate": leg_rate}
-    return PostureProblem(VEHICLE, TRACK, x, "torque_variation", **options)
+    return PostureProblem(vehicle, track, x, "torque_variation", **options)
 
 
-def statics(samples: int) -> Result:
+def statics(vehicle: UGVParams, samples: int) -> Result:
     """Fig. 24."""
-    problem = along_bump(samples + 1)
-    drawn = [*EQUAL, *UNEQUAL]
+    problem = along_bump(vehicle, samples + 1)
+    low, high = (round(float(np.degrees(end[0])), 9) for end in problem.bounds)
+    drawn = [pair for pair in (*EQUAL, *UNEQUAL) if low <= min(pair) and max(pair) <= high]
+    if not drawn:
+        raise ValueError(f"legs from {low:g} to {high:g} degrees; accepted: a range with 90")
     torques = np.asarray(_stations(problem, drawn).torque)
     every = all_pairs(problem)
     named = {name_of(pair): torque for pair, torque in zip(drawn, torques, strict=True)}
@@ -83,7 +88,7 @@ def statics(samples: int) -> Result:
 
 def all_pairs(problem: PostureProblem) -> Held:
     """Every pair of the vehicle's range by STEP degrees whose wheels do not overlap."""
-    ends = (VEHICLE.leg_angle_min, VEHICLE.leg_angle_max)
+    ends = (problem.params.leg_angle_min, problem.params.leg_angle_max)
     low, high = (round(float(np.degrees(end))) for end in ends)
     angles = range(low, high + 1, STEP)
     pairs = [(rear, front) for rear in angles for front in angles]
@@ -131,10 +136,10 @@ def passes(held: Held) -> Claim:
     return claim("fig24", "passes", measured)
 
 
-def least_variation(samples: int) -> Result:
+def least_variation(vehicle: UGVParams, samples: int) -> Result:
     """Fig. 25; its points are WAYPOINTS, whatever samples is."""
     del samples
-    limited, free = along_bump(WAYPOINTS, leg_rate=RATE), along_bump(WAYPOINTS)
+    limited, free = (along_bump(vehicle, WAYPOINTS, rate) for rate in (RATE, None))
     held, degrees = best_held(limited)
     found = {HELD: held, LIMITED: _solved(limited, FINE), FREE: _solved(free, COARSE)}
     drives = {name: _drive(limited, x) for name, x in found.items()}
@@ -157,6 +162,8 @@ def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]
     pairs = np.stack(np.meshgrid(angles, angles, indexing="ij"), -1).reshape(-1, 2)
     trajectories = np.tile(np.radians(pairs), len(problem.x))
     variation, violation = problem.sample(trajectories)
+    if np.all(violation > 0):
+        raise ValueError("no posture held passes the bump; accepted: a vehicle that does")
     best = int(np.argmin(np.where(violation > 0, np.inf, variation)))
     rear, front = pairs[best]
     return trajectories[best], (float(rear), float(front))

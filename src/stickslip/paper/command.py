@@ -8,11 +8,14 @@ from typing import Any
 
 import jax
 
+from stickslip.agents.policy.task import same_numbers
+from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
-from stickslip.paper.figure import figures_of
+from stickslip.paper.figure import Figure, figures_of
 from stickslip.records.files import require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
@@ -34,18 +37,46 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
     require_makeable(out)
     rows: list[list[str]] = []
     with jax.enable_x64(True):
+        machines = machines_of(given, figures)
         for number, (name, figure) in enumerate(figures.items(), 1):
-            say_stage(f"[{number}/{len(figures)}] {name}: {figure.title}")
-            result = figure.compute(given["samples"])
-            picture, text = png(result.draw(), figure.title), result.table().csv(digits=10)
+            params, reference = machines[figure.machine]
+            title = figure.title if reference else figure.own or figure.title
+            say_stage(f"[{number}/{len(figures)}] {name}: {title}")
+            result = figure.compute(params, given["samples"])
+            picture, text = png(result.draw(), title), result.table().csv(digits=10)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
             write_whole(out / f"{name}.csv", text, overwrite=overwrite)
-            rows += [[name, *claim] for claim in result.claims]
-    table = Table([Column(title, words=True) for title in HEAD], rows)
+            shown = [one if reference else one.of_own_machine() for one in result.claims]
+            rows += [[name, *claim] for claim in shown]
+    kept = [i for i in range(len(HEAD)) if not rows or any(row[i] for row in rows)]
+    heads = [Column(HEAD[i], words=True) for i in kept]
+    table = Table(heads, [[row[i] for i in kept] for row in rows])
     write_whole(out / TABLE, table.markdown(), overwrite=overwrite)
-    for name, stated, measured, _ in rows:
-        print(f"{name}: {stated}: {measured}")
+    for row in rows:
+        print(": ".join(filter(None, row[:3])))
     return Content({"claims": table}, {"files": list(map(str, files(out, figures)))})
+
+
+def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict[str, Any]:
+    """Robot and vehicle of the flags by machine, and whether each is the chapter's.
+
+    ValueError for a machine of which no figure is asked for.
+    """
+    kinds, found = {"biped": (BipedParams, "robot"), "ugv": (UGVParams, "vehicle")}, {}
+    for machine, (kind, flag) in kinds.items():
+        own = {
+            name: value
+            for name, value in given["changes"].items()
+            if name.startswith("vehicle.") == (machine == "ugv")
+        }
+        asked = any(figure.machine == machine for figure in figures.values())
+        if (given[flag] or own) and not asked:
+            raise ValueError(
+                f"a {flag} with {', '.join(figures)}; accepted: figures of the {machine}"
+            )
+        params = kind.from_file(given[flag], own)
+        found[machine] = params, same_numbers(params, kind.from_file(None))
+    return found
 
 
 def files(out: Path, names: Iterable[str]) -> list[Path]:

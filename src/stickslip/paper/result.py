@@ -31,6 +31,10 @@ class Claim(NamedTuple):
     measured: str
     why: str
 
+    def of_own_machine(self) -> Claim:
+        """Our measurement alone: the chapter states nothing of another machine."""
+        return self._replace(stated="", why="")
+
 
 @dataclass(frozen=True)
 class Result:

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BODIES, BipedParams
 from stickslip.optim.gait.footing import peak_of
+from stickslip.optim.progress import say_stage
 from stickslip.paper.result import (
     Claim,
     Result,
@@ -19,7 +20,7 @@ from stickslip.paper.result import (
     each,
 )
 from stickslip.paper.slides import PERIODS, SAME_INSTANT, Slide, Walk, walk
-from stickslip.paper.steady import TIME, friction_use, phases, poses, steady
+from stickslip.paper.steady import TIME, alike_rates, friction_use, phases, poses, steady
 
 SLOW, CHART_FRICTION = 3.0, 0.05
 FRICTIONS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.075, 0.079, 0.08, 0.1)
@@ -41,9 +42,10 @@ State = tuple[str, float, float]
 """A state of the flow chart, its start and end in steps, t / T."""
 
 
-def states(samples: int) -> Result:
+def states(params: BipedParams, samples: int) -> Result:
     """Fig. 16."""
-    one = walk(BipedParams.from_bars(), SLOW, CHART_FRICTION, samples=samples)
+    (rate,) = alike_rates(params, SLOW)
+    one = walk(params, rate, CHART_FRICTION, samples=samples)
     states = timeline(one)
     shown = one.time <= STEPS
     time, place = one.time[shown], 1e3 * one.place[shown]
@@ -51,7 +53,7 @@ def states(samples: int) -> Result:
     for name, start, end in states:
         inside = (time >= start - SAME_INSTANT) & (time <= end + SAME_INSTANT)
         named[name][inside] = place[inside]
-    return Result(TIME, time, [curves("foot position", "mm", named)], [flow(states)])
+    return Result(TIME, time, [curves("foot position", "mm", named)], [flow(states, rate)])
 
 
 def timeline(one: Walk) -> list[State]:
@@ -69,20 +71,20 @@ def timeline(one: Walk) -> list[State]:
     return found
 
 
-def flow(located: list[State]) -> Claim:
+def flow(located: list[State], rate: float) -> Claim:
     """Fig. 16 has every state of the flow chart."""
     shown = ", ".join(
         f"{state} to {end:.3f}" for state, start, end in located if start < 1 - SAME_INSTANT
     )
-    measured = f"first step at {SLOW:g} rad/s, μ = {CHART_FRICTION:g}, in T: {shown}"
+    measured = f"first step at {rate:g} rad/s, μ = {CHART_FRICTION:g}, in T: {shown}"
     return claim("fig16", "flow", measured)
 
 
-def frictions(samples: int) -> Result:
+def frictions(params: BipedParams, samples: int) -> Result:
     """Fig. 17."""
-    params = BipedParams.from_bars()
-    walks = {mu: walk(params, SLOW, mu, samples=samples) for mu in FRICTIONS}
-    use = friction_use(steady(params, phases(samples), SLOW))
+    (rate,) = alike_rates(params, SLOW)
+    walks = inside({mu: (rate, mu) for mu in FRICTIONS}, params, samples)
+    use = friction_use(steady(params, phases(samples), rate))
     claims = [
         least_friction(walks, use),
         onset(walks),
@@ -93,23 +95,42 @@ def frictions(samples: int) -> Result:
     return _result("μ = {:g}", walks, claims)
 
 
-def speeds(samples: int) -> Result:
+def speeds(params: BipedParams, samples: int) -> Result:
     """Fig. 18."""
-    params = BipedParams.from_bars()
-    walks = {rate: walk(params, rate, RATE_FRICTION, samples=samples) for rate in RATES}
+    rates = alike_rates(params, *RATES)
+    walks = inside({rate: (rate, RATE_FRICTION) for rate in rates}, params, samples)
     return _result("{:g} rad/s", walks, [])
 
 
-def kinetic(samples: int) -> Result:
+def kinetic(params: BipedParams, samples: int) -> Result:
     """Fig. 19."""
-    params = BipedParams.from_bars()
-    walks = {mu: walk(params, FAST, STATIC, mu, samples=samples) for mu in KINETIC}
+    (rate,) = alike_rates(params, FAST)
+    walks = inside({mu: (rate, STATIC, mu) for mu in KINETIC}, params, samples)
     claims = [
         first_onset(walks),
         later_onsets(walks),
         smaller_slide(walks),
     ]
     return _result("μk = {:g}", walks, claims)
+
+
+def inside(
+    asked: Mapping[float, tuple[float, ...]], params: BipedParams, samples: int
+) -> dict[float, Walk]:
+    """The walks that stay in the model, by the number that varies. ValueError where none does.
+
+    asked: crank rate and frictions of each.
+    """
+    walks, why = {}, ""
+    for name, numbers in asked.items():
+        try:
+            walks[name] = walk(params, *numbers, samples=samples)
+        except ValueError as error:
+            why = str(error)
+            say_stage(f"not drawn: {why}")
+    if not walks:
+        raise ValueError(why)
+    return walks
 
 
 def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:

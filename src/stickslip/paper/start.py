@@ -19,38 +19,45 @@ from stickslip.paper.result import (
     claim,
     curves,
 )
-from stickslip.paper.steady import phases, steady
+from stickslip.paper.steady import alike_masses, phases, steady
 
 TORQUES = (0.70, 0.80, 0.84, 0.845, 0.90, 1.0, 1.2)
 DURATION = 4.0
 """Seconds drawn."""
 PATIENCE = 20.0
 """A torque that has not ended the first step after this time does not walk [s]."""
-TOLERANCE = 1e-4
-"""Tolerance of the bisection for the least torque [N m]."""
+MOST, TOLERANCE = 2.0, 1e-4
+"""Of the bisection for the reference robot's least torque [N m]."""
+CLOSE = 400
+"""Crank angles of a step for the start torque."""
 TORQUE = 1.0
 WEIGHTS = (6.0, 7.0, 8.0, 9.0, 10.0, 10.5)
 """Total masses of Fig. 14 [kg]."""
 SCENE = Scene.grip(outputs="state")
 
 
-def torques(samples: int) -> Result:
+def torques(params: BipedParams, samples: int) -> Result:
     """Fig. 13."""
-    params = BipedParams.from_bars()
-    walks = {f"{torque:g} N m": from_rest(params, torque, DURATION, samples) for torque in TORQUES}
-    return _result(walks, starts_at(least_torque(params, samples), torque_by_work(params, samples)))
+    drawn, least = alike_torques(params, *TORQUES), least_torque(params, samples)
+    walks = {f"{torque:g} N m": from_rest(params, torque, DURATION, samples) for torque in drawn}
+    return _result(walks, starts_at(least, torque_by_work(params, samples)))
 
 
-def weights(samples: int) -> Result:
+def alike_torques(params: BipedParams, *torques: float) -> list[float]:
+    """The chapter's torques in proportion to the robot's start torque [N m], to three digits."""
+    factor = torque_by_work(params, CLOSE) / torque_by_work(BipedParams.from_bars(), CLOSE)
+    return [float(f"{factor * torque:.3g}") for torque in torques]
+
+
+def weights(params: BipedParams, samples: int) -> Result:
     """Fig. 14, with all densities, so masses and moments of inertia, scaled alike."""
-    params = BipedParams.from_bars()
-    own, walks = float(params.total_mass), {}
-    for mass in WEIGHTS:
-        factor = mass / own
-        denser = replace(params, mass=params.mass * factor, inertia=params.inertia * factor)
-        walks[mass] = from_rest(denser, TORQUE, DURATION, samples)
+    own, walks, (torque,) = float(params.total_mass), {}, alike_torques(params, TORQUE)
+    for mass in alike_masses(params, *WEIGHTS):
+        factor, scaled = mass / own, ("mass", "inertia", "payload")
+        denser = replace(params, **{name: getattr(params, name) * factor for name in scaled})
+        walks[mass] = from_rest(denser, torque, DURATION, samples)
     step = {mass: first_step(walk) for mass, walk in walks.items()}
-    found = heavier(step, own, torque_by_work(params, samples))
+    found = heavier(step, own, torque_by_work(params, samples), torque)
     return _result({f"{mass:g} kg": walk for mass, walk in walks.items()}, found)
 
 
@@ -74,9 +81,9 @@ def first_step(walk: Trajectory) -> float:
 
 
 def least_torque(params: BipedParams, samples: int) -> float:
-    """The least torque that walks the first step [N m], by bisection between 0 and 2 N m."""
-    low, high = 0.0, 2.0
-    halvings = math.ceil(math.log2((high - low) / TOLERANCE))
+    """The least torque that walks the first step [N m], by bisection up to what surely does."""
+    low, (high,) = 0.0, alike_torques(params, MOST)
+    halvings = math.ceil(math.log2(MOST / TOLERANCE))
     with Bar("bisection", halvings, "walk", True) as bar:
         for _ in range(halvings):
             middle = (low + high) / 2
@@ -104,14 +111,14 @@ def starts_at(least: float, by_work: float) -> Claim:
     return claim("fig13", "starts_at", measured)
 
 
-def heavier(step: Mapping[float, float], own: float, least: float) -> Claim:
+def heavier(step: Mapping[float, float], own: float, least: float, torque: float) -> Claim:
     """step: end of the first step by mass, rising [s]. own: the robot's mass [kg]. least: the
-    torque that it needs by the balance of work [N m]."""
-    heaviest = own * TORQUE / least
+    torque that it needs by the balance of work [N m], torque: that it has [N m]."""
+    heaviest = own * torque / least
     walks = {mass: time for mass, time in step.items() if np.isfinite(time)}
     measured = (
         f"first step in {', '.join(f'{time:.3f} s ({mass:g} kg)' for mass, time in walks.items())};"
-        f" walks up to {heaviest:.2f} kg = {own:.2f} kg x {TORQUE:g} N m / {least:.4f} N m"
+        f" walks up to {heaviest:.2f} kg = {own:.2f} kg x {torque:g} N m / {least:.4f} N m"
     )
     return claim("fig14", "heavier", measured)
 

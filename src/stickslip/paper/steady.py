@@ -20,6 +20,7 @@ from stickslip.dynamics.biped import (
     Kinematics,
     inverse_dynamics,
     kinematics,
+    own_time,
     step_length,
 )
 from stickslip.optim.gait.footing import peak_of
@@ -44,6 +45,22 @@ TIME = "time / T [-]"
 RATE = 3.0
 """The chapter does not say at which speed Figs. 12 and 15 are drawn; this is Fig. 17's [rad/s]."""
 FOOT, TIBIA, BAR = "1", "2", "11"
+
+
+def alike_rates(params: BipedParams, *rates: float) -> list[float]:
+    """The chapter's rates in the robot's own unit of time [rad/s], to three digits."""
+    factor = float(own_time(BipedParams.from_bars()) / own_time(params))
+    return [_rounded(factor * rate) for rate in rates]
+
+
+def alike_masses(params: BipedParams, *masses: float) -> list[float]:
+    """The chapter's masses in proportion to the robot's [kg], to three digits."""
+    factor = float(params.total_mass / BipedParams.from_bars().total_mass)
+    return [_rounded(factor * mass) for mass in masses]
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")
 
 
 def phases(samples: int) -> jax.Array:
@@ -77,31 +94,36 @@ def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
     return jax.vmap(lambda angle: kinematics(params, angle))(crank_angles)
 
 
-def speeds(samples: int) -> Result:
+def speeds(params: BipedParams, samples: int) -> Result:
     """Fig. 11."""
-    params, angles = BipedParams.from_bars(), phases(samples)
-    torques = {w: np.asarray(steady(params, angles, w).torque) for w in (0.0, *SPEEDS)}
+    angles, rates = phases(samples), alike_rates(params, *SPEEDS)
+    torques = {w: np.asarray(steady(params, angles, w).torque) for w in (0.0, *rates)}
     slow = torques[0.0]
-    gap = {w: float(np.max(np.abs(torques[w] - slow)) / np.ptp(slow)) for w in SPEEDS}
-    alike = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in SPEEDS}
+    gap = {w: float(np.max(np.abs(torques[w] - slow)) / np.ptp(slow)) for w in rates}
+    alike = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in rates}
     named = {f"{w:g} rad/s": curve for w, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
     return Result(TIME, _time(samples), [panel], [hardly(gap), same_shape(alike)])
 
 
-def loads(samples: int) -> Result:
+def loads(params: BipedParams, samples: int) -> Result:
     """Fig. 12."""
-    params, angles = BipedParams.from_bars(), phases(samples)
-    robots = {m: params.replace(payload=jnp.asarray(m, angles.dtype)) for m in LOADS}
+    angles, masses, (speed,) = (
+        phases(samples),
+        alike_masses(params, *LOADS),
+        alike_rates(params, RATE),
+    )
+    loads = {m: jnp.asarray(params.payload + m, angles.dtype) for m in masses}
+    robots = {m: params.replace(payload=one) for m, one in loads.items()}
     torques, still = (
         {m: np.asarray(steady(one, angles, rate).torque) for m, one in robots.items()}
-        for rate in (RATE, 0.0)
+        for rate in (speed, 0.0)
     )
-    rise = {m: peak_of(torques[m])[1] / peak_of(torques[0.0])[1] - 1 for m in LOADS[1:]}
+    rise = {m: peak_of(torques[m])[1] / peak_of(torques[0.0])[1] - 1 for m in masses[1:]}
     heights = np.asarray(poses(params, angles).centres)[:, BODIES.index("13"), 1]
     step, mass = float(step_length(params)), float(params.total_mass)
     claims = [
-        slightly(rise, _gaps(torques), mass),
+        slightly(rise, _gaps(torques), mass, speed),
         level(float(np.ptp(heights)), step, _gaps(still)),
     ]
     named = {f"{m:g} kg": curve for m, curve in torques.items()}
@@ -121,11 +143,13 @@ def same_shape(alike: Mapping[float, float]) -> Claim:
     return claim("fig11", "same_shape", f"correlation with the quasi-static curve: {shown} rad/s")
 
 
-def slightly(rise: Mapping[float, float], gap: Mapping[float, float], mass: float) -> Claim:
+def slightly(
+    rise: Mapping[float, float], gap: Mapping[float, float], mass: float, rate: float
+) -> Claim:
     """rise, gap: of the peak torque and of the curve, by load [-]; mass: of the robot [kg]."""
     shown = each("{:+.1f} % with {:g} kg", {m: 100 * share for m, share in rise.items()})
     measured = (
-        f"at {RATE:g} rad/s peak torque {shown} (robot: {mass:.2f} kg); largest gap of the range: "
+        f"at {rate:g} rad/s peak torque {shown} (robot: {mass:.2f} kg); largest gap of the range: "
         f"{_percent(gap)} kg"
     )
     return claim("fig12", "slightly", measured)
@@ -159,10 +183,10 @@ Forces = Mapping[str, np.ndarray]
 """Of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground frame."""
 
 
-def forces(samples: int) -> Result:
+def forces(params: BipedParams, samples: int) -> Result:
     """Fig. 15."""
-    params, angles = BipedParams.from_bars(), phases(samples)
-    motion = steady(params, angles, RATE, outputs="joints")
+    angles, (rate,) = phases(samples), alike_rates(params, RATE)
+    motion = steady(params, angles, rate, outputs="joints")
     on_foot, zmp, placed = foot_forces(motion), np.asarray(motion.zmp), poses(params, angles)
     bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
     gravity = float(params.gravity)
@@ -173,7 +197,8 @@ def forces(samples: int) -> Result:
     ]
     panels.append(curves("zero-moment point from the ankle", "m", {"point": zmp}))
     weight = gravity * float(params.total_mass)
-    claims = [*equations(*residuals(on_foot, zmp, bar_pin, own), weight, zmp), pinned(placed)]
+    off = residuals(on_foot, zmp, bar_pin, own)
+    claims = [*equations(*off, weight, zmp, rate), pinned(placed)]
     return Result(TIME, _time(samples), panels, claims)
 
 
@@ -211,9 +236,11 @@ def residuals(
     return float(np.abs(force).max()), float(np.abs(moment).max())
 
 
-def equations(linear: float, moment: float, weight: float, zmp: np.ndarray) -> list[Claim]:
+def equations(
+    linear: float, moment: float, weight: float, zmp: np.ndarray, rate: float
+) -> list[Claim]:
     """linear, moment: residuals of eqs. (29) and (30); weight: of the robot [N]; zmp [n, m]."""
-    force = f"residual {_below(linear)} N of a weight of {weight:.1f} N, at {RATE:g} rad/s"
+    force = f"residual {_below(linear)} N of a weight of {weight:.1f} N, at {rate:g} rad/s"
     about = (
         f"residual {_below(moment)} N m; the point moves from {zmp.min():.3f} to "
         f"{zmp.max():.3f} m from the ankle"
