@@ -93,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def make_parser(arguments: Sequence[str] = ()) -> Parser:
-    """The parser. A command, and a machine of it, has its flags only if the arguments name it."""
+    """The parser. A command, and a part of it, has its flags only if the arguments name it."""
     tables = {title: {name: COMMANDS[name].about for name in of} for title, of in GROUPS.items()}
     parser = Parser(
         prog="stickslip",
@@ -107,28 +107,29 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
         command = commands.add_parser(name, prog=f"stickslip {name}", help=one.about)
         command.set_defaults(command=name)
         if name in arguments:
-            _add_machines(command, one, arguments)
+            _add_parts(command, one, arguments)
     return parser
 
 
-def _add_machines(parser: Parser, command: Command, arguments: Sequence[str]) -> None:
-    """A command's machines with the flags of those among the arguments, or the command's flags."""
-    machines = command.machines()
-    if not machines:
+def _add_parts(parser: Parser, command: Command, arguments: Sequence[str]) -> None:
+    """A command's parts with the flags of those among the arguments, or the command's flags."""
+    every = command.parts()
+    if not every:
         _add_flags(parser, command)
         return
     parser.description = _described(command, command.examples)
-    names = "|".join(machines)
-    parts = parser.add_subparsers(dest="machine", metavar=names, required=True, title="machines")
-    for machine, about in machines.items():
-        part = parts.add_parser(machine, help=about)
-        if machine in arguments:
-            _add_flags(part, command, machine)
+    parts = parser.add_subparsers(
+        dest="machine", metavar="|".join(every), required=True, title="parts"
+    )
+    for name, about in every.items():
+        part = parts.add_parser(name, help=about)
+        if name in arguments:
+            _add_flags(part, command, name)
 
 
-def _add_flags(parser: Parser, command: Command, machine: str | None = None) -> None:
+def _add_flags(parser: Parser, command: Command, part: str | None = None) -> None:
     """A command's own flags, those that every command has, and examples."""
-    function_of(command.flags)(parser, machine)
+    function_of(command.flags)(parser, part)
     if command.json:
         about = "print one JSON object and nothing else, with every number (docs/commands.md)"
         parser.add_argument("--json", action="store_true", help=about)
@@ -138,7 +139,7 @@ def _add_flags(parser: Parser, command: Command, machine: str | None = None) -> 
     shown = {
         line: text
         for line, text in command.examples.items()
-        if machine is None or machine in line.split()[:3]
+        if part is None or part in line.split()[:3]
     }
     parser.description = _described(command, shown)
 
@@ -150,7 +151,7 @@ def _described(command: Command, examples: Mapping[str, str]) -> str:
 def _run(given: argparse.Namespace) -> int:
     """Run the command that was named; with --json all that it prints for people is left out."""
     flags = vars(given)
-    if not flags.get("json") and "--json" not in flags.get("rest", ()):
+    if not flags.get("json"):
         found = _found(flags)
         return OK if found is None else found.status
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
@@ -164,7 +165,7 @@ def _run(given: argparse.Namespace) -> int:
 
 def _found(flags: dict[str, Any]) -> Content | None:
     command = COMMANDS[flags["command"]]
-    run = command.run.format(machine=flags.get("machine"))
+    run = command.run.format(part=flags.get("machine"))
     if not command.compiles:
         return function_of(run)(flags)
     with compiled_programs(keep=flags["keep_programs"]):

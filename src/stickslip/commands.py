@@ -1,6 +1,6 @@
 """The commands of `stickslip` in one table.
 
-`flags` adds a command's flags to its parser (of a machine, where each has flags of its own) and
+`flags` adds a command's flags to its parser (of a part, where each has flags of its own) and
 imports nothing heavy. `run` takes the parsed flags by name and returns a Content, or None. Both are
 named as "module:function" and imported when their command is asked for. Examples begin the help.
 """
@@ -20,8 +20,8 @@ end of what was asked. READER_LEFT: nobody reads the output any more, as shells 
 
 
 class Command(NamedTuple):
-    """json: it returns a Content, for --json. compiles: it runs JAX in this process. machines:
-    names and descriptions, where each machine has flags of its own."""
+    """json: it returns a Content, for --json. compiles: it runs JAX in this process. parts: names
+    and descriptions, where each machine or part has flags of its own."""
 
     about: str
     flags: str
@@ -29,7 +29,7 @@ class Command(NamedTuple):
     examples: Mapping[str, str]
     json: bool = True
     compiles: bool = True
-    machines: Callable[[], Mapping[str, str]] = dict
+    parts: Callable[[], Mapping[str, str]] = dict
 
 
 def function_of(place: str) -> Any:
@@ -54,7 +54,7 @@ COMMANDS = {
             "stickslip train biped --out runs/fast --resume": "resume an interrupted run",
         },
         json=False,
-        machines=_environments,
+        parts=_environments,
     ),
     "evaluate": Command(
         "compare policies and baselines in a table",
@@ -68,7 +68,7 @@ COMMANDS = {
     "simulate": Command(
         "a walk under a torque, or a drive with given leg angles, as data and a picture",
         "options:simulate_flags",
-        "simulate.{machine}:simulate_command",
+        "simulate.{part}:simulate_command",
         {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
             "--period 0.005 --seconds 3 --plot walk.png": "a control law: rows and a picture",
@@ -76,7 +76,7 @@ COMMANDS = {
             "stickslip simulate ugv --posture runs/ugv-bump-wheel_energy-dp --track bump "
             "--friction 0.5 --out slippery.csv": "an optimised drive on worse ground",
         },
-        machines=lambda: {"biped": "a walk under a torque", "ugv": "a drive with given leg angles"},
+        parts=lambda: {"biped": "a walk under a torque", "ugv": "a drive with given leg angles"},
     ),
     "sweep": Command(
         "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
@@ -88,7 +88,7 @@ COMMANDS = {
             "stickslip sweep ugv --policy level-body --axis friction=0.05:0.4:4 --out runs/grip "
             "--json": "a baseline over frictions, the summary as JSON",
         },
-        machines=_environments,
+        parts=_environments,
     ),
     "view": Command(
         "an animation or a page of a policy or baseline at work",
@@ -143,7 +143,7 @@ COMMANDS = {
     "optimise": Command(
         "a UGV's leg angles along a track, or the biped's best gait",
         "options:optimise_flags",
-        "optimise.{machine}:optimise_command",
+        "optimise.{part}:optimise_command",
         {
             "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
                 "least wheel energy over a higher bump, with motors of 400 N m"
@@ -152,7 +152,7 @@ COMMANDS = {
                 "the steady gait at 3 rad/s with the least friction"
             ),
         },
-        machines=lambda: {"ugv": "leg angles along a track", "biped": "the best gait"},
+        parts=lambda: {"ugv": "leg angles along a track", "biped": "the best gait"},
     ),
     "robot": Command(
         "check a robot's or a vehicle's file, tell what it can do and draw it",
@@ -177,10 +177,21 @@ COMMANDS = {
     ),
     "bench": Command(
         "races of optimisers on the suite's instances",
-        "flags:bench_flags",
-        "races:bench_command",
-        {"stickslip bench optimisers methods": "names of the methods"},
+        "options:bench_flags",
+        "races:{part}_command",
+        {
+            "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
+            "--budget 500 --out runs/race": "three methods on an instance",
+            "stickslip bench run --budget 500 --out runs/race --resume": "go on with a race",
+            "stickslip bench report runs/race theirs.csv --out runs/report": "with runs of others",
+            "stickslip bench methods": "names for --methods",
+        },
         compiles=False,
+        parts=lambda: {
+            "run": "run methods on instances into a directory",
+            "report": "compare runs: tables, ECDF plots",
+            "methods": "list the methods",
+        },
     ),
 }
 GROUPS = {

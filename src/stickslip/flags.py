@@ -194,12 +194,6 @@ def reproduce_flags(parser: Parser, _: object) -> None:
     parser.tables = {"figures": {name: one.title for name, one in FIGURES.items()}}
 
 
-def bench_flags(parser: Parser, _: object) -> None:
-    """Add the benchmark's name; all that follows it is its own."""
-    parser.add_argument("name", choices=("optimisers",), help="on the suite's instances")
-    parser.add_argument("rest", nargs=argparse.REMAINDER, help="see `bench optimisers --help`")
-
-
 def add_overwrite(parser: Parser, what: str = "the files") -> None:
     """--overwrite, without which nothing that exists is replaced."""
     parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")

@@ -1,4 +1,4 @@
-"""Flags and settings of `stickslip simulate` and `optimise`; nothing heavy is imported."""
+"""Flags and settings of `stickslip simulate`, `optimise` and `bench`; nothing heavy is imported."""
 
 from __future__ import annotations
 
@@ -69,6 +69,15 @@ def optimise_flags(parser: Parser, machine: str) -> None:
     else:
         add_options(parser, PostureOptions)
         parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS}
+
+
+def bench_flags(parser: Parser, part: str) -> None:
+    """Add the flags of a race, or of a report of races."""
+    if part == "run":
+        add_options(parser, RaceOptions)
+    elif part == "report":
+        parser.add_argument("source", nargs="+", help="directories of races, tables of others")
+        parser.add_argument("--out", required=True, metavar="DIR", help="a new directory")
 
 
 @dataclass(frozen=True)
@@ -241,3 +250,18 @@ class GaitOptions(RobotOptions, ResultFiles):
     end: float | None = set_option(None, "crank rate when it ends, 0: a stop (default: any)")
     cells: int = set_option(200, "of the grid in each step")
     feedback: float = set_option(2.0, "of the second replay [1/rad]; the first one has none")
+
+
+@dataclass(frozen=True)
+class RaceOptions:
+    """Options of a race, see agents.optimisers.racing.race."""
+
+    out: str = option(about="directory of the race", metavar="DIR")
+    methods: list[str] | None = option(None, "names (default: all)", metavar="NAME")
+    instances: list[str] | None = option(None, "ids of the suite (default: all)", metavar="ID")
+    budget: int | None = option(None, "values and gradients of a run")
+    seconds: float | None = option(None, "processor time of a run")
+    seeds: int = option(3, "of each method on each instance")
+    limit: float = option(120.0, "time on the clock, after which a run is killed [s]")
+    resume: bool = option(False, "continue the race in --out")
+    workers: int | None = option(None, "processes (default: cores)")

@@ -80,11 +80,11 @@ REFUSED = {
     "evaluate --task BipedFast-v0 crank-speed-pi --scene wet": "--scene with --task BipedFast-v0",
     "evaluate --task BipedFast-v0 crank-speed-pi --payload 1": "--payload with --task BipedFast-v0",
     "evaluate --task BipedFast-v0 level-body": "'level-body' is a baseline of the UGV",
-    "bench optimisers run --instances gait-time-d17-v2 --budget 5 --out a": "gait-time-d16",
-    "bench optimisers run --methods cme --budget 5 --out a": "did you mean cma",
-    "bench optimisers run --budget 0 --out a": "budget = 0",
-    "bench optimisers run --out a": "neither budget nor seconds",
-    "bench optimisers report nowhere.csv --out a": "nowhere.csv: no such file",
+    "bench run --instances gait-time-d17-v2 --budget 5 --out a": "gait-time-d16",
+    "bench run --methods cme --budget 5 --out a": "did you mean cma",
+    "bench run --budget 0 --out a": "budget = 0",
+    "bench run --out a": "neither budget nor seconds",
+    "bench report nowhere.csv --out a": "nowhere.csv: no such file",
 }
 
 

@@ -18,7 +18,7 @@ sys.exit(main(sys.argv[1:]))
 """
 TRAIN = "train biped --timesteps 50000000 --num-envs 64 --no-pictures"
 SWEEP = "sweep biped --policy computed-torque --axis mu=0.05:0.3:4000 --episodes 8"
-RACE = "bench optimisers run --instances shoot-grip-d10-v1 --methods random --seconds 3 --seeds 99"
+RACE = "bench run --instances shoot-grip-d10-v1 --methods random --seconds 3 --seeds 99"
 
 
 def begun(command: str, out: Path) -> subprocess.Popen[str]:

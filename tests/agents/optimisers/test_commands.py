@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.optimisers import METHODS, read_results, write_results
-from stickslip.races import EXAMPLES, PROGRAM, make_parser
-from stickslip.races import run as command
+from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.optimisers.table import NAME, run
 
 pytest.importorskip("pyarrow")
@@ -18,21 +17,9 @@ PAGE = Path(__file__).parents[3] / "docs" / "suite.md"
 
 
 def test_methods_are_listed(capsys):
-    command(["methods"])
-    printed = capsys.readouterr().out
-    assert all(f"`{name}`" in printed for name in METHODS)
-
-
-@pytest.mark.parametrize("part", EXAMPLES)
-def test_every_part_shows_examples_that_it_takes(part, capsys):
-    with pytest.raises(SystemExit):
-        command([part, "--help"])
-    shown = capsys.readouterr().out
-    for line, about in EXAMPLES[part].items():
-        assert f"{about}:\n    {line}\n" in shown
-        words = line.split()
-        assert words[:3] == PROGRAM.split()
-        assert make_parser().parse_args(words[3:]).part == part
+    assert main(["bench", "methods", "--json"]) == OK
+    told = json.loads(capsys.readouterr().out)
+    assert [row["method"] for row in told["methods"]] == [f"`{name}`" for name in METHODS]
 
 
 def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
@@ -41,8 +28,8 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     mine = write_results([*runs, several], tmp_path / "mine.parquet")
     theirs = write_results([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs.csv")
     out = tmp_path / "report"
-    arguments = ["report", str(mine), str(theirs), "--out", str(out)]
-    found = command(arguments)
+    arguments = ["bench", "report", str(mine), str(theirs), "--out", str(out)]
+    assert main(arguments) == OK
     printed = capsys.readouterr().out
     assert "4 runs of 2 methods on 2 instances" in printed
     assert "mine 9 (9 to 9, 2/2)" in printed
@@ -51,11 +38,12 @@ def test_a_report_of_ones_own_runs_beside_theirs(tmp_path, capsys):
     names |= {"ecdf_evaluations.png", "ecdf_seconds.png"}
     assert {one.name for one in out.iterdir()} == names
     assert len(read_results(out / "results.csv")) == 4
-    rows = json.loads(found.json("bench"))["runs"]
+    assert main(arguments) == WRONG_INPUT
+    assert "exists; accepted: a new directory" in capsys.readouterr().err
+    assert main([*arguments[:-1], str(tmp_path / "again"), "--json"]) == OK
+    rows = json.loads(capsys.readouterr().out)["runs"]
     assert [row["seed"] for row in rows] == [0, 1, 0, 0]
     assert (rows[0]["gap"], rows[0]["evaluations"]) == (pytest.approx(0.005), 50)
-    with pytest.raises(ValueError, match="exists; accepted: a new directory"):
-        command(arguments)
 
 
 @pytest.mark.long
