@@ -37,11 +37,11 @@ Parts: TypeAlias = dict[str, Any]
 
 @dataclass(frozen=True)
 class Option:
-    """A flag of `evaluate` and `view` that changes a task: --name, or --na-me for na_me."""
+    """A flag of `evaluate` and `view` for what no number of a task says: --name, or --na-me for
+    na_me."""
 
     name: str
     about: str
-    kind: type = float
     metavar: str | None = None
     choices: tuple[str, ...] | None = None
 
@@ -52,13 +52,8 @@ class Option:
 
     def add_to(self, group: argparse._ArgumentGroup) -> None:
         """Make it a flag of a command."""
-        group.add_argument(
-            self.flag,
-            type=self.kind,
-            metavar=self.metavar,
-            choices=self.choices,
-            help=self.about,
-        )
+        how = {"metavar": self.metavar, "choices": self.choices, "help": self.about}
+        group.add_argument(self.flag, **how)
 
 
 class TrainingTask(NamedTuple, Generic[Env, Params]):
@@ -100,8 +95,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     To be said of a new one: the names without a value here, `env`, `with_scene` where there are
     scenes, `baseline` where there are any, and `training_task` where training differs from the
     standard task. The environment is a dataclass; its parameters are one, too, with `time_limit`
-    and `control_period`, their classes stand in `modules`, and options that change a task have the
-    names of their fields. Infos hold "episode_return" and "episode_length" (steps so far).
+    and `control_period`, their classes stand in `modules`. Infos hold "episode_return" and
+    "episode_length" (steps so far).
     """
 
     name: ClassVar[str]
@@ -161,16 +156,15 @@ class Machine(ABC, Generic[Env, Params, Config]):
     ) -> Task[Env, Params]:
         """The task with what the options ask for instead, for `evaluate` or for `view`.
 
-        options: by name, None where one is not given. ValueError where they will not do.
+        options: by name, None where one is not given; numbers: by the names of axes. ValueError
+        where they will not do.
         """
-        from stickslip.agents.policy.task import with_fields
-
         if scene is not None:
             if not self.scenes:
                 raise ValueError(f"scene {shown(scene)}; accepted: none, the {self.title} has none")
             require_choice("scene", scene, self.scenes)
             task = task._replace(params=self.with_scene(task.params, scene))
-        return task._replace(params=with_fields(task.params, options))
+        return task._replace(params=self.swept().changed(task.params, options["numbers"]))
 
     def label(self, task: Task[Env, Params], scene: str | None) -> str:
         """A few words for a row."""

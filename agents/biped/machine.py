@@ -63,15 +63,10 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     film, frames, film_time = FILM, FRAMES, 6.0
 
     options = (
-        Option("robot", "another robot: its file in TOML", str, metavar="FILE"),
-        Option("mu_static", "one floor instead", metavar="MU"),
-        Option("mu_kinetic", "its kinetic friction", metavar="MU"),
-        Option("payload", "mass on the hip [kg]", metavar="KG"),
-        Option("mean_rate", "mean crank rate [rad/s]", metavar="RATE"),
+        Option("robot", "another robot: its file in TOML", metavar="FILE"),
         Option(
             "start",
             "from any phase and rate up to the commanded one, or from rest (default of `view`)",
-            str,
             choices=STARTS,
         ),
     )

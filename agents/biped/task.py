@@ -140,48 +140,20 @@ def from_anywhere(params: BipedEnvParams) -> BipedEnvParams:
 
 
 def with_options(task: BipedTask, options: Options, scene: str | None, viewed: bool) -> BipedTask:
-    """See Machine; what an option sets is no longer drawn.
-
-    options: robot, mu_static, mu_kinetic, payload, mean_rate, start.
-    """
-    params, static = task.params, options["mu_static"]
-    _require_one_floor(static, options["mu_kinetic"], scene)
-    floor, load, drawn = params.scene.floor, params.scene.payload, params.randomisation
-    changed: Parts = {}
+    """See Machine; what an option sets is no longer drawn. options: robot, start."""
+    given, drawn = parts(task.env, task.params), task.params.randomisation
     if scene is not None:
-        floor, drawn = Scene.named(scene).floor, replace(drawn, friction=None)
-    if static is not None:
-        floor = Scene.uniform(static, options["mu_kinetic"]).floor
+        given["scene"] = replace(given["scene"], floor=Scene.named(scene).floor)
         drawn = replace(drawn, friction=None)
-    if options["payload"] is not None:
-        load, drawn = options["payload"], replace(drawn, payload=None)
-    if options["mean_rate"] is not None:
-        changed["mean_rate"] = options["mean_rate"]
-        drawn = replace(drawn, mean_rate=None, command_interval=None)
-    place = replace(params.scene, floor=floor, payload=load).validate()
-    given = parts(task.env, task.params) | {"scene": place, "randomisation": drawn}
-    path, numbers, bare = options["robot"], options.get("changes"), params.robot.bare
-    if path is None and numbers and not same_numbers(bare, BipedParams.from_bars()):
+    path, changes, bare = options["robot"], options.get("changes"), given["robot"]
+    if path is None and changes and not same_numbers(bare, BipedParams.from_bars()):
         path = robot_text(vars(bare))
-    own = own_robot(path, numbers)
-    given["robot"] = own.pop("robot", given["robot"])
-    given["numbers"] = given["numbers"] | own | changed
-    env, params = build(**given)
+    own = own_robot(path, changes)
+    given["robot"] = own.pop("robot", bare)
+    given["numbers"] = given["numbers"] | own
+    env, params = build(**given | {"randomisation": drawn})
+    params = swept().changed(params, options["numbers"])
     return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
-
-
-def _require_one_floor(static: float | None, kinetic: float | None, scene: str | None) -> None:
-    """Raise ValueError for options that contradict each other."""
-    if static is not None and scene is not None:
-        raise ValueError(
-            f"--mu-static {static:g} with --scene {scene}; accepted: one of them, both say which "
-            "floor"
-        )
-    if kinetic is not None and static is None:
-        raise ValueError(
-            f"mu_kinetic = {kinetic:g} without mu_static; accepted: both, mu_static alone or "
-            "neither"
-        )
 
 
 def _begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvParams:
@@ -329,15 +301,16 @@ def with_swept(
 
 
 def opened(params: BipedEnvParams, names: Collection[str]) -> BipedEnvParams:
-    """See Swept: `mu` makes the floor the same everywhere, `payload` loads the robot."""
-    scene = params.scene
-    if "mu" in names and not isinstance(scene.floor, Uniform):
+    """See Swept: `mu`, or both frictions, make the floor the same everywhere, `payload` loads the
+    robot."""
+    scene, same = params.scene, "mu" in names or {"mu_static", "mu_kinetic"} <= set(names)
+    if same and not isinstance(scene.floor, Uniform):
         scene = replace(scene, floor=Uniform(0.0, 0.0))
     if {"payload", "scene.payload"} & set(names) and scene.payload is None:
         scene = replace(scene, payload=0.0)
     if scene is params.scene:
         return params
     drawn = params.randomisation
-    if isinstance(params.scene.floor, Grip) or "mu" in names:
+    if isinstance(params.scene.floor, Grip) or same:
         drawn = replace(drawn, friction=None)
     return params.replace(scene=scene, randomisation=drawn)

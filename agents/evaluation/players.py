@@ -177,6 +177,7 @@ def given_flags(options: Options) -> dict[str, str]:
     every = ((option.flag, options[name]) for name, (option, _) in every_option().items())
     found = scenes | {flag: str(value) for flag, value in every if value is not None}
     changed = [f"{name}={text}" for name, text in (options.get("changes") or {}).items()]
+    changed += [f"{name}={value:g}" for name, value in options["numbers"].items()]
     return found | ({"--set": " ".join(changed)} if changed else {})
 
 

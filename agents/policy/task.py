@@ -12,7 +12,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import asdict, fields, is_dataclass
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
     from typing import TypeAlias
 
-    from stickslip.agents.protocol import AnyEnv, Options, Params, Task, Timed
+    from stickslip.agents.protocol import AnyEnv, Task, Timed
     from stickslip.agents.untrusted import Json
 
     Modules: TypeAlias = tuple[str, ...]
@@ -110,13 +110,6 @@ def require_numbers(given: object, names: Collection[str], optional: Collection[
     """Raise RefusedError unless a part holds the numbers of these names, optional ones beside."""
     if not isinstance(given, dict) or set(given) - set(optional) != set(names):
         raise RefusedError(f"its task's numbers are not {', '.join(names)}")
-
-
-def with_fields(values: Params, options: Options) -> Params:
-    """A dataclass with those of its fields that options give."""
-    names = {one.name for one in fields(values)} & options.keys()  # pyright: ignore[reportArgumentType], a dataclass
-    changed = {name: options[name] for name in names if options[name] is not None}
-    return replace(values, **changed) if changed else values  # pyright: ignore[reportArgumentType]
 
 
 def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:

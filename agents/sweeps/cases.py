@@ -160,16 +160,7 @@ class Case:
         if common := {one for one in twice if twice.count(one) > 1}:
             names = " and ".join(name for name in fields if common & set(fields[name]))
             raise ValueError(f"axes {names} both set {common.pop()}; accepted: one of them")
-        corners = [params]
-        for values in _corners(axes):
-            numbers = {one: values[name] for name in values for one in fields[name]}
-            try:
-                corners.append(swept.put(params, numbers))
-                if hasattr(params, "validate"):
-                    corners[-1].validate()
-            except ValueError as error:
-                where = ", ".join(f"{name} = {value:g}" for name, value in values.items())
-                raise ValueError(f"at {where}: {error}") from error
+        corners = [params, *(swept.changed(given.params, values) for values in _corners(axes))]
         steps = max(horizon(one) for one in corners)
         random = is_random(corners[-1])
         return cls(given.task, given.policy, env, params, player, fields, steps, random)

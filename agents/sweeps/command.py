@@ -59,6 +59,7 @@ def _planned(given: Options) -> Plan:
         axes[name] = values
     options = {name: given.get(name) for name in every_option()}
     options["changes"] = given.get("changes")  # none of a machine without parts
+    options["numbers"] = {}  # which an axis of one value sets
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
     design = Design.of(axes)
     cases, about = cases_named(machine, given["policy"], options, given["task"])

@@ -83,7 +83,7 @@ class Swept:
         first = list(dict.fromkeys([*self.short, *reversed(shorter)]))
         near = nearest(name, [*known, *first, *self.aliases])
         raise ValueError(
-            f"axis {shown(name)} is unknown here{near}; accepted: "
+            f"{shown(name)} is no number of this task{near}; accepted: "
             f"{', '.join(first[:LISTED])}{', ...' if len(first) > LISTED else ''}; or with the "
             f"part in front: {', '.join(f'{part}.NAME' for part in self.parts(params))}"
         )
@@ -97,6 +97,20 @@ class Swept:
             for pair in jax.tree_util.tree_leaves_with_path({part: tree})
         )
         return [name for path, leaf in leaves for name, _ in _entries(path, leaf)]
+
+    def changed(self, params: PyTree, values: Mapping[str, Number]) -> PyTree:
+        """The parameters with numbers set by the names of axes.
+
+        ValueError for unknown names, and for values out of the task's range.
+        """
+        params = self.opened(params, values)
+        targets = {one: values[name] for name in values for one in self.targets(params, name)}
+        try:
+            made = self.put(params, targets)
+            return made.validate() if values and hasattr(made, "validate") else made
+        except ValueError as error:
+            where = ", ".join(f"{name} = {value:g}" for name, value in values.items())
+            raise ValueError(f"at {where}: {error}") from error
 
     def put(self, params: PyTree, values: Mapping[str, Number]) -> PyTree:
         """Set fields, by dotted names, to numbers that may be traced."""

@@ -54,12 +54,10 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
 
     viewed_scene = "bump"
     options = (
-        Option("vehicle", "another vehicle: its file in TOML", str, metavar="FILE"),
-        Option("friction", "between wheels and ground [-]", metavar="MU"),
+        Option("vehicle", "another vehicle: its file in TOML", metavar="FILE"),
         Option(
             "criterion",
             "what is to be small, see below (default: the policy's own)",
-            str,
             metavar="NAME",
         ),
     )

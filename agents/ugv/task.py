@@ -13,7 +13,13 @@ import numpy as np
 from stickslip.agents.machine import TrainingTask
 from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
 from stickslip.agents.protocol import Task
-from stickslip.agents.ugv.config import FIXED, USUAL, UGVTrainConfig, require_ground
+from stickslip.agents.ugv.config import (
+    FIXED,
+    TRACK_NAMES,
+    USUAL,
+    UGVTrainConfig,
+    require_ground,
+)
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import OPTIONAL
@@ -150,7 +156,7 @@ def own_vehicle(path: str | None, changes: Mapping[str, str] | None = None) -> P
 def with_options(task: UGVTask, options: Options, scene: str | None, viewed: bool) -> UGVTask:
     """See Machine; what an option sets is no longer drawn.
 
-    options: vehicle, friction, criterion. scene: a ground.
+    options: vehicle, criterion. scene: a ground.
     """
     given = parts(task.env, task.params)
     numbers, drawn = dict(given["numbers"]), task.params.randomisation
@@ -164,17 +170,17 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
         given["track"], random_track = ground_by_name(scene)
         drawn = replace(drawn, track=random_track)
         numbers |= {"start": None, "end": None, "failure_penalty": None}
-    if options["friction"] is not None:
-        numbers["friction"], drawn = options["friction"], replace(drawn, friction=None)
     if options["criterion"] is not None:
         given["env"] = replace(task.env, criterion=options["criterion"])
         numbers["failure_penalty"] = None
-    return build(**given | {"numbers": numbers, "randomisation": drawn})
+    env, params = build(**given | {"numbers": numbers, "randomisation": drawn})
+    return Task(env, swept().changed(params, options["numbers"]))
 
 
 def label(task: UGVTask, scene: str | None) -> str:
     """The ground in a word or two, and what else is not as in the standard task."""
-    params, words = task.params, [scene or _ground_words(task.params)]
+    params = task.params
+    words = [_ground_words(params) if scene is None or scene in TRACK_NAMES else scene]
     if params.randomisation.friction is not None:
         words.append("random friction")
     elif np.float32(params.friction) != np.float32(FRICTION):
@@ -186,12 +192,12 @@ def label(task: UGVTask, scene: str | None) -> str:
 
 
 def _ground_words(params: UGVEnvParams) -> str:
-    """The name of a ground where it is that one, else the kind of its shape."""
+    """The name of a ground where it is that one, else "other" and the kind of its shape."""
     if (drawn := params.randomisation.track) is not None:
         same = (one for one in RANDOM_TRACKS if same_numbers(RandomTrack.named(one), drawn))
         return next(same, "random")
     same = (one for one in FIXED if same_numbers(Track.named(one), params.track))
-    return next(same, type(params.track.shape).__name__.lower())
+    return next(same, f"other {type(params.track.shape).__name__.lower()}")
 
 
 def details(task: UGVTask) -> str:

@@ -228,12 +228,14 @@ def _add_scene(parser: Parser, many: bool) -> None:
     )
     parts = [part for machine in every for part in machine.configuration.PARTS]
     parser.add_parts("changes", parts)
+    parser.numbers = "numbers"
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")
         for option in machine.options:
             if option.flag not in parser._option_string_actions:
                 option.add_to(under)
-    parser.tables = _names_of(every) | _shipped()
+    numbers = {f"numbers of the {one.title}, as --set NAME=VALUE": one.axes for one in every}
+    parser.tables = _names_of(every) | {of: one for of, one in numbers.items() if one} | _shipped()
 
 
 def robot_flags(parser: Parser, arguments: Sequence[str]) -> None:

@@ -103,7 +103,8 @@ class Parser(argparse.ArgumentParser):
     """Raises ValueError where argparse would print the usage and exit, and for shortened flags.
 
     tables: names and meanings at the end of the help, by title. settings: by name, the actions that
-    read their values. parts: destinations of `--set PART.NAME=VALUE`.
+    read their values. parts: destinations of `--set PART.NAME=VALUE`. numbers: destination of
+    `--set NAME=VALUE` with any other name.
     """
 
     def __init__(self, **options: Any):
@@ -111,6 +112,7 @@ class Parser(argparse.ArgumentParser):
         self.tables: dict[str, Mapping[str, str]] = {}
         self.settings: dict[str, argparse.Action] = {}
         self.parts: dict[str, str] = {}
+        self.numbers = ""
 
     def add_setting(self, name: str, **options: Any) -> None:
         """Add a setting with the options of `add_argument`; nargs: values between commas."""
@@ -156,7 +158,7 @@ class Parser(argparse.ArgumentParser):
 
     def _set(self, found: argparse.Namespace, words: Iterable[str]) -> None:
         """Store each `name=value`."""
-        for destination in dict.fromkeys(self.parts.values()):
+        for destination in filter(None, {*self.parts.values(), self.numbers}):
             setattr(found, destination, {})
         for word in words:
             name, equals, text = word.partition("=")
@@ -165,9 +167,17 @@ class Parser(argparse.ArgumentParser):
             name = name.replace("-", "_")
             if (part := name.partition(".")[0]) in self.parts:
                 getattr(found, self.parts[part])[name] = text
+            elif self.numbers:
+                getattr(found, self.numbers)[name] = self._number(name, text)
             else:
                 require_known([name], self.settings, "setting")
                 setattr(found, name, self._value(self.settings[name], text))
+
+    def _number(self, name: str, text: str) -> float:
+        try:
+            return float(text)
+        except ValueError:
+            self.error(f"--set {name}={text}; accepted: a number")
 
     def _value(self, action: argparse.Action, text: str) -> Any:
         words = [text] if action.nargs is None else text.split(",")

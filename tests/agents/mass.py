@@ -8,7 +8,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents import Machine
-from stickslip.agents.machine import Option
 from stickslip.agents.protocol import Memoryless
 from stickslip.agents.training.configuration import Configuration, shared
 from stickslip.dynamics.pytrees import register_pytree
@@ -125,7 +124,6 @@ class MassMachine(Machine[MassEnv, MassParams, MassConfig]):
     environment, modules = "MassEnv", (__name__,)
     configuration = MassConfig
     baselines, scenes = ("pull",), ("patchy", "even")
-    options = (Option("mu", "friction of the floor", metavar="MU"),)
 
     def env(self) -> MassEnv:
         return MassEnv()

@@ -57,11 +57,11 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     assert np.all(np.isfinite(tests["return"]))
     assert {"duration", "policy_loss"} <= metrics.keys()
     assert main(["train", "mass", "--out", "run", "--resume", "--no-pictures"]) == OK
-    command = ["evaluate", "run", "pull", "--scene", "patchy,even", "--mu", "0.2"]
+    command = ["evaluate", "run", "pull", "--scene", "patchy,even", "--set", "mu=0.2"]
     capsys.readouterr()
     assert main([*command, "--episodes", "4", "--out", "table"]) == OK
     shown = capsys.readouterr().out
-    assert "patchy: the own task of run with --scene patchy --mu 0.2" in shown
+    assert "patchy: the own task of run with --scene patchy --set mu=0.2" in shown
     assert "mu 0.2, mu patch 0.05" in shown
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     pairs = [(row["scene"], row["controller"]) for row in rows]
@@ -112,6 +112,6 @@ def test_names_belong_to_one_machine(capsys):
     register(MassMachine())  # the same one again
     assert [machine.name for machine in machines()] == ["biped", "ugv", "mass"]
     assert type(machine_by_name("biped")) is BipedMachine
-    assert main(["evaluate", "pull", "--mu-static", "0.1"]) == WRONG_INPUT
-    assert "--mu-static is for the biped" in capsys.readouterr().err
+    assert main(["evaluate", "pull", "--start", "rest"]) == WRONG_INPUT
+    assert "--start is for the biped" in capsys.readouterr().err
     assert main(["evaluate", "pull", "--scene", "wet"]) == WRONG_INPUT

@@ -146,11 +146,12 @@ def test_a_policy_is_evaluated_on_its_own_task_and_options_override(capsys):
     assert row["scene"] in said
     expected = evaluate(env, {"x": load_policy(name)}, {"y": from_anywhere(params)}, episodes=3)
     assert row["per_episode"]["reward"] == pytest.approx(expected.rows[0].episodes.reward.tolist())
-    flags = ["--mu-static", "0.3", "--mu-kinetic", "0.2", "--payload", "0", "--start", "rest"]
+    flags = ["--set", "mu_static=0.3", "mu_kinetic=0.2", "payload=0", "--start", "rest"]
     assert main(["evaluate", name, "--episodes", "3", "--out", "b", *flags]) == OK
     said = capsys.readouterr().out
     assert "mu 0.3/0.2, +0 kg, 2.7 rad/s, random mass" in said
-    assert "the own task of own.npz with --mu-static 0.3 --mu-kinetic 0.2 --payload 0.0" in said
+    changed = "--start rest --set mu_static=0.3 mu_kinetic=0.2 payload=0"
+    assert f"the own task of own.npz with {changed}" in said
     (row,) = rows_of("b")
     assert row["scene"].startswith("mu 0.3/0.2")
     floor = Scene.uniform(0.3, 0.2, payload=0.0)
@@ -180,6 +181,6 @@ def test_several_policies_each_stand_on_their_own_task(capsys):
         ("wet", "constant-torque"),
     ]
     capsys.readouterr()
-    common = ["--scene", "firm", "--mean-rate", "3", "--episodes", "2", "--out", "b"]
+    common = ["--scene", "firm", "--set", "mean_rate=3", "--episodes", "2", "--out", "b"]
     assert main(["evaluate", *names, *common]) == OK
     assert {row["scene"] for row in rows_of("b")} == {"firm"}

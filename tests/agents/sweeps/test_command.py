@@ -54,7 +54,7 @@ def test_one_episode_is_enough_where_no_reset_draws(capsys, monkeypatch: pytest.
         (["--axis", "mu=1", "--axis", "mu=2"], "each name once"),
         (["--axis", "mu_pach=0.1:0.2:3"], "did you mean mu_patch?"),
         (["--task", "BipedSteady-v0"], "--task BipedSteady-v0; accepted: tasks of the mass"),
-        (["--task", "BipedSteady-v0", "--mu", "0.3"], "--mu with --task"),
+        (["--task", "BipedSteady-v0", "--scene", "even"], "--scene with --task"),
     ],
 )
 def test_wrong_input_is_a_line_and_no_directory(tmp_path, capsys, words, said: str):

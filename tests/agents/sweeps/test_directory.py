@@ -96,7 +96,7 @@ def test_reading_asks_for_known_columns(tmp_path):
 @pytest.mark.parametrize(
     ("axes", "said"),
     [
-        ({"mu_pach": [1.0]}, r"axis 'mu_pach' is unknown here \(did you mean mu_patch\?\)"),
+        ({"mu_pach": [1.0]}, r"'mu_pach' is no number of this task \(did you mean mu_patch\?\)"),
         ({"mass": [1.0], "task.mass": [2.0]}, r"axes mass and task.mass both set task\.mass"),
     ],
 )

@@ -131,7 +131,7 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     ("arguments", "said"),
     [
         ("evaluate level-body --scene moon", "track 'moon' is unknown; accepted: random-bump"),
-        ("evaluate computed-torque --friction 1", "--friction is for the UGV"),
+        ("evaluate computed-torque --set friction=1", "'friction' is no number of this task"),
     ],
 )
 def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: str, said: str):
