@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import numpy as np
@@ -42,17 +42,7 @@ MOST_CORNERS = 64
 """Corners of the box of the axes that are checked."""
 
 
-class Given(NamedTuple):
-    """A policy on a task, as the user gave it."""
-
-    task: str
-    policy: str
-    env: AnyEnv
-    params: Timed
-    player: AnyPlayer
-
-
-def cases_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Given]]:
+def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[AnyMachine, list[Case]]:
     """Every policy on every task, task by task. ValueError for unknown ones and two machines."""
     tasks = _tasks(task)
     machines = {machine_of_env(env).name for env, _ in tasks.values()}
@@ -66,14 +56,18 @@ def cases_on(task: Tasks, policies: Policies) -> tuple[AnyMachine, list[Given]]:
     found = []
     for label, (env, params) in tasks.items():
         env.check_params(params)
-        players = _players(policies, env, params, machine)
-        found += [Given(label, name, env, params, one) for name, one in players.items()]
+        for name, player in _players(policies, env, params, machine).items():
+            found.append(Case.of(machine, axes, label, name, env, params, player))
     return machine, found
 
 
 def cases_named(
-    machine: AnyMachine, who: Sequence[str], options: Options, tasks: Sequence[str] | None
-) -> tuple[list[Given], str]:
+    machine: AnyMachine,
+    who: Sequence[str],
+    options: Options,
+    tasks: Sequence[str] | None,
+    axes: Axes,
+) -> tuple[list[Case], str]:
     """The cases of a command line and a description: on named tasks, or on the policies' own task
     changed by options. ValueError where policies have several tasks of their own."""
     if tasks:
@@ -82,7 +76,7 @@ def cases_named(
         named = [task_by_name(one) for one in tasks]
         if others := [one.name for one in named if one.machine != machine.name]:
             raise ValueError(f"--task {others[0]}; accepted: tasks of the {machine.title}")
-        _, found = cases_on([one.name for one in named], list(who))
+        _, found = cases_on([one.name for one in named], list(who), axes)
         return found, "\n".join(f"{one.name}: {one.title}" for one in named)
     named = read_named(who, machine)
     places = places_of(named, options)
@@ -92,8 +86,12 @@ def cases_named(
             f"{len(places)} tasks: {labels}; accepted: policies of one task, or --task NAME for all"
         )
     (place,) = places
+
+    def player(name: str, env: AnyEnv) -> AnyPlayer:
+        return named[name].player(env, place.params)
+
     found = [
-        Given(place.label, name, env, place.params, named[name].player(env, place.params))
+        Case.of(machine, axes, place.label, name, env, place.params, player(name, env))
         for name, env in place.who.items()
     ]
     return found, place.line()
@@ -144,26 +142,34 @@ class Case:
         return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
 
     @classmethod
-    def of(cls, machine: AnyMachine, given: Given, axes: Axes) -> Case:
+    def of(
+        cls,
+        machine: AnyMachine,
+        axes: Axes,
+        task: str,
+        policy: str,
+        env: AnyEnv,
+        params: Timed,
+        player: AnyPlayer,
+    ) -> Case:
         """Check a case before anything is compiled.
 
         ValueError naming the axis or the policy for unknown fields, values out of the task's range,
         a policy that does not fit and planners.
         """
         swept = machine.swept()
-        env = without_resets(given.env)
-        player = validated(given.policy, given.player, Controller)
-        require_observed(player, given.policy, env, given.params, given.task)
-        params = swept.opened(given.params, axes)
-        fields = {name: swept.targets(params, name) for name in axes}
+        env = without_resets(env)
+        player = validated(policy, player, Controller)
+        require_observed(player, policy, env, params, task)
+        opened = swept.opened(params, axes)
+        fields = {name: swept.targets(opened, name) for name in axes}
         twice = list(itertools.chain(*fields.values()))
         if common := {one for one in twice if twice.count(one) > 1}:
             names = " and ".join(name for name in fields if common & set(fields[name]))
             raise ValueError(f"axes {names} both set {common.pop()}; accepted: one of them")
-        corners = [params, *(swept.changed(given.params, values) for values in _corners(axes))]
+        corners = [opened, *(swept.changed(params, values) for values in _corners(axes))]
         steps = max(horizon(one) for one in corners)
-        random = is_random(corners[-1])
-        return cls(given.task, given.policy, env, params, player, fields, steps, random)
+        return cls(task, policy, env, opened, player, fields, steps, is_random(corners[-1]))
 
 
 def _corners(axes: Axes) -> list[dict[str, float]]:

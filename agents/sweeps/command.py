@@ -13,7 +13,7 @@ from stickslip.agents.sweeps.cases import cases_named
 from stickslip.agents.sweeps.cells import StoppedError
 from stickslip.agents.sweeps.data import summary_table, sweep_arrays
 from stickslip.agents.sweeps.pictures import write_pictures
-from stickslip.agents.sweeps.plan import FORMS, Design, Plan
+from stickslip.agents.sweeps.plan import FORMS, Plan, axes_of
 from stickslip.agents.sweeps.sweep import run_plan
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import require_folder
@@ -61,18 +61,18 @@ def _planned(given: Options) -> Plan:
     options["changes"] = given.get("changes")  # none of a machine without parts
     options["numbers"] = {}  # which an axis of one value sets
     options["scenes"] = None if given["scene"] is None else [given["scene"]]
-    design = Design.of(axes)
-    cases, about = cases_named(machine, given["policy"], options, given["task"])
-    plan = Plan.of(machine, cases, design, given["episodes"])
+    grid = axes_of(axes)
+    cases, about = cases_named(machine, given["policy"], options, given["task"], grid)
+    plan = Plan.of(machine, cases, grid, given["episodes"])
     print(about)
-    for name, values in design.axes.items():
+    for name, values in grid.items():
         unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
         sets = ", ".join(plan.cases[0].fields[name])
         span = f"{len(values)} values, {min(values):g} to {max(values):g}{unit}"
         print(f"  {name}: {span}, in place of the task's {sets}")
     print(
         f"{plan.total:,} episodes of up to {max(one.steps for one in plan.cases)} steps: "
-        f"{len(plan.cases)} cases (policy on task) x {design.points:,} points x {plan.episodes} "
+        f"{len(plan.cases)} cases (policy on task) x {plan.points:,} points x {plan.episodes} "
         "episodes",
         flush=True,
     )

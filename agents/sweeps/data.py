@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.sweeps.cells import CELL_FILE, cell_files, read_head
-from stickslip.agents.sweeps.plan import ENDINGS
+from stickslip.agents.sweeps.plan import ENDINGS, values_at
 from stickslip.agents.untrusted import reading, refusing
 from stickslip.dynamics.checks import require_known, require_memory
 from stickslip.records.table import Column, Table
@@ -45,7 +45,7 @@ def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Ta
         "task": words([case.task], same),
         "policy": words([case.policy], same),
         "point": points,
-        **plan.design.at(points),
+        **values_at(plan.axes, points),
         "seed": seeds.astype(np.uint32),
         **columns,
     }

@@ -19,7 +19,7 @@ import numpy as np
 from jax.core import Tracer
 
 from stickslip.agents.evaluation.rollout import STEP_BYTES, episode_key, rollout
-from stickslip.agents.sweeps.cases import Case, digest_of
+from stickslip.agents.sweeps.cases import digest_of
 from stickslip.dynamics.checks import (
     memory_limit,
     require_integer,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from jaxtyping import PyTree
 
     from stickslip.agents.machine import AnyMachine
-    from stickslip.agents.sweeps.cases import Given
+    from stickslip.agents.sweeps.cases import Axes, Case
     from stickslip.agents.sweeps.swept import Swept
 
 RANGE = re.compile(r"([^:]+):([^:]+):(\d{1,6})(:log)?")
@@ -81,41 +81,23 @@ def _number(text: str, whole: str) -> float:
         ) from None
 
 
-@dataclass(frozen=True)
-class Design:
-    """Points by a flat index: axes in their order, the last one fastest. axes: values by name."""
+def axes_of(given: Mapping[str, AxisLike]) -> Axes:
+    """Values of axes by name. ValueError naming the axis."""
+    require_kind("axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such')
+    found = {}
+    for name, values in given.items():
+        try:
+            found[str(name)] = axis_values(values)
+        except ValueError as error:
+            raise ValueError(f"axis {name}: {error}") from error
+    return found
 
-    axes: dict[str, tuple[float, ...]]
 
-    @classmethod
-    def of(cls, axes: Mapping[str, AxisLike]) -> Design:
-        """Check axes. ValueError naming the axis."""
-        require_kind("axes", axes, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such')
-        found = {}
-        for name, given in axes.items():
-            try:
-                found[str(name)] = axis_values(given)
-            except ValueError as error:
-                raise ValueError(f"axis {name}: {error}") from error
-        return cls(found)
-
-    @property
-    def points(self) -> int:
-        """Number of points; 1 without axes."""
-        return math.prod(map(len, self.axes.values()))
-
-    def at(self, points: np.ndarray) -> dict[str, np.ndarray]:
-        """The axes' values at points by their flat indices, in float64."""
-        places = np.unravel_index(points, tuple(map(len, self.axes.values())) or (1,))
-        return {
-            name: np.asarray(values)[place]
-            for (name, values), place in zip(self.axes.items(), places, strict=False)
-        }
-
-    def describe(self) -> dict[str, object]:
-        """Everything as JSON values, in the format that sweeps of version 3 are resumed by."""
-        axes = {name: {"kind": "grid", "values": list(one)} for name, one in self.axes.items()}
-        return {"axes": axes, "samples": 0, "design_seed": 0}
+def values_at(axes: Axes, points: np.ndarray) -> dict[str, np.ndarray]:
+    """The axes' values at points by their flat indices, the last axis fastest, in float64."""
+    places = np.unravel_index(points, tuple(map(len, axes.values())) or (1,))
+    pairs = zip(axes.items(), places, strict=False)
+    return {name: np.asarray(values)[place] for (name, values), place in pairs}
 
 
 MOST_EPISODES = 2**20
@@ -140,22 +122,21 @@ class Plan:
 
     machine: AnyMachine
     cases: tuple[Case, ...]
-    design: Design
+    axes: Axes
     episodes: int
     cell: int = 0
 
     @classmethod
-    def of(cls, machine: AnyMachine, given: Sequence[Given], design: Design, episodes: int) -> Plan:
+    def of(cls, machine: AnyMachine, cases: Sequence[Case], axes: Axes, episodes: int) -> Plan:
         """Check a plan, not cut yet. ValueError for what cannot be played."""
         require_integer("episodes", episodes, high=MOST_EPISODES)
-        cases = tuple(Case.of(machine, one, design.axes) for one in given)
         if not cases:
             raise ValueError("no policy, or no task; accepted: at least one of each")
         if not any(one.random for one in cases):
             episodes = 1  # all would be the same
         steps = max(one.steps for one in cases)
         require_memory(f"steps = {steps}", "steps of an episode", steps, STEP_BYTES)
-        return cls(machine, cases, design, episodes)
+        return cls(machine, tuple(cases), axes, episodes)
 
     def cut(self, cell: int | None, threads: int) -> Plan:
         """Choose the cells' size, for the memory at hand where None is given."""
@@ -168,9 +149,14 @@ class Plan:
         return replace(self, cell=-(-self.of_case // -(-self.of_case // most)))
 
     @property
+    def points(self) -> int:
+        """Points of the grid; 1 without axes."""
+        return math.prod(map(len, self.axes.values()))
+
+    @property
     def of_case(self) -> int:
         """Episodes of a case."""
-        return self.design.points * self.episodes
+        return self.points * self.episodes
 
     @property
     def total(self) -> int:
@@ -190,13 +176,16 @@ class Plan:
 
     @cached_property
     def definition(self) -> dict[str, object]:
-        """Definition that decides the results, as JSON values."""
+        """Definition that decides the results, as JSON values that sweeps are resumed by."""
+        axes = {name: {"kind": "grid", "values": list(one)} for name, one in self.axes.items()}
         return {
             "machine": self.machine.name,
             "tasks": {one.task: digest_of(one.params, one.steps) for one in self.cases},
             "policies": {one.policy: digest_of(one.player, one.env) for one in self.cases},
             "cases": [[one.task, one.policy] for one in self.cases],
-            **self.design.describe(),
+            "axes": axes,
+            "samples": 0,
+            "design_seed": 0,
             "sets": {name: list(fields) for name, fields in self.cases[0].fields.items()},
             "episodes": self.episodes,
         }
@@ -227,8 +216,8 @@ class Player:
         case = plan.cases[cell.case]
         episodes = np.minimum(np.arange(cell.first, cell.first + plan.cell), plan.of_case - 1)
         points, seeds = np.divmod(episodes, plan.episodes)
-        count = min(plan.design.points, (plan.cell - 2) // plan.episodes + 2)
-        values = plan.design.at(np.minimum(points[0] + np.arange(count), plan.design.points - 1))
+        count = min(plan.points, (plan.cell - 2) // plan.episodes + 2)
+        values = values_at(plan.axes, np.minimum(points[0] + np.arange(count), plan.points - 1))
         fields = {field: values[name] for name in values for field in case.fields[name]}
         play = jax.jit(partial(play_cell, self._swept, self._keep, case))
         program = self._programs.setdefault(case.program, play)

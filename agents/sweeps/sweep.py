@@ -20,7 +20,7 @@ from stickslip.agents.sweeps.cells import (
     write_cell,
 )
 from stickslip.agents.sweeps.data import cell_table
-from stickslip.agents.sweeps.plan import Design, Plan, Player
+from stickslip.agents.sweeps.plan import Plan, Player, axes_of
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.collecting import cores_here
@@ -74,9 +74,9 @@ def sweep(
     ValueError for unknown axes, values out of a task's range, policies that do not fit, a directory
     of something else.
     """
-    design = Design.of(axes)
-    machine, given = cases_on(task, policies)
-    return run_plan(Plan.of(machine, given, design, episodes), Path(out), **how)
+    grid = axes_of(axes)
+    machine, cases = cases_on(task, policies, grid)
+    return run_plan(Plan.of(machine, cases, grid, episodes), Path(out), **how)
 
 
 def run_plan(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.agents.sweeps.plan import Design, axis_values
+from stickslip.agents.sweeps.plan import axes_of, axis_values, values_at
 
 
 def test_texts_are_the_axes_that_they_say():
@@ -28,15 +28,15 @@ def test_texts_are_the_axes_that_they_say():
 )
 def test_ranges_that_are_none_are_refused_by_name(text: str, said: str):
     with pytest.raises(ValueError, match="axis mu: ") as refused:
-        Design.of({"mu": text})
+        axes_of({"mu": text})
     assert said in str(refused.value)
 
 
 def test_points_are_the_product_of_the_axes_the_last_one_fastest():
-    made = Design.of({"a": "0:1:3", "b": [5, 7]})
-    points = made.at(np.arange(made.points))
+    axes = axes_of({"a": "0:1:3", "b": [5, 7]})
+    points = values_at(axes, np.arange(6))
     assert points["a"].tolist() == np.repeat([0, 0.5, 1], 2).tolist()
     assert points["b"].tolist() == np.tile([5, 7], 3).tolist()
-    some = made.at(np.arange(2, 5))
+    some = values_at(axes, np.arange(2, 5))
     assert all(np.array_equal(some[name], points[name][2:5]) for name in points)
-    assert (Design.of({}).points, Design.of({}).at(np.arange(1))) == (1, {})
+    assert values_at({}, np.arange(1)) == {}

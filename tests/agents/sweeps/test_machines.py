@@ -11,8 +11,7 @@ import pytest
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.sweeps.cases import Case, Given
-from stickslip.agents.sweeps.plan import Design
+from stickslip.agents.sweeps.cases import Case
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import ROBOT
 from stickslip.dynamics.scene import Scene
@@ -128,7 +127,7 @@ def refused(params, axes: dict, env=None) -> str:
     machine = machine_by_name("biped" if isinstance(env, BipedEnv) else "ugv")
     player = CrankSpeedPI() if isinstance(env, BipedEnv) else machine.baseline("level-body", env)
     with pytest.raises(ValueError, match=r"no number|at ") as error:
-        Case.of(machine, Given("own", "one", env, params, player), Design.of(axes).axes)
+        Case.of(machine, axes, "own", "one", env, params, player)
     return str(error.value)
 
 
