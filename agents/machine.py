@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
@@ -18,8 +17,6 @@ from stickslip.agents.untrusted import RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
-    import argparse
-
     import numpy as np
 
     from stickslip.agents.evaluation.rollout import AnyRollout
@@ -33,27 +30,6 @@ if TYPE_CHECKING:
 
 Parts: TypeAlias = dict[str, Any]
 """Parts of a task by name, of a machine's own kinds."""
-
-
-@dataclass(frozen=True)
-class Option:
-    """A flag of `evaluate` and `view` for what no number of a task says: --name, or --na-me for
-    na_me."""
-
-    name: str
-    about: str
-    metavar: str | None = None
-    choices: tuple[str, ...] | None = None
-
-    @property
-    def flag(self) -> str:
-        """Flag on the command line."""
-        return "--" + self.name.replace("_", "-")
-
-    def add_to(self, group: argparse._ArgumentGroup) -> None:
-        """Make it a flag of a command."""
-        how = {"metavar": self.metavar, "choices": self.choices, "help": self.about}
-        group.add_argument(self.flag, **how)
 
 
 class TrainingTask(NamedTuple, Generic[Env, Params]):
@@ -131,8 +107,9 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     viewed_scene: ClassVar[str | None] = None
     """Scene of baselines alone in `view`, by default the first, as in `evaluate`."""
-    options: ClassVar[tuple[Option, ...]] = ()
-    """Flags that change a task in `evaluate`, `view` and `sweep`."""
+    options: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    """Flags of `evaluate`, `view` and `sweep` for what no number of a task says: their options of
+    `add_argument` by name."""
     tables: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     """More names for the end of the help, by title."""
 
@@ -197,10 +174,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         from stickslip.agents.policy.task import read_task
 
         return read_task(metadata, self.build, self.environment, self.modules)
-
-    def sightless(self, env: Env) -> Env:
-        """The environment without what only changes what is observed."""
-        return env
 
     def unit_of(self, env: Env) -> str:
         """Unit on which a table's columns depend; environments of one table share it."""

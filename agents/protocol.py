@@ -86,7 +86,7 @@ Policy: TypeAlias = "Controller[None, object, Timed]"
 
 
 Options: TypeAlias = Mapping[str, Any]
-"""Parsed flags by name, each of its Option's kind; None for one that is not given."""
+"""Parsed flags by name; None for one that is not given."""
 
 
 class Task(NamedTuple, Generic[Env, Params]):

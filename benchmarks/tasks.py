@@ -23,7 +23,7 @@ from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, pl
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.record import record_of
-from stickslip.agents.policy.shipped import policy_name, shipped_path
+from stickslip.agents.policy.shipped import policy_name, shipped_path, short_name
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
@@ -89,20 +89,21 @@ def beside_package(task: TaskDefinition, found: dict[str, Any]) -> dict[str, Any
     if shipped_path(name) is None:
         return found
     record, before = record_of(name), found["best"]
-    again = before["policy"] == record.short_name  # it was the best known before it was retrained
+    short = short_name(record.path)
+    again = before["policy"] == short  # it was the best known before it was retrained
     others = [*found["baselines"], *found["planners"], *([] if again else [before])]
     if record.earned_return <= max(one["return"] for one in others):
         if again:
             raise ValueError(
-                f"{record.short_name} is the best known of {task.name} no more; accepted: `python "
+                f"{short} is the best known of {task.name} no more; accepted: `python "
                 f"-m benchmarks.tasks --only {task.name}`, which measures who is"
             )
         return found
     planners = [one for one in others if one not in found["baselines"]]
-    best = {"policy": record.short_name, **record.earned}
+    best = {"policy": short, **record.earned}
     best.pop("episodes")
     how = (
-        f"the package's {record.short_name}, a network trained with PPO by `{record.command}`, "
+        f"the package's {short}, a network trained with PPO by `{record.command}`, "
         "from the observation alone"
     )
     return {**found, "planners": planners, "best": best, "how": how}

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.machine import Machine, Option, defined_in
+from stickslip.agents.machine import Machine, defined_in
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
@@ -62,14 +62,13 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     episode = ("episodes", "return", "duration", "mean_crank_rate", "speed", *PER_METRE, "falls")
     film, frames, film_time = FILM, FRAMES, 6.0
 
-    options = (
-        Option("robot", "another robot: its file in TOML", metavar="FILE"),
-        Option(
-            "start",
-            "from any phase and rate up to the commanded one, or from rest (default of `view`)",
-            choices=STARTS,
-        ),
-    )
+    options: ClassVar = {
+        "robot": {"metavar": "FILE", "help": "another robot: its file in TOML"},
+        "start": {
+            "choices": STARTS,
+            "help": "at any phase and rate, or (default of `view`) at rest",
+        },
+    }
 
     def env(self) -> BipedEnv:
         """See Machine."""
@@ -87,12 +86,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     baseline = defined_in("stickslip.agents.biped.controllers")
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
-
-    def sightless(self, env: BipedEnv) -> BipedEnv:
-        """See Machine."""
-        from dataclasses import replace
-
-        return replace(env, see_friction=False, see_patch=False)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

@@ -11,7 +11,6 @@ from stickslip.agents.policy.file import named_task_of, policy_path, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
-from stickslip.agents.protocol import Task
 from stickslip.agents.untrusted import RefusedError
 from stickslip.dynamics.checks import nearest, require_choice
 from stickslip.envs.tasks.definition import task_by_name
@@ -19,7 +18,7 @@ from stickslip.envs.tasks.definition import task_by_name
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.agents.machine import AnyMachine, AnyTask, Option
+    from stickslip.agents.machine import AnyMachine, AnyTask
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
     from stickslip.agents.untrusted import Json
 
@@ -129,13 +128,13 @@ def places_of(named: Mapping[str, Named], options: Options, viewed: bool = False
         given = given_flags({**options, "scenes": [scene] if scene else None})
         words = " ".join(f"{flag} {value}" for flag, value in given.items())
         for name, (task, origin) in tasks.items():
-            env, params = machine.with_options(task, options, scene, viewed)
-            task = Task(without_resets(env), params)
-            place = next((one for one in places if _is_same(one, task, machine)), None)
+            task = machine.with_options(task, options, scene, viewed)
+            env, params = without_resets(task.env), task.params
+            place = next((one for one in places if same_numbers(one.params, params)), None)
             if place is None:
                 label, details = machine.label(task, scene), machine.details(task)
-                places.append(place := Place(label, details, task.params, task.env))
-            place.who |= {name: task.env} if name else {}
+                places.append(place := Place(label, details, params, env))
+            place.who |= {name: env} if name else {}
             place.origins.append(origin + (f" with {words}" if words else ""))
     labels = [place.label for place in places]
     for place in places:
@@ -144,12 +143,6 @@ def places_of(named: Mapping[str, Named], options: Options, viewed: bool = False
         there = [name for name, one in named.items() if one.policy is None or name in place.who]
         place.who = {name: place.who.get(name, place.env) for name in there}
     return places
-
-
-def _is_same(place: Place, task: AnyTask, machine: AnyMachine) -> bool:
-    """True for exactly these parameters and an environment that computes the same."""
-    alike = machine.sightless(place.env) == machine.sightless(task.env)
-    return alike and same_numbers(place.params, task.params)
 
 
 def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
@@ -162,20 +155,16 @@ def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
         )
 
 
-def every_option() -> dict[str, tuple[Option, AnyMachine]]:
-    """The options of all machines by name; of one that several have, the first one's."""
-    found: dict[str, tuple[Option, AnyMachine]] = {}
-    for machine in machines():
-        for option in machine.options:
-            found.setdefault(option.name, (option, machine))
-    return found
+def every_option() -> dict[str, AnyMachine]:
+    """The names of all machines' options, and the first machine that has each."""
+    return {name: machine for machine in reversed(machines()) for name in machine.options}
 
 
 def given_flags(options: Options) -> dict[str, str]:
     """The flags that change a task, with what is given."""
     scenes = {"--scene": ",".join(options["scenes"])} if options["scenes"] else {}
-    every = ((option.flag, options[name]) for name, (option, _) in every_option().items())
-    found = scenes | {flag: str(value) for flag, value in every if value is not None}
+    every = {f"--{name}": options[name] for name in every_option()}
+    found = scenes | {flag: str(value) for flag, value in every.items() if value is not None}
     changed = [f"{name}={text}" for name, text in (options.get("changes") or {}).items()]
     changed += [f"{name}={value:g}" for name, value in options["numbers"].items()]
     return found | ({"--set": " ".join(changed)} if changed else {})
@@ -183,11 +172,10 @@ def given_flags(options: Options) -> dict[str, str]:
 
 def _require_options(options: Options, machine: AnyMachine) -> None:
     """Raise ValueError for options of another machine, or that contradict each other."""
-    own = {option.name for option in machine.options}
-    for name, (option, other) in every_option().items():
-        if name not in own and options[name] is not None:
+    for name, other in every_option().items():
+        if name not in machine.options and options[name] is not None:
             raise ValueError(
-                f"{option.flag} is for the {other.title}; accepted: a policy or baseline of the "
+                f"--{name} is for the {other.title}; accepted: a policy or baseline of the "
                 f"{other.title}"
             )
     for name in options.get("changes") or {}:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from stickslip.agents import load_policy
-from stickslip.agents.evaluation.rollout import AnyRollout, rollout
+from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.pictures.plots import plot_episode
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from stickslip.agents.protocol import Timed
     from stickslip.agents.training.configuration import Configuration, Trained
 
 TRAINED = "trained policy"
@@ -51,20 +50,14 @@ SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_sco
 """Panel of a run on a named task."""
 
 
-def write_products(
-    trained: Trained[Configuration], played: AnyRollout | None = None, params: Timed | None = None
-) -> list[Path]:
-    """Write learning.png, episode.png and the machine's film into the run's directory.
-
-    played: the policy's first episode, where it is there already; params: of the episode, by
-    default those that the policy is for. Return the paths.
-    """
+def write_products(trained: Trained[Configuration]) -> list[Path]:
+    """Write learning.png, episode.png and the machine's film into the run's directory; return
+    the paths."""
     config, directory = trained.config, trained.directory
     machine = machine_by_name(config.machine)
     task = machine.training_task(config)
-    shown = task.described if params is None else params
-    if played is None:
-        played = rollout(task.env, load_policy(trained.policy), shown, 0)
+    shown = task.described
+    played = rollout(task.env, load_policy(trained.policy), shown, 0)
     title = f"The {TRAINED}" + ("" if config.task is None else f" on {config.task}")
     episode = machine.as_episode(played, task.env, shown, TRAINED)
     film = directory / machine.film

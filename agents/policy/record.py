@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import named_task_of, read_policy
-from stickslip.agents.policy.shipped import no_policy, shipped_names, shipped_path, short_name
+from stickslip.agents.policy.shipped import no_policy, shipped_names, shipped_path
 from stickslip.agents.training.configuration import command_of
 from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import WITHDRAWN
@@ -40,11 +40,6 @@ class Record:
     layer_sizes: tuple[int, ...]
     earned: dict[str, Json]
     trained: dict[str, Json]
-
-    @property
-    def short_name(self) -> str:
-        """Without the version, where this is the latest."""
-        return short_name(self.path)
 
     @property
     def earned_return(self) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.machine import Machine, Option, defined_in
+from stickslip.agents.machine import Machine, defined_in
 from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
@@ -53,14 +53,10 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     film, frames = FILM, FRAMES
 
     viewed_scene = "bump"
-    options = (
-        Option("vehicle", "another vehicle: its file in TOML", metavar="FILE"),
-        Option(
-            "criterion",
-            "what is to be small, see below (default: the policy's own)",
-            metavar="NAME",
-        ),
-    )
+    options: ClassVar = {
+        "vehicle": {"metavar": "FILE", "help": "another vehicle: its file in TOML"},
+        "criterion": {"metavar": "NAME", "help": "minimised, see below (default: the policy's)"},
+    }
     tables: ClassVar = {"criteria of the UGV": CRITERIA_IN_WORDS}
 
     def env(self) -> UGVEnv:
@@ -79,12 +75,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     measures = defined_in(EVALUATE)
     summary = defined_in(EVALUATE)
     as_episode = defined_in(PICTURES)
-
-    def sightless(self, env: UGVEnv) -> UGVEnv:
-        """See Machine."""
-        from dataclasses import replace
-
-        return replace(env, preview=0, see_friction=False)
 
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""

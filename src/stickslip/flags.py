@@ -123,8 +123,8 @@ def sweep_flags(parser: Parser, name: str) -> None:
     about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
     group.add_argument("--task", nargs="+", metavar="TASK", help=about)
     group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
-    for option in machine.options:
-        option.add_to(group)
+    for option, how in machine.options.items():
+        group.add_argument(flag_of(option), **how)
     parser.add_parts("changes", machine.configuration.PARTS)
     axes = {**machine.axes, "PART.NAME": "any other number, see docs/sweeps.md"}
     parser.tables = {"values": AXIS_VALUES, f"axes of the {machine.title}": axes}
@@ -231,9 +231,9 @@ def _add_scene(parser: Parser, many: bool) -> None:
     parser.numbers = "numbers"
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")
-        for option in machine.options:
-            if option.flag not in parser._option_string_actions:
-                option.add_to(under)
+        for option, how in machine.options.items():
+            if flag_of(option) not in parser._option_string_actions:
+                under.add_argument(flag_of(option), **how)
     numbers = {f"numbers of the {one.title}, as --set NAME=VALUE": one.axes for one in every}
     parser.tables = _names_of(every) | {of: one for of, one in numbers.items() if one} | _shipped()
 
