@@ -43,25 +43,14 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     """Parameters in the policy's file."""
 
 
-def defined_in(module: str) -> Any:
-    """A machine's method: a module's function of the same name, which does not take the machine.
+class _DefinedIn(NamedTuple):
+    """A method that is a module's function, which does not take the machine."""
 
-    The module is imported at the first call.
-    """
-    return _DefinedIn(module)
-
-
-class _DefinedIn:
-    """See `defined_in`."""
-
-    def __init__(self, module: str):
-        self.module = module
-
-    def __set_name__(self, owner: type, name: str) -> None:
-        self.name = name
+    module: str
+    name: str
 
     def __get__(self, machine: object, kind: type) -> object:
-        """The function."""
+        """The function; its module is imported at the first call."""
         return getattr(import_module(self.module), self.name)
 
 
@@ -112,6 +101,13 @@ class Machine(ABC, Generic[Env, Params, Config]):
     `add_argument` by name."""
     tables: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     """More names for the end of the help, by title."""
+    functions: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Methods that stand in modules as functions without the machine: names by module."""
+
+    def __init_subclass__(cls) -> None:
+        for module, names in cls.functions.items():
+            for name in names:
+                setattr(cls, name, _DefinedIn(module, name))
 
     # Tasks.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.machine import Machine, defined_in
+from stickslip.agents.machine import Machine
 from stickslip.dynamics.names import SCENES
 
 if TYPE_CHECKING:
@@ -36,8 +36,7 @@ AXES = {
 """Axes in the help of a sweep."""
 STARTS = ("moving", "rest")
 PER_METRE = ("slip_per_metre", "energy_per_metre")
-TASK, EVALUATE = "stickslip.agents.biped.task", "stickslip.agents.biped.evaluate"
-PICTURES = "stickslip.agents.biped.pictures"
+EVALUATE = "stickslip.agents.biped.evaluate"
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
@@ -70,22 +69,20 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         },
     }
 
+    functions: ClassVar = {
+        "stickslip.agents.biped.task": (
+            *("with_options", "label", "details", "parts", "build", "training_task", "swept"),
+        ),
+        "stickslip.agents.biped.controllers": ("baseline",),
+        "stickslip.agents.biped.pictures": ("as_episode",),
+        EVALUATE: ("summary",),
+    }
+
     def env(self) -> BipedEnv:
         """See Machine."""
         from stickslip.envs.biped.env import BipedEnv
 
         return BipedEnv()
-
-    with_options = defined_in(TASK)
-    label = defined_in(TASK)
-    details = defined_in(TASK)
-    parts = defined_in(TASK)
-    build = defined_in(TASK)
-    training_task = defined_in(TASK)
-    swept = defined_in(TASK)
-    baseline = defined_in("stickslip.agents.biped.controllers")
-    summary = defined_in(EVALUATE)
-    as_episode = defined_in(PICTURES)
 
     def params_to_view(self, params: BipedEnvParams, seconds: float) -> BipedEnvParams:
         """An episode is as long as what is shown of it."""

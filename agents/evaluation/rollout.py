@@ -168,18 +168,6 @@ class Idle(Memoryless):
         return memory, jnp.zeros(self.width, obs.dtype)
 
 
-class _Step(NamedTuple, Generic[State]):
-    """Result of a control step; see Rollout."""
-
-    state: State
-    obs: Float[Array, " obs"]
-    action: Float[Array, " act"]
-    reward: Float[Array, ""]
-    terminated: Bool[Array, ""]
-    truncated: Bool[Array, ""]
-    info: dict[str, Array]
-
-
 @partial(jax.jit, static_argnums=(0, 1))
 def _rollout(
     env: FunctionalEnv[State, Params],
@@ -191,9 +179,9 @@ def _rollout(
     start_obs, start = env.reset_env(key, params)
     unused = jax.random.key(0)  # a step draws nothing when it does not reset
 
-    def advance(
-        obs: Float[Array, " obs"], state: State, memory: Memory
-    ) -> tuple[Memory, _Step[State]]:
+    def advance(last: tuple[Any, ...], memory: Memory) -> tuple[Memory, tuple[Any, ...]]:
+        """The row after a control step, with entries as Rollout has them from `state` to `info`."""
+        state, obs = last[:2]
         memory, action = controller.act(memory, obs, state, params)
         if jnp.shape(action) != (size := (len(env.action_names),)):
             raise ValueError(
@@ -204,23 +192,22 @@ def _rollout(
             env, unused, state, action, params
         )
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
-        return memory, _Step(state, obs, action, reward, terminated, truncated, info)
+        return memory, (state, obs, action, reward, terminated, truncated, info)
 
     memory = controller.init(params, start)
-    shapes = jax.eval_shape(lambda: advance(start_obs, start, memory)[1])
+    shapes = jax.eval_shape(lambda: advance((start, start_obs), memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 
-    def body(carry: tuple[_Step[State], Memory, Int[Array, ""]], _: None):
+    def body(carry: tuple[tuple[Any, ...], Memory, Int[Array, ""]], _: None):
         last, memory, length = carry
-        over = env.is_over(last.state)
-        new_memory, row = advance(last.obs, last.state, memory)
+        over = env.is_over(last[0])
+        new_memory, row = advance(last, memory)
         row, memory = jax.tree.map(
             lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
         )
         return (row, memory, length + (~over).astype(length.dtype)), row
 
-    first = blank._replace(state=start, obs=start_obs)
-    begun = first, memory, jnp.zeros((), jnp.int32)
+    begun = (start, start_obs, *blank[2:]), memory, jnp.zeros((), jnp.int32)
     (_, _, length), rows = jax.lax.scan(body, begun, None, length=count)
     return Rollout(start, start_obs, *rows, length=length)
 

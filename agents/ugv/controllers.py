@@ -170,7 +170,7 @@ class Optimum:
     def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> PostureResult:
         """The result for the episode that begins in `state`."""
         problem = env.problem(state, params)
-        return _best_from_grid(problem, self.angles, self.polish)
+        return solve(problem, "dp", polish=self.polish, least=self.angles)
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
         """The path, or the legs held where there is none."""
@@ -214,12 +214,7 @@ class RecedingHorizon:
         self, problem: PostureProblem, first: int, last: int, start: Float[np.ndarray, "2"]
     ) -> Float[np.ndarray, "k 2"] | None:
         part = replace(problem, x=problem.x[first : last + 1], start_angles=start)
-        return _best_from_grid(part, self.angles).leg_angles
-
-
-def _best_from_grid(problem: PostureProblem, least: int, polish: bool = False) -> PostureResult:
-    """The best path over the grid that fits, or what polishing makes of it."""
-    return solve(problem, "dp", polish=polish, least=least)
+        return solve(part, "dp", polish=False, least=self.angles).leg_angles
 
 
 def _follow(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
-from stickslip.agents.machine import Machine, defined_in
+from stickslip.agents.machine import Machine
 from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
@@ -25,8 +25,6 @@ AXES = {
     "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
 }
 """Axes in the help of a sweep."""
-TASK, EVALUATE = "stickslip.agents.ugv.task", "stickslip.agents.ugv.evaluate"
-PICTURES = "stickslip.agents.ugv.pictures"
 
 
 class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
@@ -58,23 +56,19 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
         "criterion": {"metavar": "NAME", "help": "minimised, see below (default: the policy's)"},
     }
     tables: ClassVar = {"criteria of the UGV": CRITERIA_IN_WORDS}
+    functions: ClassVar = {
+        "stickslip.agents.ugv.task": (
+            *("standard_task", "with_options", "label", "details", "parts", "build"),
+            *("training_task", "swept"),
+        ),
+        "stickslip.agents.ugv.controllers": ("baseline",),
+        "stickslip.agents.ugv.evaluate": ("measures", "summary"),
+        "stickslip.agents.ugv.pictures": ("as_episode",),
+    }
 
     def env(self) -> UGVEnv:
         """See Machine."""
         return self.standard_task().env
-
-    standard_task = defined_in(TASK)
-    with_options = defined_in(TASK)
-    label = defined_in(TASK)
-    details = defined_in(TASK)
-    parts = defined_in(TASK)
-    build = defined_in(TASK)
-    training_task = defined_in(TASK)
-    swept = defined_in(TASK)
-    baseline = defined_in("stickslip.agents.ugv.controllers")
-    measures = defined_in(EVALUATE)
-    summary = defined_in(EVALUATE)
-    as_episode = defined_in(PICTURES)
 
     def unit_of(self, env: UGVEnv) -> str:
         """See Machine."""
