@@ -100,12 +100,6 @@ COMMANDS = {
         },
         json=False,
     ),
-    "demo": Command(
-        "train the biped on a slippery floor and compare it",
-        "flags:demo_flags",
-        "agents.biped.demo:demo_command",
-        {"stickslip demo": "half a minute on two cores"},
-    ),
     "tasks": Command(
         "named tasks that never change, and the best known on each",
         "flags:tasks_flags",
@@ -132,7 +126,7 @@ COMMANDS = {
         "export:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
-            "stickslip export runs/demo --out walker.npz": "of a run, for NumPy alone",
+            "stickslip export runs/mine --out walker.npz": "of a run, for NumPy alone",
             "stickslip export my.toml --mjcf robot.xml --urdf robot.urdf": (
                 "the robot of a file, see `stickslip robot`"
             ),
@@ -196,7 +190,7 @@ COMMANDS = {
 }
 GROUPS = {
     "use": ("view", "evaluate", "simulate", "tasks", "policies", "export"),
-    "train": ("train", "demo"),
+    "train": ("train",),
     "optimise": ("optimise",),
     "study": ("robot", "sweep", "reproduce", "bench"),
 }

@@ -146,12 +146,6 @@ def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
     return tables
 
 
-def demo_flags(parser: Parser, _: object) -> None:
-    """Add the directory."""
-    about = "where its directory goes (default: %(default)s)"
-    parser.add_argument("--out", metavar="DIR", default="runs", help=about)
-
-
 def tasks_flags(parser: Parser, _: object) -> None:
     """Add the tasks' names."""
     _add_names(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})

@@ -4,6 +4,8 @@ import errno
 import json
 import pickle
 import shutil
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +14,6 @@ import pytest
 
 from stickslip.agents import read_metadata
 from stickslip.agents.biped.config import TrainConfig
-from stickslip.agents.biped.demo import demo
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import (
     STATE,
@@ -24,6 +25,7 @@ from stickslip.agents.training.directory import (
 )
 from stickslip.agents.training.run import best_evaluation, train
 from tests.agents.runs import assert_same_run
+from tests.documents import ROOT
 from tests.extras import SB3
 
 SHORT = {
@@ -225,18 +227,26 @@ def test_a_disk_that_cannot_be_written_is_said_before_anything_is_computed(tmp_p
 
 
 @pytest.mark.long
-def test_the_demos_configuration_learns_to_walk_without_slipping(tmp_path: Path):
-    path = demo(tmp_path)
-    rows = {row["controller"]: row for row in json.loads((path / "table.json").read_text())["rows"]}
+def test_the_commands_of_make_demo_train_a_walk_without_slips(tmp_path: Path, monkeypatch):
+    """A second time, they neither train nor fail."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "Makefile").read_text(encoding="utf-8").partition("\ndemo: ")[2]
+    lines = text.partition("\n\n")[0].replace("\\\n", " ").splitlines()[1:]
+    program = f"{sys.executable} -m stickslip.cli"
+    for _ in range(2):
+        for line in lines:
+            command = line.strip().lstrip("@").replace("$(VENV)/bin/stickslip", program)
+            subprocess.run(command.replace("$$", "$"), shell=True, check=True)
+    path = Path("runs/demo")
+    assert read_columns(path / "metrics.csv")["timesteps"][-1] == 245 * 32768
+    evaluated = json.loads((path / "evaluation.json").read_text())["rows"]
+    rows = {row["controller"]: row for row in evaluated}
     found = {name: {k: v["value"] for k, v in r["metrics"].items()} for name, r in rows.items()}
-    policy, servo = found["trained policy"], found["crank-speed-pi"]
+    policy, servo = found["runs/demo"], found["crank-speed-pi"]
     assert policy["falls"] == 0
     assert policy["mean_crank_rate"] == pytest.approx(3.0, abs=0.15)
     assert policy["slip_per_metre"] < 0.5 * servo["slip_per_metre"]
     assert policy["energy_per_metre"] < servo["energy_per_metre"]
     assert policy["return"] > found["computed-torque"]["return"] - 0.3
-    for name in ("learning.png", "episode.png", "walk.gif", "table.csv"):
+    for name in ("learning.png", "episode.png", "walk.gif", "evaluation.csv", "policy.npz"):
         assert (path / name).stat().st_size > 500
-    steps = read_columns(path / "metrics.csv")["timesteps"]
-    assert demo(tmp_path) == path
-    assert read_columns(path / "metrics.csv")["timesteps"] == steps
