@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -22,7 +23,6 @@ from stickslip.agents.sweeps.cells import (
 from stickslip.agents.sweeps.data import cell_table
 from stickslip.agents.sweeps.plan import Plan, Player, axes_of
 from stickslip.agents.training.directory import only_writer
-from stickslip.dynamics.checks import require_integer
 from stickslip.envs.collecting import cores_here
 from stickslip.optim.progress import Bar
 
@@ -64,9 +64,9 @@ def sweep(
     every point. No result depends on cores, devices, workers or their order.
 
     out: a directory of its own, which `read_sweep` reads. cell: episodes of a file and of one call
-    of the vmapped program (default: what suits memory). cores: cells at once (default: one for each
-    core or device). executor: one of concurrent.futures' kind that computes the cells instead, in
-    other processes or on other machines.
+    of the vmapped program (default: what suits memory). executor: one of concurrent.futures' kind
+    that computes the cells, in other processes or on other machines (default: a thread for each
+    core or device).
 
     resume: continue the sweep in `out`. progress: show a bar. stop: polled; StoppedError where it
     returns True, and the sweep can be resumed.
@@ -84,35 +84,30 @@ def run_plan(
     path: Path,
     *,
     cell: int | None = None,
-    cores: int | None = None,
     executor: Executor | None = None,
     resume: bool = False,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
 ) -> SweepResult:
     """`sweep`, of a plan: play the cells that are not in the directory."""
-    if executor is not None and cores is not None:
-        raise ValueError("cores beside an executor; accepted: one of them")
     count = jax.local_device_count()
     threads = count if count > 1 or jax.default_backend() != "cpu" else cores_here()
-    threads = threads if cores is None else require_integer("cores", cores, high=4096)
     plan = plan.cut(cell, threads)
-    with only_writer(path, "sweeping"):
+    with only_writer(path, "sweeping"), ExitStack() as stack:
         plan = _opened(plan, path, cell, resume)
         head, todo = read_head(path, "sweep"), missing_cells(path, "sweep")
         left = sum(plan.at(one).last - plan.at(one).first for one in todo)
-        with Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True) as bar:
+        bar = Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True)
+        stack.enter_context(bar)
 
-            def keep(number: int, columns: dict[str, np.ndarray]) -> None:
-                write_cell(path, number, head, cell_table(plan, number, columns))
-                bar.advance(len(columns["fell"]))
+        def keep(number: int, columns: dict[str, np.ndarray]) -> None:
+            write_cell(path, number, head, cell_table(plan, number, columns))
+            bar.advance(len(columns["fell"]))
 
-            if executor is None:
-                with ThreadPoolExecutor(threads) as pool:
-                    run_cells(partial(pool.submit, Player(plan)), keep, todo, stop)
-            else:
-                content = pickle.dumps(partial(Player, plan))
-                run_cells(partial(executor.submit, _play, content), keep, todo, stop)
+        pool = executor or stack.enter_context(ThreadPoolExecutor(threads))
+        here = isinstance(pool, ThreadPoolExecutor)
+        play = Player(plan) if here else partial(_play, pickle.dumps(partial(Player, plan)))
+        run_cells(partial(pool.submit, play), keep, todo, stop)
     return SweepResult(path, plan.total, plan.cells, len(todo))
 
 

@@ -1,6 +1,5 @@
 """Directories, axes and policies that will not do are named, and nothing is lost."""
 
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -125,7 +124,6 @@ def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
     [
         ({"episodes": 0}, "episodes = 0"),
         ({"cell": 0}, "cell = 0"),
-        ({"cores": 1, "executor": ThreadPoolExecutor(1)}, "cores beside an executor"),
     ],
 )
 def test_numbers_that_are_none_are_refused(tmp_path, how, said: str):

@@ -2,21 +2,21 @@
 
 import os
 import signal
+from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from multiprocessing import get_context
 
 import pytest
 
 from stickslip.agents import read_sweep
-from stickslip.agents.sweeps.sweep import _play
 from tests.agents.sweeps.masses import swept
 
 
-def ends(content: bytes, number: int) -> object:
+def ends(play: Callable[[int], object], number: int) -> object:
     """Compute a cell, the seventh in a process that is killed."""
     if number == 6:
         os.kill(os.getpid(), signal.SIGKILL)
-    return _play(content, number)
+    return play(number)
 
 
 class Mortal(Executor):
@@ -26,7 +26,7 @@ class Mortal(Executor):
         self.pool = pool
 
     def submit(self, fn, /, *args, **kwargs) -> Future:
-        return self.pool.submit(ends, *args)
+        return self.pool.submit(ends, fn, *args)
 
 
 def test_processes_write_the_same_rows_and_a_lost_one_is_resumed_here(tmp_path):

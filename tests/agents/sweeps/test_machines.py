@@ -1,5 +1,6 @@
 """What a sweep may vary of the biped and the UGV, and that it comes out as set by hand."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
@@ -176,6 +177,7 @@ def test_the_biped_is_the_same_to_the_bit_in_cells_of_any_size(tmp_path: Path):
     axes, tables = {"mu": "0.02:0.3:6", "payload": "0:10:5"}, []
     for cell, cores in ((256, 2), (96, 1), (2048, 1)):
         out = tmp_path / str(cell)
-        sweep("BipedPayload-v0", ["crank-speed-pi"], axes, 48, out, cell=cell, cores=cores)
+        how = {"cell": cell, "executor": ThreadPoolExecutor(cores)}
+        sweep("BipedPayload-v0", ["crank-speed-pi"], axes, 48, out, **how)
         tables.append(read_sweep(out).combine_chunks())
     assert all(one.equals(tables[0]) for one in tables[1:])

@@ -1,6 +1,7 @@
 """A sweep writes what evaluation finds, however it is cut, and goes on where it was stopped."""
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -19,10 +20,10 @@ def rows(path: Path) -> pa.Table:
 
 
 def test_no_result_depends_on_cores_or_their_order_nor_but_for_roundings_on_cells(tmp_path):
-    first = swept(tmp_path / "a", cores=1)
+    first = swept(tmp_path / "a", executor=ThreadPoolExecutor(1))
     assert (first.episodes, first.cells, first.played) == (420, 12, 12)
     whole = rows(tmp_path / "a")
-    swept(tmp_path / "b", cores=3)
+    swept(tmp_path / "b", executor=ThreadPoolExecutor(3))
     assert rows(tmp_path / "b").equals(whole)
     numbers = ["reward", "duration"]
     for cell in (3, None):
@@ -51,11 +52,11 @@ def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, mo
 
     monkeypatch.setattr(sweeping, "write_cell", lambda *cell: written.append(write(*cell)))
     with pytest.raises(StoppedError):
-        swept(tmp_path / "a", cores=1, stop=lambda: len(written) > 2)
+        swept(tmp_path / "a", executor=ThreadPoolExecutor(1), stop=lambda: len(written) > 2)
     assert len(written) == 3
     there = {one.name: one.stat().st_mtime_ns for one in (tmp_path / "a/data").iterdir()}
     (tmp_path / "a/data/.cell-000011.parquet-1a2b.part").write_bytes(b"killed here")
-    done = swept(tmp_path / "a", cores=1, resume=True)
+    done = swept(tmp_path / "a", executor=ThreadPoolExecutor(1), resume=True)
     assert done.played == 12 - len(there)
     kept = {name: (tmp_path / "a/data" / name).stat().st_mtime_ns for name in there}
     assert kept == there
