@@ -94,8 +94,7 @@ notebooks: $(INSTALLED)  ## run the notebooks again: what the site shows of them
 	@$(VENV)/bin/jupyter-execute --inplace notebooks/*.ipynb
 
 demo: $(DEMO)  ## train a walker for a slippery floor and show what it learnt
-	@$(VENV)/bin/stickslip train biped --out runs/demo \
-	  $$(test -e runs/demo/config.json && echo --resume || echo --mu-static 0.06 --mu-kinetic 0.05)
+	@$(VENV)/bin/stickslip train biped --out runs/demo $$(test ! -e runs/demo/config.json || echo --resume)
 	@$(VENV)/bin/stickslip evaluate runs/demo constant-torque crank-speed-pi computed-torque \
 	  optimal-gait --episodes 64 --out runs/demo --overwrite
 
