@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
+from stickslip.agents.evaluation.evaluate import EPISODES, evaluate, evaluate_task
 from stickslip.agents.evaluation.players import (
     common_task,
     machine_of,
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 
     Who: TypeAlias = Mapping[str, Named]
     Played: TypeAlias = tuple[Evaluation, dict[str, str]]
-
-EPISODES = 32
-"""Default number of episodes of `stickslip evaluate`."""
 
 
 def evaluate_command(given: Options) -> Content:

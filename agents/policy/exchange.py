@@ -16,7 +16,7 @@ from stickslip.dynamics.checks import require_kind
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Mapping
 
     from onnx import ModelProto, NodeProto
     from stable_baselines3.common.base_class import BaseAlgorithm
@@ -144,9 +144,9 @@ def as_onnx(policy: MLPPolicy, metadata: Mapping[str, Json] | None = None) -> Mo
     kind = helper.np_dtype_to_tensor_dtype(dtype)
     sizes = {INPUT: policy.layer_sizes[0], OUTPUT: policy.layer_sizes[-1]}
     ends = [helper.make_tensor_value_info(name, kind, [BATCH, sizes[name]]) for name in sizes]
-    numbers = {name: np.asarray(value, dtype) for name, value in _numbers(policy)}
-    held = [numpy_helper.from_array(value, name) for name, value in numbers.items()]
-    graph = helper.make_graph(list(_nodes(policy)), "policy", ends[:1], ends[1:], held)
+    nodes, numbers = _graph(policy)
+    held = [numpy_helper.from_array(np.asarray(one, dtype), name) for name, one in numbers.items()]
+    graph = helper.make_graph(nodes, "policy", ends[:1], ends[1:], held)
     model = helper.make_model(
         graph,
         opset_imports=[helper.make_opsetid("", OPSET)],
@@ -159,37 +159,28 @@ def as_onnx(policy: MLPPolicy, metadata: Mapping[str, Json] | None = None) -> Mo
     return model
 
 
-def _numbers(policy: MLPPolicy) -> Iterator[tuple[str, Any]]:
-    yield "shift", policy.shift
-    yield "scale", policy.scale
-    for index, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
-        yield f"weight_{index}", weight
-        yield f"bias_{index}", bias
-    if policy.observation_clip is not None:
-        yield "farthest", policy.observation_clip
-        yield "nearest", -policy.observation_clip
-    if policy.squash == "clip":
-        yield "most", 1.0
-        yield "least", -1.0
-
-
-def _nodes(policy: MLPPolicy) -> Iterator[NodeProto]:
-    """Nodes of the graph in order."""
+def _graph(policy: MLPPolicy) -> tuple[list[NodeProto], dict[str, Any]]:
+    """Nodes of the graph in order, and the numbers that they take by name."""
     from onnx import helper
 
-    yield helper.make_node("Sub", [INPUT, "shift"], ["moved"])
-    yield helper.make_node("Div", ["moved", "scale"], ["scaled"])
-    now = "scaled"
-    if policy.observation_clip is not None:
-        yield helper.make_node("Clip", [now, "nearest", "farthest"], ["limited"])
-        now = "limited"
-    last = len(policy.weights) - 1
-    for index in range(last + 1):
-        yield helper.make_node("Gemm", [now, f"weight_{index}", f"bias_{index}"], [f"sum_{index}"])
-        now = f"sum_{index}"
-        if index < last:
-            kind = "Tanh" if policy.activation == "tanh" else "Relu"
-            yield helper.make_node(kind, [now], [f"hidden_{index}"])
-            now = f"hidden_{index}"
-    limits = ["least", "most"] if policy.squash == "clip" else []
-    yield helper.make_node("Clip" if limits else "Tanh", [now, *limits], [OUTPUT])
+    nodes: list[NodeProto] = []
+    numbers: dict[str, Any] = {}
+
+    def then(kind: str, now: str, result: str, **given: Any) -> str:
+        nodes.append(helper.make_node(kind, [now, *given], [result]))
+        numbers.update(given)
+        return result
+
+    now = then("Sub", INPUT, "moved", shift=policy.shift)
+    now = then("Div", now, "scaled", scale=policy.scale)
+    if (most := policy.observation_clip) is not None:
+        now = then("Clip", now, "limited", nearest=-most, farthest=most)
+    activation = {"tanh": "Tanh", "relu": "Relu"}[policy.activation]
+    for index, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
+        now = now if index == 0 else then(activation, now, f"hidden_{index - 1}")
+        now = then(
+            "Gemm", now, f"sum_{index}", **{f"weight_{index}": weight, f"bias_{index}": bias}
+        )
+    limits = {"least": -1.0, "most": 1.0} if policy.squash == "clip" else {}
+    then("Clip" if limits else "Tanh", now, OUTPUT, **limits)
+    return nodes, numbers

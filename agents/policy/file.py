@@ -37,7 +37,11 @@ if TYPE_CHECKING:
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "a .npz written by stickslip.agents.policy.save_policy"
-PACKAGES = ("stickslip", "jax", "numpy", "gymnasium", "stable-baselines3", "torch")
+PACKAGES = (
+    *("stickslip", "jax", "jaxlib", "numpy", "scipy", "gymnasium", "optax", "pyarrow"),
+    *("stable-baselines3", "torch", "matplotlib"),
+)
+"""Those whose versions files name, where they are installed."""
 SAVED = f"accepted: float32 or float64 numbers, at most {LARGEST} bytes of them"
 DEEPEST = 64
 """Layers at most."""
@@ -74,7 +78,7 @@ def save_policy(
         "activation": policy.activation,
         "squash": policy.squash,
         "observation_clip": policy.observation_clip,
-        "versions": installed(PACKAGES),
+        "versions": installed(),
     }
     text = metadata_text(own, metadata)
     arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
@@ -234,7 +238,7 @@ def _require_described(policy: MLPPolicy, metadata: Mapping[str, Json]) -> None:
         )
 
 
-def installed(packages: Iterable[str]) -> dict[str, str]:
+def installed(packages: Iterable[str] = PACKAGES) -> dict[str, str]:
     """Versions of Python and of those packages that are installed."""
     found = {"python": platform.python_version()}
     for package in packages:

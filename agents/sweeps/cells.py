@@ -39,7 +39,6 @@ Head: TypeAlias = "dict[str, Any]"
 """The JSON file of a directory."""
 VERSION, MOST_CELLS = 3, 10**6
 DATA, KEY, CELL = "data", b"stickslip", re.compile(r"cell-(\d{6})\.parquet")
-PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "pyarrow")
 POLL, WINDOW = 0.2, 1024
 """Longest interval at which `stop` is polled [s]; cells submitted at once."""
 CELL_FILE = "a cell as it was written; move the file away, and --resume computes it again"
@@ -125,7 +124,7 @@ def open_store(
         "cells": cells,
         **about,
         "begun": datetime.now(UTC).isoformat(timespec="seconds"),
-        "versions": installed(PACKAGES),
+        "versions": installed(),
     }
     write_whole(path / head, json_text(content))
     return content

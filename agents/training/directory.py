@@ -53,17 +53,6 @@ if TYPE_CHECKING:
     from stickslip.agents.training.trainer import ModelState
 
 CONFIG, VERSIONS = "config.json", "versions.json"
-PACKAGES = (
-    "stickslip",
-    "jax",
-    "jaxlib",
-    "numpy",
-    "gymnasium",
-    "optax",
-    "stable-baselines3",
-    "torch",
-    "matplotlib",
-)
 FORMAT, VERSION = "stickslip checkpoint", 3
 MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
 CHECKPOINT = (
@@ -186,7 +175,7 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
 
 def versions() -> dict[str, str]:
     """Versions of Python, the platform and the installed packages."""
-    return {"platform": platform.platform(), **installed(PACKAGES)}
+    return {"platform": platform.platform(), **installed()}
 
 
 def _write_versions(path: Path) -> None:
