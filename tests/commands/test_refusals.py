@@ -16,7 +16,7 @@ REFUSED = {
     "train biped --scene moon": "scene = 'moon' is unknown; accepted: 'sl",
     "train biped --resume --out nowhere": "nowhere holds no training run",
     "evaluate nobody": "'nobody' is neither a baseline nor a file; accepted: constant-torque",
-    "evaluate computed-torque --set mu_static=0.1 mu_kinetic=0.2": "mu_kinetic = 0.2 exceeds",
+    "evaluate computed-torque --set mu_static=0.1 mu_kinetic=0.2": "mu_kinetic = 0.2: mu_kinetic",
     "view computed-torque --seconds nan": "seconds = nan",
     "view computed-torque --out walk.avi": "'.avi'; accepted: .gif, .png, .webp, .mp4",
     "evaluate computed-torque --scene icepatch": "did you mean ice-patch?",
