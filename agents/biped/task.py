@@ -150,8 +150,8 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         path = robot_text(vars(bare))
     own = own_robot(path, changes)
     given["robot"] = own.pop("robot", bare)
-    given["numbers"] = given["numbers"] | own
-    env, params = build(**given | {"randomisation": drawn})
+    given |= {"numbers": given["numbers"] | own, "randomisation": drawn}
+    env, params = build(**given)
     params = swept().changed(params, options["numbers"])
     return Task(env, _begun(params, options["start"], "rest" if viewed else "moving"))
 
