@@ -5,7 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from stickslip.agents.evaluation.evaluate import EPISODES, evaluate, evaluate_task
+from stickslip.agents.evaluation.evaluate import (
+    EPISODES,
+    evaluate,
+    evaluate_task,
+    with_shield,
+)
 from stickslip.agents.evaluation.players import (
     common_task,
     machine_of,
@@ -71,7 +76,8 @@ def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> 
     require_writable(written)
     about = task_in_words(task)
     print(about)
-    table = evaluate_task(task, players, episodes=given["episodes"], progress=_running)
+    how = {"episodes": given["episodes"], "shield": given["shield"], "progress": _running}
+    table = evaluate_task(task, players, **how)
     return table, {table.rows[0].scene: about}
 
 
@@ -89,7 +95,7 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
                 for name, its in place.who.items()
                 if its == env
             }
-            parts.append((env, own, {place.label: place.params}))
+            parts.append((with_shield(env, given["shield"]), own, {place.label: place.params}))
     how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
     table = joined([evaluate(*part, **how) for part in parts], order=list(named))
     return table, {place.label: place.line() for place in places}

@@ -22,7 +22,7 @@ from stickslip.envs.tasks.known import known_of
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.agents.protocol import AnyPlayer, Params, Player, State
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Params, Player, State
     from stickslip.envs.functional import FunctionalEnv
     from stickslip.envs.tasks.known import Known
 
@@ -57,16 +57,19 @@ def evaluate_task(
     *,
     episodes: int | None = None,
     seeds: Sequence[int] | None = None,
+    shield: float | None = None,
     progress: Say | None = None,
 ) -> Evaluation:
     """Run every controller on a named task's own episodes, with the columns task_score and gap.
 
     episodes: by default those that its best known score was measured on. On these, also on some of
     them, a score compares returns episode by episode, and its interval is of that; on others it
-    compares means over different episodes. ValueError for an unknown task.
+    compares means over different episodes. shield: see `with_shield`. ValueError for an unknown
+    task.
     """
     task = task_by_name(name)
     env, params = task.make()
+    env = with_shield(env, shield)
     known = known_of(task)
     measures = machine_by_name(task.machine).measures(env)
     usual = EPISODES if known is None else known.episodes
@@ -74,6 +77,16 @@ def evaluate_task(
     if known is not None:
         measures = scored(measures, known, task.unit, used if is_random(params) else (0,))
     return _evaluated(env, controllers, {task.name: params}, measures, used, progress)
+
+
+def with_shield(env: AnyEnv, margin: float | None) -> AnyEnv:
+    """The environment that applies safe torques alone, with this margin (see BipedEnv); None: the
+    environment as it is. ValueError for one without a shield."""
+    if margin is None:
+        return env
+    if not hasattr(env, "shield"):
+        raise ValueError(f"a shield for {type(env).__name__}; accepted: for BipedEnv")
+    return replace(env, shield=margin)
 
 
 def scored(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import reduce
+from functools import partial, reduce
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -26,10 +26,8 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.settings import Fidelity
     from stickslip.dynamics.pytrees import Integer, Scalar
 
-    Limits = tuple[tuple[Scalar, ...], ...]
-    """Numbers >= 0 of a safe motion: the normal force; both edges of the foot; both of the cone."""
-    Safe = tuple["Interval", ...]
-    """The torques of each of these three groups."""
+    Limits = tuple[tuple[Scalar, ...], tuple[Scalar, ...]]
+    """Numbers >= 0 of a safe motion: normal force and both edges of the foot; both of the cone."""
 
 INTERVALS = 3
 """Equal intervals of each of the three parts of a period's reach; limits are computed at their
@@ -49,8 +47,8 @@ class SafeTorque(NamedTuple):
     high: Scalar
     """Below `low` where the interval is empty."""
     status: Integer
-    """OK, or why the interval is empty: SLIP_ONSET (the foot slides, or the friction cone leaves no
-    torque), TOPPLE (the foot's edges), LIFT_OFF (the normal force, or the motor), NON_FINITE."""
+    """OK; SLIP_ONSET: the foot slides, or the friction cone leaves no torque; TOPPLE: the foot's
+    edges, the normal force and the motor leave none; NON_FINITE."""
 
 
 def safe_torque(
@@ -75,11 +73,12 @@ def safe_torque(
     of heel and toe; between them the limits bend by less than a margin of 0.01 at rates up to
     10 rad/s. mu_next: friction [-] where the other foot lands, by default the same.
 
-    Where the foot slides, no torque is safe (SLIP_ONSET): the torque returned keeps N and the
-    zero-moment point as they should be, and of those it is nearest to the one that ends the slide
-    within the period under a kinetic friction of `mu_static`. Scalars: batch with vmap. Pass a
-    model from `prepare` when calling often. Never raises inside a trace. Neglected: the other
-    foot, a runaway.
+    Where the foot slides, or the cone leaves no torque, the interval's other limits hold: the
+    nearest torque to the one asked for, or to the middle of the cone's limits. `low` and `high` of
+    a sliding foot are of its present instant. mu_kinetic: by default mu_static. Scalars: batch
+    with vmap. Pass a model from `prepare` when calling often. Never raises inside a trace.
+    Neglected: the other foot, a runaway, periods after this one: a floor of little friction may
+    leave no torque at a rate that was safe before.
     """
     require_kind("state", state, BipedState, "a BipedState")
     require_number("mu_static", mu_static, low=0.0, accepted="a finite friction >= 0")
@@ -105,21 +104,23 @@ def nearest_safe(
     mu_next: Scalar,
 ) -> SafeTorque:
     """`safe_torque` of arrays of one type, for use inside a trace; mu: where the foot stands."""
-    slides = state.foot_velocity != 0
-    asked, sliding = _while_sliding(model, state, margin, duration, mu)
-    resting = _while_resting(model, state, margin, duration, torque_limit, mu.mu_static, mu_next)
-    low, high, status = -torque_limit, torque_limit, jnp.zeros((), jnp.int32)
-    causes = (Status.LIFT_OFF, Status.TOPPLE, Status.SLIP_ONSET)
-    for cause, rest, slide in zip(causes, resting, sliding, strict=True):
-        low = jnp.maximum(low, jnp.where(slides, slide.low, rest.low))
-        high = jnp.minimum(high, jnp.where(slides, slide.high, rest.high))
-        status = jnp.where((low > high) & (status == Status.OK), cause, status)
-    middle = jnp.clip((low + high) / 2, -torque_limit, torque_limit)
-    nearest = jnp.where(low > high, middle, jnp.clip(jnp.where(slides, asked, torque), low, high))
-    status = jnp.where(slides & (status == Status.OK), Status.SLIP_ONSET, status)
-    sound = all_finite((state, torque, nearest))
+    slides, motor = state.foot_velocity != 0, Interval(-torque_limit, torque_limit)
+    sliding = _while_sliding(model, state, margin, mu)
+    resting = _while_resting(model, state, margin, duration, motor, mu.mu_static, mu_next)
+    flat = both(motor, jax.tree.map(partial(jnp.where, slides), sliding.flat, resting.flat))
+    cone = resting.cone
+    held = both(flat, cone)
+    empty = held.low > held.high
+    wanted = jnp.where(empty & ~slides, (cone.low + cone.high) / 2, torque)
+    chosen = jnp.clip(wanted, *jax.tree.map(partial(jnp.where, slides | empty), flat, held))
+    falls = flat.low > flat.high
+    chosen = jnp.where(falls, jnp.clip((flat.low + flat.high) / 2, *motor), chosen)
+    status = jnp.where(slides | empty, Status.SLIP_ONSET, Status.OK)
+    status = jnp.where(falls, Status.TOPPLE, status)
+    sound = all_finite((state, torque, chosen))
     status = jnp.where(sound, status, Status.NON_FINITE).astype(jnp.int32)
-    return SafeTorque(jnp.where(sound, nearest, 0.0), low, high, status)
+    found = jax.tree.map(partial(jnp.where, slides), flat, held)
+    return SafeTorque(jnp.where(sound, chosen, 0.0), *found, status)
 
 
 class Interval(NamedTuple):
@@ -128,9 +129,10 @@ class Interval(NamedTuple):
     low: Scalar
     high: Scalar
 
-    def and_(self, other: Interval) -> Interval:
-        """The torques that both allow."""
-        return Interval(jnp.maximum(self.low, other.low), jnp.minimum(self.high, other.high))
+
+def both(one: Interval, other: Interval) -> Interval:
+    """The torques that both allow."""
+    return Interval(jnp.maximum(one.low, other.low), jnp.minimum(one.high, other.high))
 
 
 def torques_within(constant: Scalar, slope: Scalar) -> Interval:
@@ -141,6 +143,13 @@ def torques_within(constant: Scalar, slope: Scalar) -> Interval:
     return Interval(low, jnp.where(never, -jnp.inf, jnp.where(slope < 0, bound, jnp.inf)))
 
 
+class Safe(NamedTuple):
+    """Torques that keep normal force and zero-moment point, and those of the friction cone."""
+
+    flat: Interval
+    cone: Interval
+
+
 def _limits(
     model: BipedModel, moment: Scalar, friction: Scalar, normal: Scalar, mu: Scalar, margin: Scalar
 ) -> Limits:
@@ -148,39 +157,32 @@ def _limits(
     lifted = normal - jnp.maximum(margin, LIFTED) * model.total_mass * model.gravity
     toe, heel = kept * model.toe * normal - moment, kept * model.heel * normal + moment
     cone = kept * mu * normal
-    return (lifted,), (toe, heel), (cone - friction, cone + friction)
+    return (lifted, toe, heel), (cone - friction, cone + friction)
 
 
 def _safe(idle: Limits, driven: Limits) -> Safe:
-    """Torques within each group of limits, which are linear in it, from those at 0 and 1 N m."""
+    """Torques within limits that are linear in them, from those at 0 and 1 N m."""
     groups = []
     for group in zip(idle, driven, strict=True):
         within = [torques_within(a, b - a) for a, b in zip(*group, strict=True)]
-        groups.append(reduce(Interval.and_, within))
-    return tuple(groups)
+        groups.append(reduce(both, within))
+    return Safe(*groups)
 
 
-def _while_sliding(
-    model: BipedModel, state: BipedState, margin: Scalar, duration: Scalar, mu: Friction
-) -> tuple[Scalar, Safe]:
-    """Torque that ends a slide after `duration`, and the safe ones at this instant, of no cone."""
+def _while_sliding(model: BipedModel, state: BipedState, margin: Scalar, mu: Friction) -> Safe:
+    """Torques that are safe at this instant of a slide."""
     theta, rate = state.phase, state.crank_rate
     inertia, lever = model.inertia.at(theta), model.inertia.moment_at(theta)
     mode = jnp.sign(state.foot_velocity)
 
-    def at(torque: float) -> tuple[Scalar, Limits]:
+    def at(torque: float) -> Limits:
         given = jnp.full_like(rate, torque)
         motion = moving(model, inertia, rate, given, mode, mu.mu_kinetic)
         alpha, a1, friction, normal = motion[:4]
         moment = ankle_moment(model, lever, rate**2, alpha, a1)
-        return a1, _limits(model, moment, friction, normal, mu.mu_static, margin)
+        return _limits(model, moment, friction, normal, mu.mu_static, margin)
 
-    (a1, idle), (driven_a1, driven) = at(0.0), at(1.0)
-    per_torque = driven_a1 - a1
-    needed = -state.foot_velocity / duration - a1
-    asked = needed / jnp.where(per_torque == 0, 1.0, per_torque)
-    everything = Interval(jnp.full_like(rate, -jnp.inf), jnp.full_like(rate, jnp.inf))
-    return asked, (*_safe(idle, driven)[:2], everything)
+    return _safe(at(0.0), at(1.0))
 
 
 class _Node(NamedTuple):
@@ -212,7 +214,7 @@ def _while_resting(
     state: BipedState,
     margin: Scalar,
     duration: Scalar,
-    torque_limit: Scalar,
+    motor: Interval,
     mu: Scalar,
     mu_next: Scalar,
 ) -> Safe:
@@ -222,7 +224,7 @@ def _while_resting(
     energy = inertia.M * rate**2
     start = _Node(inertia, model.inertia.moment_at(theta), zero, zero)
     now = _at_node(model, start, energy, mu, margin)
-    low, high = reduce(Interval.and_, now, Interval(-torque_limit, torque_limit))
+    low, high = reduce(both, now, motor)
     ends = (sticking(model, inertia, rate**2, one).crank_acceleration for one in (low, high))
     slowest, fastest = (duration**2 * one / 2 for one in ends)
     backwards = jnp.minimum(rate * duration + jnp.minimum(slowest, fastest), 0.0)
@@ -235,7 +237,7 @@ def _while_resting(
         part, share = k // (INTERVALS + 1), (k % (INTERVALS + 1)) / INTERVALS
         node, exchanged = _node(model, theta, parts, part, share.astype(theta.dtype), last)
         found = _at_node(model, node, energy, jnp.where(exchanged, mu_next, mu), margin)
-        return tuple(a.and_(b) for a, b in zip(safe, found, strict=True)), node
+        return Safe(*map(both, safe, found)), node
 
     return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start))[0]
 

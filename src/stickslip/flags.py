@@ -89,6 +89,10 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     add("--episodes", type=int, help=about)
     about = "a task of `stickslip tasks`, in place of the policies' own: with scores and the gap"
     add("--task", metavar="TASK", help=about)
+    about = (
+        "the biped's motor gives the nearest torque without slip or fall, with this margin (0.02)"
+    )
+    add("--shield", nargs="?", type=float, const=0.02, metavar="MARGIN", help=about)
     add("--out", metavar="DIR", help="write evaluation.csv and .json there")
     add_overwrite(parser, "what is in --out")
     _add_scene(parser, many=True)
