@@ -14,6 +14,7 @@ from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.pytrees import Number, all_finite, float_type, require_numeric
 from stickslip.dynamics.status import Status
 
@@ -90,7 +91,7 @@ def safe_torque(
     numbers = (jnp.asarray(value, dtype) for value in (torque, margin, duration, torque_limit))
     mu = [jnp.asarray(mu_static if one is None else one, dtype) for one in (mu_kinetic, mu_next)]
     friction = Friction(jnp.asarray(mu_static, dtype), mu[0])
-    return nearest_safe(model, state.astype(dtype), *numbers, friction, mu[1])
+    return _nearest_safe(model, state.astype(dtype), *numbers, friction, mu[1])
 
 
 def nearest_safe(
@@ -121,6 +122,9 @@ def nearest_safe(
     status = jnp.where(sound, status, Status.NON_FINITE).astype(jnp.int32)
     found = jax.tree.map(partial(jnp.where, slides), flat, held)
     return SafeTorque(jnp.where(sound, chosen, 0.0), *found, status)
+
+
+_nearest_safe = jax.jit(fused(nearest_safe))
 
 
 class Interval(NamedTuple):
