@@ -31,6 +31,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
     "N m": {"Nm": (1, 1), "mNm": (1, 1000), "Nmm": (1, 1000), "Ncm": (1, 100), "kNm": (1000, 1)},
     "rad": {"rad": (1, 1), "mrad": (1, 1000), "deg": (math.pi, 180)},
     "rad/s": {"rad/s": (1, 1), "deg/s": (math.pi, 180), "rpm": (math.pi, 30)},
+    "-": {"": (1, 1)},
 }
 """Unit of a result -> the units that a head may name, and what to multiply and divide by."""
 SPELLED = {"sec": "s", "seconds": "s", "metres": "m", "meters": "m", "degrees": "deg", "°": "deg"}
@@ -48,11 +49,16 @@ class ColumnSpec(NamedTuple):
     name: str
     unit: str
     also: tuple[str, ...] = ()
+    optional: bool = False
+    """True: only under a head that names it, left out elsewhere."""
 
 
 def accepted_table(wanted: Sequence[ColumnSpec]) -> str:
     """Accepted forms of a table with these columns, for messages and the help."""
-    columns = " and ".join(f"{' or '.join((one.name, *one.also))} [{one.unit}]" for one in wanted)
+    columns = " and ".join(
+        f"{'perhaps ' * one.optional}{' or '.join((one.name, *one.also))} [{one.unit}]"
+        for one in wanted
+    )
     return (
         f"columns {columns}, apart by comma, semicolon, tab or blanks, under no head or one with "
         f"such names; finite numbers, {wanted[0].name} increasing"
@@ -92,7 +98,14 @@ def _columns(
     place, head = next(rows, ("", []))
     if not place:
         raise _TableError(f"{shown_path(path)} is empty")
-    if not any(map(is_number, head)):
+    headed = not any(map(is_number, head))
+    names = [_name_and_unit(title.strip("\"'"), "-")[0] for title in head] if headed else []
+    wanted = [
+        one
+        for one in wanted
+        if not one.optional or any(_is_called(name, one, wanted) for name in names)
+    ]
+    if headed:
         taken, width = [_taken(place, head, one, wanted) for one in wanted], len(head)
     else:
         taken, width = [(at, (1, 1)) for at in range(len(wanted))], len(wanted)

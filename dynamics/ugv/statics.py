@@ -109,13 +109,14 @@ def friction_under(
 ) -> Real[Array, "..."] | float | tuple[Array, Array]:
     """mu under the rear and under the front wheel of a pose, best one of `stand` [-].
 
-    friction: mu where the factor of the track's surface is 1. It is returned as it is where the
-    ground has no surface of its own.
+    friction: mu where the factor of the track's surface is 1 (see Surface.mu). It is returned as
+    it is where the ground has no surface of its own.
     """
     if track.surface is None:
         return friction
     wheels = (placed.origin[..., 0] + wheel.x for wheel in (placed.rear, placed.front))
-    rear, front = (jnp.asarray(friction * track.surface.at(x)) for x in wheels)
+    at = track.surface.at
+    rear, front = (jnp.asarray(track.surface.mu(friction, at(x))) for x in wheels)
     return rear, front
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -61,11 +61,13 @@ class Surface:
 
     knots: places [n], ascending, two or more [m]. factors: there [n], >= 0 [-]; straight between
     the knots, constant beyond them. Patches are knots in pairs, as far apart as a wheel takes from
-    one to the other. A factor is that of the point where a wheel touches.
+    one to the other. A factor is that of the point where a wheel touches. measured: the factors are
+    mu itself, whatever the problem's friction; static.
     """
 
     knots: Real[Array | np.ndarray, "n"]
     factors: Real[Array | np.ndarray, "n"]
+    measured: bool = field(default=False, metadata={"static": True})
 
     @classmethod
     def patches(cls, edges: Numbers, factors: Numbers, ramp: float = 0.05) -> Surface:
@@ -109,6 +111,10 @@ class Surface:
         x = jnp.asarray(x)
         knots, factors = (jnp.asarray(of, x.dtype) for of in (self.knots, self.factors))
         return jnp.interp(x, knots, factors)
+
+    def mu(self, friction: Any, factors: Any) -> Any:
+        """mu where `factors` of the surface are, on a problem with that friction [-]."""
+        return factors if self.measured else friction * factors
 
     def most(self, first: Float[np.ndarray, "n"], last: Float[np.ndarray, "n"]) -> np.ndarray:
         """The greatest factor from each first to each last place [n] [m]; of concrete numbers."""

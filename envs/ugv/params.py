@@ -12,6 +12,7 @@ from stickslip.dynamics.checks import (
     is_concrete,
     require_kind,
     require_known,
+    shown,
 )
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.pytrees import (
@@ -88,6 +89,9 @@ class UGVEnvParams:
             if penalty is None:
                 if (drawn := self.randomisation.friction) is not None:
                     friction = jnp.maximum(friction, drawn[1])
+                surface = self.track.surface
+                if surface is not None and surface.measured:
+                    friction = jnp.max(surface.factors)
                 way = self.end - self.start
                 penalty = penalty_for(self.penalty_unit, self.vehicle, friction, way)
         settle(self, failure_penalty=penalty)
@@ -183,6 +187,12 @@ class UGVEnvParams:
         require_numbers(self, NUMBERS, kind)  # the penalty follows from the others
         self.vehicle.check_leg_angles(self.start_angles, "start_angles")
         self.randomisation.validate(self.vehicle)
+        surface = self.track.surface
+        if surface is not None and surface.measured and self.randomisation.friction is not None:
+            raise ValueError(
+                f"randomisation.friction = {shown(self.randomisation.friction)} on a track that "
+                "has its own mu; accepted: None"
+            )
         return self
 
 

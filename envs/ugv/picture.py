@@ -105,7 +105,8 @@ def _placed(
         points, seen = (
             jnp.stack([x, track.height(x)], -1) for x in (at.x + about, at.x + ahead.astype(kind))
         )
-        mu = None if track.surface is None else friction * track.surface.at(at.x + about)
+        surface = track.surface
+        mu = None if surface is None else surface.mu(friction, surface.at(at.x + about))
         return placed, jnp.stack(turned), points, seen, mu
 
     return jax.vmap(one)(stations, jnp.broadcast_to(friction, stations.x.shape))

@@ -195,7 +195,8 @@ def _friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> F
     surface, dtype = odometer.track.surface, state.cost.dtype
     if surface is None:
         return jnp.full(preview, friction, dtype)
-    return friction * surface.at(state.station.x + places_ahead(preview, params, dtype))
+    places = state.station.x + places_ahead(preview, params, dtype)
+    return surface.mu(friction, surface.at(places))
 
 
 def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
@@ -10,7 +11,7 @@ from xml.parsers import expat
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Surface, Track
 from stickslip.optim.columns import (
     MOST_IN_A_LINE,
     ColumnSpec,
@@ -46,6 +47,7 @@ BYTES_A_POINT = 400
 COLUMNS = (
     ColumnSpec("x", "m", ("distance", "s")),
     ColumnSpec("y", "m", ("elevation", "elev", "height", "z")),
+    ColumnSpec("mu", "-", ("friction",), optional=True),
 )
 LIMITS = {"lat": 90.0, "lon": 360.0, "ele": math.inf}
 """Greatest size of a track point's numbers [deg, m]."""
@@ -64,9 +66,10 @@ def read_track(path: str | Path, interpolation: str = "cubic", **treatments: Any
 
     *.gpx: track points in their order; x is the great-circle distance along them on a sphere of
     the Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
-    refused. Anything else: a table, see `read_columns`. Both in UTF-8, regular files of at most
-    MOST_BYTES. ValueError names the file, the line and what is accepted; OSError where the file
-    cannot be opened.
+    refused. Anything else: a table, see `read_columns`; a column `mu` is the friction coefficient
+    along the track (`Surface`), untreated. Both in UTF-8, regular files of at most MOST_BYTES.
+    ValueError names the file, the line and what is accepted; OSError where the file cannot be
+    opened.
     """
     return read_survey(path, interpolation, **treatments).track
 
@@ -76,12 +79,12 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
     if not isinstance(path, str | Path) or "\0" in str(path):
         raise ValueError(f"path = {shown(path)}; accepted: the path of a file")
     given, path = Treatments.of(treatments), Path(path)
-    name = shown_path(path)
+    name, mu = shown_path(path), np.empty((0, 0))
     if path.suffix.lower() == ".gpx":
         places, y = _gpx(path, read_text(path, ACCEPTED_GPX, MOST_BYTES))
     else:
         unordered = REPEATED if given.merge is None else None
-        x, y = read_columns(path, COLUMNS, most=MOST_BYTES, unordered=unordered).T
+        x, y, *mu = read_columns(path, COLUMNS, most=MOST_BYTES, unordered=unordered).T
         places = x[:, None]
     if len(y) < 2:
         raise ValueError(f"{name}: {len(y)} points; accepted: 2 or more")
@@ -92,9 +95,19 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
         places, y = _sorted_out(places, y, given, changes)
         used = _reshaped(places, y, given, changes)
         track = Track.from_points(*used.T, interpolation)
+        if len(mu):
+            track = replace(track, surface=_surface(x, mu[0]))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return Survey(track, raw, used, changes)
+
+
+def _surface(x: np.ndarray, mu: np.ndarray) -> Surface:
+    """Friction coefficients at the places of a table; of several at one place, the first."""
+    for i in np.flatnonzero(mu < 0)[:1]:
+        raise ValueError(f"mu = {mu[i]:.6g} at x = {x[i]:.6g} m; accepted: mu >= 0")
+    knots, first = np.unique(x, return_index=True)
+    return Surface(knots, mu[first], measured=True).validate()
 
 
 def _sorted_out(

@@ -115,7 +115,7 @@ class TrackOptions(VehicleOptions):
         "treatments of the file's points: merge,outliers=1,noise=0.2m,envelope; see below",
         metavar="NAME=LENGTH,...",
     )
-    friction: float = option(0.8, "between wheels and ground [-]")
+    friction: float = option(0.8, "under the wheels where the track has no mu [-]")
     max_torque: float | None = option(
         None, "of each wheel's motor [N m], or none (default: of the vehicle's file)", type=limit
     )

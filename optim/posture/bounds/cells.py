@@ -461,4 +461,4 @@ def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:
         return np.repeat(mu, 2, 1)
     reach = 1.01 * (longest_wheelbase(problem.params) + 2 * float(problem.params.wheel_radius))
     behind = surface.most(problem.x - reach, problem.x)
-    return mu * np.stack([behind, surface.most(problem.x, problem.x)], -1)
+    return surface.mu(mu, np.stack([behind, surface.most(problem.x, problem.x)], -1))

@@ -172,6 +172,8 @@ def result_content(problem: PostureProblem, result: PostureResult) -> dict[str, 
     """The problem's numbers and the result."""
     stated = {name: getattr(problem, name) for name in STATED}
     stated |= {"criterion": problem.criterion.name, "unit": problem.criterion.unit}
+    if problem.track.surface is not None and problem.track.surface.measured:
+        stated["friction"] = None
     stated |= {"overlap": problem.solver.overlap, "vehicle": problem.params}
     found = {one.name: getattr(result, one.name) for one in fields(result) if one.name != "x"}
     return {"problem": stated, "result": found | {"leg_angles": result.leg_angles}}

@@ -77,7 +77,9 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
             print(f"misses {name} by {by:.3g} {UNITS[name]}")
 
     def plot(path: Path) -> None:
-        title = f"Over {given.track}, friction {given.friction:g}"
+        surface = problem.track.surface
+        mu = "of the track" if surface and surface.measured else f"{given.friction:g}"
+        title = f"Over {given.track}, friction {mu}"
         write_whole(path, png(draw_drive(problem, x), title), overwrite=given.overwrite)
 
     film = partial(film_drive, problem, x)

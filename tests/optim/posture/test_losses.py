@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.params import OPTIONAL
 from stickslip.optim import PostureProblem, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
+from stickslip.optim.posture.track_file import read_track
 from tests.optim.posture.helpers import plain_cost, random_x, tiny
 from tests.optim.posture.test_dp import every_path
 
@@ -66,6 +67,26 @@ def test_a_descent_recovers_its_share_of_the_potential_energy():
     ]
     lift = float(params.weight) * 0.2 * 2.0
     assert values == pytest.approx([-0.6 * lift, lift / 0.8], rel=1e-9)
+
+
+def test_the_friction_of_a_tracks_file_is_that_under_each_wheel(tmp_path):
+    """Grip by hand at both contacts, dp by brute force, and a bound that no drive is below."""
+    path, x = tmp_path / "wet.csv", np.linspace(0.0, 8.0, 81)
+    mu = np.where((x > 2.5) & (x < 3.0), 0.2, 0.4)
+    rows = np.stack([x, 0.25 * np.exp(-(((x - 4) / 0.5) ** 2)), mu], axis=1)
+    path.write_text("x,y,mu\n" + "\n".join(",".join(map(str, row)) for row in rows))
+    problem = replace(tiny("grip"), track=read_track(path), friction=0.8)
+    drives = every_path(problem)[1]
+    worst = []
+    for k, front in enumerate(problem.x):
+        one = drives.map(lambda of, k=k: of[:, k])
+        pose = equilibrium(problem.params, problem.track, front, one.leg_angles).pose
+        wheels = (pose.rear.x, one.F_rear, one.N_rear), (pose.front.x, one.F_front, one.N_front)
+        worst += [np.abs(F) - np.interp(at, x, mu) * N for at, F, N in wheels]
+    found = solve(problem, "dp", angles=3, polish=False)
+    assert found.value == pytest.approx(np.min(np.max(worst, axis=0)), rel=1e-4)
+    assert bound_every_drive(problem, found.x, tolerance=0.3).value <= found.value
+    assert replace(problem, friction=0.1).objective(found.x) == problem.objective(found.x)
 
 
 def test_gradients_of_a_vehicle_with_losses_are_those_of_differences():
