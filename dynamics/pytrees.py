@@ -89,28 +89,32 @@ def register_pytree(cls: Class) -> Class:
     """Register a dataclass as a pytree, in place of `jax.tree_util.register_dataclass`.
 
     Fields with metadata {"static": True} are part of the structure and hashable, all others are
-    children. TypeError for what is no dataclass.
+    children; those with {"optional": True}, None by default, only where they are not None, so that
+    structures without them are as if they did not exist. TypeError for what is no dataclass.
     """
     given: object = cls
     if not (isinstance(given, type) and is_dataclass(given)):
         raise TypeError(f"register_pytree of {given!r}; accepted: a class made by @dataclass")
     names = [one.name for one in fields(given)]
     static = [one.name for one in fields(given) if one.metadata.get("static")]
-    children = [name for name in names if name not in static]
-    keys = [jax.tree_util.GetAttrKey(name) for name in children]
+    optional = [one.name for one in fields(given) if one.metadata.get("optional")]
+    children = [name for name in names if name not in {*static, *optional}]
+    keys = {name: jax.tree_util.GetAttrKey(name) for name in (*children, *optional)}
 
     def flatten(tree: object) -> tuple[list[object], tuple[object, ...]]:
-        parts = [getattr(tree, name) for name in children]
-        return parts, tuple([getattr(tree, name) for name in static])
+        present = [name for name in optional if getattr(tree, name) is not None]
+        parts = [getattr(tree, name) for name in (*children, *present)]
+        return parts, (*[getattr(tree, name) for name in static], *present)
 
     def flatten_with_keys(tree: object):
         parts, rest = flatten(tree)
-        return list(zip(keys, parts, strict=True)), rest
+        present = rest[len(static) :]
+        return list(zip([keys[name] for name in (*children, *present)], parts, strict=True)), rest
 
-    def unflatten(rest: tuple[object, ...], parts: Iterable[object]):
-        tree = object.__new__(cls)
-        settle(tree, **dict(zip(static, rest, strict=True)))
-        settle(tree, **dict(zip(children, parts, strict=True)))
+    def unflatten(rest: tuple[Any, ...], parts: Iterable[object]):
+        tree, present = object.__new__(cls), rest[len(static) :]
+        settle(tree, **dict(zip(static, rest, strict=False)), **dict.fromkeys(optional))
+        settle(tree, **dict(zip((*children, *present), parts, strict=True)))
         return tree
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)

@@ -17,7 +17,7 @@ from stickslip.dynamics.biped.robot_file import BARS, NAMES, ROBOT, bars_of, rob
 from stickslip.dynamics.names import LENGTHS, SCENES
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 from stickslip.envs.biped.env import BipedEnv
-from stickslip.envs.biped.params import MARK, NUMBERS, BipedEnvParams, Randomisation
+from stickslip.envs.biped.params import NUMBERS, OPTIONAL, BipedEnvParams, Randomisation
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
@@ -54,6 +54,7 @@ UNITS = {
     "task.time_limit": "s",
     "task.max_crank_rate": "rad/s",
     "task.copper_loss": "W/(N m)^2",
+    "task.max_power": "W",
     "task.mark": "m",
     "task.mark_width": "m",
     "scene.payload": "kg",
@@ -203,7 +204,7 @@ def floor_words(scene: Scene) -> str:
 
 def _numbers_of(params: BipedEnvParams) -> dict[str, PyTree]:
     """The task's numbers, and those of a mark where it has one."""
-    numbers = {name: getattr(params, name) for name in (*NUMBERS, *MARK)}
+    numbers = {name: getattr(params, name) for name in (*NUMBERS, *OPTIONAL)}
     return {name: one for name, one in numbers.items() if one is not None}
 
 
@@ -229,7 +230,7 @@ def build(
     numbers: Parts,
 ) -> BipedTask:
     """The task of its parts. ValueError for parts that will not do."""
-    require_numbers(numbers, NUMBERS, MARK)
+    require_numbers(numbers, NUMBERS, OPTIONAL)
     params = env.make_params(
         robot=robot,
         scene=scene,
@@ -302,7 +303,10 @@ def with_swept(
 
 def opened(params: BipedEnvParams, names: Collection[str]) -> BipedEnvParams:
     """See Swept: `mu`, or both frictions, make the floor the same everywhere, `payload` loads the
-    robot."""
+    robot, and a motor gets the limits that are named."""
+    last = {name.rpartition(".")[2] for name in names}
+    motor = {name: 1.0 for name in ("max_power", "efficiency") if name in last}
+    params = params.replace(**motor) if motor else params
     scene, same = params.scene, "mu" in names or {"mu_static", "mu_kinetic"} <= set(names)
     if same and not isinstance(scene.floor, Uniform):
         scene = replace(scene, floor=Uniform(0.0, 0.0))

@@ -222,13 +222,30 @@ class Torque(NamedTuple):
     torque: Scalar
 
 
+class LimitedTorque(NamedTuple):
+    """The torque is given as far as the motor has the power for it: |torque x crank rate|."""
+
+    torque: Scalar
+    max_power: Scalar
+
+    def at(self, crank_rate: Scalar) -> Scalar:
+        """The torque at a crank rate [N m]."""
+        most = self.max_power / jnp.maximum(jnp.abs(crank_rate), jnp.finfo(crank_rate.dtype).tiny)
+        return jnp.clip(self.torque, -most, most)
+
+
 class CrankMotion(NamedTuple):
     """The crank's acceleration is given; the motor's torque follows from it."""
 
     crank_acceleration: Scalar
 
 
-Drive = Torque | CrankMotion
+Drive = Torque | LimitedTorque | CrankMotion
+
+
+def torque_at(drive: Torque | LimitedTorque, crank_rate: Scalar) -> Scalar:
+    """The motor's torque at a crank rate [N m]."""
+    return drive.torque if isinstance(drive, Torque) else drive.at(crank_rate)
 
 
 class System(NamedTuple):
@@ -249,8 +266,8 @@ class System(NamedTuple):
     def still(self, inertia: Coefficients, crank_rate: Scalar) -> Motion:
         """The motion with the foot held at rest."""
         model, drive = self.model, self.drive
-        if isinstance(drive, Torque):
-            return sticking(model, inertia, crank_rate**2, drive.torque)
+        if not isinstance(drive, CrankMotion):
+            return sticking(model, inertia, crank_rate**2, torque_at(drive, crank_rate))
         zero = jnp.zeros_like(crank_rate)
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
 
@@ -261,8 +278,8 @@ class System(NamedTuple):
         if friction is None:
             return self.still(inertia, crank_rate)
         model, drive, law = self.model, self.drive, (mode, friction.mu_kinetic)
-        if isinstance(drive, Torque):
-            return moving(model, inertia, crank_rate, drive.torque, *law)
+        if not isinstance(drive, CrankMotion):
+            return moving(model, inertia, crank_rate, torque_at(drive, crank_rate), *law)
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, *law)
 
     def tiny(self):

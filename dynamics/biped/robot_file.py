@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_known
+from stickslip.dynamics.checks import is_concrete, require_known, require_number
 from stickslip.dynamics.machine_file import (
     MachineFile,
     OwnMachine,
@@ -37,7 +37,7 @@ BARS = {
 """Arguments of `from_bars` that are no lengths in crank lengths, and their units."""
 CRANKS = (*(name for name in LENGTHS if name != "crank"), "hip_span")
 """Its arguments in crank lengths."""
-MOTOR = {"torque_limit": "N m", "copper_loss": "W/(N m)^2"}
+MOTOR = {"torque_limit": "N m", "copper_loss": "W/(N m)^2", "max_power": "W", "efficiency": ""}
 WHOLE = {"payload": "kg", "gravity": "m/s^2"}
 LINK = {"mass": "kg", "inertia": "kg m^2", "centre.0": "m", "centre.1": "m"}
 NAMES = tuple(name.replace(" ", "_") for name in LINKS)
@@ -102,7 +102,13 @@ def read_robot(
             if all(map(np.array_equal, vars(before).values(), vars(robot).values())):
                 raise ValueError(f"{name} changes nothing; accepted: a number of its links")
         robot = robot.astype(jnp.result_type(robot.mass)) if own else robot
-    return OwnMachine(robot, table_of(found, "motor"))
+        motor = table_of(found, "motor")
+        for name, value in motor.items():
+            most, least = (1.0 if name == "efficiency" else np.inf), name != "copper_loss"
+            accepted = f"{'above 0' if least else '>= 0'}, {'up to 1' if most == 1 else 'finite'}"
+            how: dict[str, Any] = {"low": 0.0, "high": most, "strict": least}
+            require_number(f"motor.{name}", value, **how, accepted=accepted)
+    return OwnMachine(robot, motor)
 
 
 def changed_robot(robot: Robot, changes: Mapping[str, Numeric]) -> Robot:

@@ -13,6 +13,7 @@ import numpy as np
 from stickslip.dynamics.biped.contact import (
     CrankMotion,
     Drive,
+    LimitedTorque,
     System,
     Torque,
     at_instant,
@@ -105,14 +106,20 @@ def simulate(
     *,
     fidelity: Fidelity = "reduced",
     integrator: str | Integrator = "rk4_split",
+    max_power: Number | None = None,
 ) -> Trajectory:
     """Walk for `duration` [s] in n equal steps of about `dt` [s] (n = duration / dt, rounded up).
 
     torque [N m]: a number, an array [n] with one value a step, or a function of the BipedState,
-    asked at the beginning of every step and held during it. The rest as in `step`. Raises
-    ValueError also for a linkage that cannot hand over its support, when the scene is continuous.
+    asked at the beginning of every step and held during it. max_power [W]: of the motor, which
+    gives less torque where |torque x crank rate| would be more; the trajectory's `torques` are then
+    those at the end of each step. The rest as in `step`. Raises ValueError also for a linkage that
+    cannot hand over its support, when the scene is continuous.
     """
-    return _walk(Torque, torque, params, scene, state, duration, dt, fidelity, integrator)
+    if max_power is not None:
+        require_one("max_power", max_power, low=0.0, strict=True, accepted="a finite power > 0 [W]")
+    drive = Torque, max_power
+    return _walk(drive, torque, params, scene, state, duration, dt, fidelity, integrator)
 
 
 def simulate_inverse(
@@ -134,13 +141,16 @@ def simulate_inverse(
     integrated along the step. The rest as in `simulate`.
     """
     values = crank_acceleration
-    return _walk(CrankMotion, values, params, scene, state, duration, dt, fidelity, integrator)
+    drive = CrankMotion, None
+    return _walk(drive, values, params, scene, state, duration, dt, fidelity, integrator)
 
 
 def _walk(
-    kind: type[Drive], values, params, scene, state, duration, dt, fidelity, integrator
-) -> Trajectory:
+    drive: tuple[type[Torque | CrankMotion], Number | None],
+    values, params, scene, state, duration, dt, fidelity, integrator,
+) -> Trajectory:  # fmt: skip
     """`simulate` of either drive: all is checked, then compiled."""
+    kind, max_power = drive
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
@@ -157,7 +167,8 @@ def _walk(
     if not callable(values):
         policy, held = None, _held(kind._fields[0], values, count)
     size = duration / count
-    return _simulate(spec, fidelity, policy, kind, count, params, scene, state, held, size)
+    given = params, scene, state, held, size, max_power
+    return _simulate(spec, fidelity, policy, kind, count, *given)
 
 
 def _held(name: str, values: Any, count: int) -> Float[Array, " n"]:
@@ -227,7 +238,7 @@ _step = jax.jit(fused(stepped, fixed=2), static_argnums=(0, 1))
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
 def _simulate(
-    spec, fidelity, policy, kind: type[Drive], count, params, scene, state, values, size
+    spec, fidelity, policy, kind: type[Drive], count, params, scene, state, values, size, max_power
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     scene = replace(scene, payload=None)  # the model carries it
@@ -236,11 +247,18 @@ def _simulate(
     begun = state.time
     state = replace(state, time=jnp.where(jnp.isfinite(begun), 0.0, begun))  # its clock counts
 
+    def given(value) -> Drive:
+        return (
+            kind(value)
+            if max_power is None
+            else LimitedTorque(value, jnp.asarray(max_power, dtype))
+        )
+
     def body(carry, value):
         now, last = carry
         if policy is not None:
             value = policy(replace(now, time=begun + now.time))
-        drive = kind(jnp.asarray(value, dtype))
+        drive = given(jnp.asarray(value, dtype))
         after, contact = _step(spec, fidelity, model, scene, now, drive, size)
         over = last.status > Status.SLIP_ONSET
         after, contact = jax.tree.map(
@@ -249,7 +267,7 @@ def _simulate(
         torque = drive.torque if isinstance(drive, Torque) else contact.torque
         return (after, contact), (after, torque, contact)
 
-    blank_drive = kind(jnp.zeros((), dtype))
+    blank_drive = given(jnp.zeros((), dtype))
     shapes = jax.eval_shape(
         lambda: _step(spec, fidelity, model, scene, state, blank_drive, size)[1]
     )

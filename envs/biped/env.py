@@ -15,7 +15,14 @@ from stickslip.dynamics.biped import (
     RK4Split,
     floor_position,
 )
-from stickslip.dynamics.biped.contact import Torque, edge_ahead, friction_on, patch_at
+from stickslip.dynamics.biped.contact import (
+    LimitedTorque,
+    Torque,
+    edge_ahead,
+    friction_on,
+    patch_at,
+    torque_at,
+)
 from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
@@ -75,7 +82,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     | --- | --- | --- | --- |
     | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
 
-    Actions beyond the range saturate. info["torque"] is the applied torque [N m].
+    Actions beyond the range saturate. info["torque"] is the applied torque [N m]. With
+    `max_power` the motor gives less where |torque x crank rate| would be more; info has the torque
+    at the step's end.
 
     ## Observation
     | entry | unit | range | when |
@@ -100,8 +109,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     `tracking_weight`. With the commanded speed v = commanded rate x step length / pi:
       tracking  + tracking_weight x max(-1, 1 - |walking speed - v| / v)
       slip      - slip_weight x (distance slid per second) / v
-      energy    - energy_weight x (positive motor work + copper loss, per second) / (m g v)
+      energy    - energy_weight x (positive motor work + losses, per second) / (m g v)
       fall      - fall_penalty, once, when the episode terminates (not for a one-step scene's end)
+    Losses are the copper loss, and with an `efficiency` (1 / efficiency - 1) x positive motor work.
     The walking speed is the mean speed of the centre of mass over the control period. To keep it
     constant needs no friction, so a perfect score is possible on any floor.
     With a `mark` [m ahead of the centre of mass at the start] the distance d to it, either way,
@@ -241,17 +251,24 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         if self.shield is not None:
             safe = shielded(params, robot, scene, state.biped, torque, self.shield)
             torque, safety = safe.torque, {"shield": safe.status}
+        drive = Torque(torque)
+        if params.max_power is not None:
+            drive = LimitedTorque(torque, jnp.asarray(params.max_power, dtype))
         biped, contact = stepped(
-            *(self.integrator, self.fidelity, robot, scene, state.biped, Torque(torque), period),
+            *(self.integrator, self.fidelity, robot, scene, state.biped, drive, period),
             params.max_crank_rate,
         )
-        status = contact.status
+        status, begun = contact.status, torque
+        if params.max_power is not None:
+            begun, torque = torque_at(drive, state.biped.crank_rate), contact.torque
         torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
         timed_out = duration >= params.time_limit - 0.5 * period
-        loss = params.copper_loss * torque**2 * period
-        status, outcome = marked(status, outcome_of(robot, state.biped, biped, contact, loss))
+        square = torque**2 if params.max_power is None else (begun**2 + torque**2) / 2
+        loss = params.copper_loss * square * period
+        outcome = outcome_of(robot, state.biped, biped, contact, loss, params.efficiency)
+        status, outcome = marked(status, outcome)
         to_go = None if state.to_go is None else state.to_go - outcome.walked
         terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period, to_go)
         status, terms = marked(status, terms)

@@ -120,7 +120,9 @@ class BipedEnvParams:
     torque_limit: torque at action 1 [N m]. control_period: time between actions [s].
     mean_rate: mean crank rate asked for [rad/s]. time_limit: of an episode [s].
     max_crank_rate: |crank rate| beyond which the episode ends as a runaway [rad/s].
-    copper_loss: winding loss per torque squared [W / (N m)^2].
+    copper_loss: winding loss per torque squared [W / (N m)^2]. max_power: most |torque x crank
+    rate| of the motor [W], None: any. efficiency: of motor and gear without the winding, of what
+    drives the crank [-], None: 1; what brakes it gives nothing back.
     tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
     mark: how far ahead of the centre of mass's start it is to stop [m], mark_width: how near to
     that half of the reward is earned [m]; None: it is to keep a speed.
@@ -141,6 +143,8 @@ class BipedEnvParams:
     fall_penalty: Numeric
     mark: Real[Number, "..."] | None
     mark_width: Real[Number, "..."] | None
+    max_power: Numeric | None = field(default=None, kw_only=True, metadata={"optional": True})
+    efficiency: Numeric | None = field(default=None, kw_only=True, metadata={"optional": True})
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -176,7 +180,7 @@ class BipedEnvParams:
     def validate(self) -> BipedEnvParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
         kind = jnp.result_type(self.robot.own_mass)
-        require_numbers(self, NUMBERS | MARK, kind)
+        require_numbers(self, NUMBERS | OPTIONAL, kind)
         if (self.mark is None) != (self.mark_width is None):
             raise ValueError(
                 f"mark = {self.mark} with mark_width = {self.mark_width}; accepted: both, or None"
@@ -208,8 +212,13 @@ NUMBERS |= dict.fromkeys(
 )
 """The rule of every number."""
 _WAY: Rule = {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
-MARK: dict[str, Rule] = {"mark": _WAY, "mark_width": _WAY}
-"""Rules of a mark's parameters."""
+OPTIONAL: dict[str, Rule] = {
+    "mark": _WAY,
+    "mark_width": _WAY,
+    "max_power": {"low": 0.0, "strict": True, "accepted": "None, or a finite power > 0 [W]"},
+    "efficiency": {"low": 0.0, "strict": True, "high": 1.0, "accepted": "None, or above 0 up to 1"},
+}
+"""Rules of the numbers that may be None."""
 
 
 def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
@@ -219,7 +228,7 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     if "randomisation" in given:
         require_kind("randomisation", given["randomisation"], Randomisation, "a Randomisation")
         given["randomisation"].validate()
-    return as_numbers(given, NUMBERS | MARK)
+    return as_numbers(given, NUMBERS | OPTIONAL)
 
 
 def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
@@ -256,12 +265,14 @@ def make_params(
     fall_penalty: Numeric = 5.0,
     mark: Real[Number, "..."] | None = None,
     mark_width: Real[Number, "..."] | None = None,
+    max_power: Numeric | None = None,
+    efficiency: Numeric | None = None,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units.
 
     robot: by default `BipedParams.from_bars()`; a BipedModel is prepared anew.
     """
-    numbers = {name: one for name, one in locals().items() if name in NUMBERS | MARK}
+    numbers = {name: one for name, one in locals().items() if name in NUMBERS | OPTIONAL}
     bare = robot.bare if isinstance(robot, BipedModel) else robot
     bare = BipedParams.from_bars() if bare is None else bare
     scene = DEFAULT_SCENE if scene is None else scene_of(scene)

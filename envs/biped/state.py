@@ -39,11 +39,14 @@ class StepOutcome(NamedTuple):
     """[J]"""
     copper_loss: Float[Array, ""]
     """[J]"""
+    drive_loss: Float[Array, ""] | None = None
+    """Of motor and gear without the winding, where they have an efficiency [J]."""
 
     @property
     def energy(self) -> Float[Array, ""]:
-        """Positive motor work and copper loss [J]."""
-        return self.positive_work + self.copper_loss
+        """Positive motor work and losses [J]."""
+        found = self.positive_work + self.copper_loss
+        return found if self.drive_loss is None else found + self.drive_loss
 
     def info(self, period: Float[Array, ""]) -> dict[str, Array]:
         """Entries of info."""
@@ -206,13 +209,17 @@ def outcome_of(
     after: BipedState,
     contact: Contact,
     copper_loss: Float[Array, ""],
+    efficiency: Number | None = None,
 ) -> StepOutcome:
     """Outcome of a control step."""
     steps = jnp.asarray(after.steps) - jnp.asarray(before.steps)  # whole angles would lose digits
     turned = replace(after, steps=steps).crank_angle - before.phase
     walked = centre_of_mass(robot, after, before.steps)
     walked -= centre_of_mass(robot, before, before.steps)
-    return StepOutcome(turned, walked, contact.slide_distance, contact.positive_work, copper_loss)
+    work, lost = contact.positive_work, None
+    if efficiency is not None:
+        lost = work * (1 / jnp.asarray(efficiency, work.dtype) - 1)
+    return StepOutcome(turned, walked, contact.slide_distance, work, copper_loss, lost)
 
 
 def fell(status: Int[Array, ""]) -> Bool[Array, ""]:

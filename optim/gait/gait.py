@@ -56,11 +56,14 @@ class Goal:
         return sum(weight * spent[term] for term, weight in self.weights.items())
 
 
-def goal_of(objective: str | Mapping[str, float], copper_loss: float) -> Goal:
+def goal_of(
+    objective: str | Mapping[str, float], copper_loss: float, efficiency: float = 1.0
+) -> Goal:
     """The goal, or ValueError for an unknown name, a weight below 0 or none above it."""
     if isinstance(objective, str):
         require_choice("objective", objective, tuple(OBJECTIVES))
-        weights = {} if objective == FRICTION else _weights({objective: 1.0}, copper_loss)
+        plain = {} if objective == FRICTION else {objective: 1.0}
+        weights = _weights(plain, copper_loss, efficiency)
         return Goal(objective, UNITS[objective], weights)
     if not isinstance(objective, Mapping):
         raise ValueError(
@@ -76,18 +79,20 @@ def goal_of(objective: str | Mapping[str, float], copper_loss: float) -> Goal:
     for name, weight in objective.items():
         require_scalar(f"weight of {name}", weight, low=0.0, accepted="a finite number >= 0")
     given = {name: float(weight) for name, weight in objective.items() if weight > 0}
-    weights = _weights(given, copper_loss)
+    weights = _weights(given, copper_loss, efficiency)
     if not weights:
         raise ValueError(f"objective = {shown(objective)}; accepted: a weight above 0")
     words = " + ".join(f"{weight:g} {name}" for name, weight in given.items())
     return Goal(words, "weighted", weights)
 
 
-def _weights(objective: Mapping[str, float], copper_loss: float) -> dict[str, float]:
+def _weights(
+    objective: Mapping[str, float], copper_loss: float, efficiency: float
+) -> dict[str, float]:
     found: dict[str, float] = {}
     for name, weight in objective.items():
         for term in TERMS_OF[name]:
-            loss = copper_loss if (name, term) == ("energy", TORQUE) else 1.0
+            loss = {TORQUE: copper_loss, WORK: 1 / efficiency}[term] if name == "energy" else 1.0
             found[term] = found.get(term, 0.0) + weight * loss
     return {term: weight for term, weight in found.items() if weight > 0}
 
@@ -222,11 +227,19 @@ class Gait:
         """The same at the nodes alone [-]."""
         return float(np.max(friction_uses(self.friction_force, self.normal_force)))
 
-    def cost_of_transport(self, copper_loss: float = 0.0) -> float:
-        """(Positive work + copper_loss times torque^2 over time) / (weight x distance) [-]."""
+    @cached_property
+    def largest_power(self) -> float:
+        """Largest |torque x crank rate|, at the nodes and at the samples between them [W]."""
+        b = self.samples[1]
+        between = self.profiles.samples.torque(*self.samples) * np.sqrt(np.maximum(b, 0.0))
+        return float(max(np.max(np.abs(between)), np.max(np.abs(self.torque * self.crank_rate))))
+
+    def cost_of_transport(self, copper_loss: float = 0.0, efficiency: float = 1.0) -> float:
+        """(Positive work / efficiency + copper_loss times torque^2 over time) / (weight x
+        distance) [-]."""
         robot = self.nodes.robot
         distance = self.grid.steps * robot.step_length
-        energy = self.spent[WORK] + copper_loss * self.spent[TORQUE]
+        energy = self.spent[WORK] / efficiency + copper_loss * self.spent[TORQUE]
         return energy / (robot.weight * distance)
 
 

@@ -48,7 +48,11 @@ class GaitProblem(Problem[GaitResult]):
     mean crank rate, at least [rad/s]; None: any.
     min_normal: least normal force [N]. zmp: whether the zero-moment point stays inside the foot.
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
-    the objective "energy" [W/(N m)^2]. cells: of the grid in each step.
+    the objective "energy" [W/(N m)^2]. cells: of the grid in each step. efficiency: of what drives
+    the crank, for that objective; braking gives nothing back. max_power: of the motor [W]. The
+    limit |torque| sqrt(b) <= max_power is not convex: below the hyperbola in (torque, b) a chord
+    leaves the set. So no method searches with it. A gait that breaks it is VIOLATED, with the
+    residual "power"; bounds hold, being those without the limit.
 
     start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any.
 
@@ -72,6 +76,8 @@ class GaitProblem(Problem[GaitResult]):
     start_rate: float | None = None
     end_rate: float | None = None
     cells: int = 200
+    max_power: float | None = None
+    efficiency: float = 1.0
     goal: Goal = field(init=False)
 
     methods: ClassVar[Mapping[str, Method]] = {
@@ -94,11 +100,13 @@ class GaitProblem(Problem[GaitResult]):
         max_rate: float | None = None,
         copper_loss: float = 0.5,
         steps: int = 200,
+        max_power: float | None = None,
+        efficiency: float = 1.0,
     ) -> GaitProblem:
         """One step that ends as it begins. steps: cells of its grid; else see the class."""
         return cls(
             params, objective, 1, True, mu, torque_limit, mean_rate, min_normal, zmp, max_rate,
-            copper_loss, cells=steps,
+            copper_loss, cells=steps, max_power=max_power, efficiency=efficiency,
         )  # fmt: skip
 
     @classmethod
@@ -126,7 +134,7 @@ class GaitProblem(Problem[GaitResult]):
         _check(self)
         robot = robot_of(self.params, self.steps_taken, self.is_periodic)
         mu = friction_along(self.mu, self.steps_taken)
-        goal = goal_of(self.objective_asked, float(self.copper_loss))
+        goal = goal_of(self.objective_asked, float(self.copper_loss), float(self.efficiency))
         if goal.is_friction and mu is not None:
             raise ValueError("mu with the objective 'friction', which looks for it; accepted: None")
         if goal.is_friction and self.mean_rate is None:
@@ -227,10 +235,13 @@ class GaitProblem(Problem[GaitResult]):
         residuals["end"] = max(0.0, low - end, end - high)
         sound = bool(np.isfinite(value))
         feasible = sound and bool(np.all(margins >= -FEASIBLE))
+        if self.max_power is not None:
+            residuals["power"] = max(0.0, gait.largest_power - self.max_power)
+            feasible &= residuals["power"] <= FEASIBLE * self.max_power
         return Evaluation(float(value) if sound else np.inf, margins, feasible, residuals)
 
 
-RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2"}
+RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2", "power": "W"}
 """Units of GaitProblem.residuals."""
 
 
@@ -250,10 +261,12 @@ def _check(p: GaitProblem) -> None:
     require_integer("steps", p.cells, low=LEAST_CELLS, accepted="an integer >= 8, cells of a step")
     require_memory(f"steps = {shown(p.cells)}", "nodes", p.steps_taken * (p.cells + 1), NODE)
     require_kind("zmp", p.zmp, bool, "True or False")
-    for name in ("torque_limit", "mean_rate", "max_rate"):
+    for name in ("torque_limit", "mean_rate", "max_rate", "max_power"):
         given = getattr(p, name)
         if given is not None:
             require_scalar(name, given, low=0.0, strict=True, accepted=POSITIVE)
+    how: dict[str, Any] = {"low": 0.0, "high": 1.0, "strict": True, "accepted": "above 0, up to 1"}
+    require_scalar("efficiency", p.efficiency, **how)
     for name in ("min_normal", "copper_loss", "start_rate", "end_rate"):
         if getattr(p, name) is not None or not name.endswith("_rate"):
             require_scalar(name, getattr(p, name), low=0.0, accepted=NOT_NEGATIVE)

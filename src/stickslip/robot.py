@@ -91,11 +91,11 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
     """What is told of a robot: friction at constant crank rates, fastest motions."""
     with precision("float64"):
         robot, motor = BipedParams.with_motor(path, changes)
-        limit = motor.get("torque_limit", TORQUE_LIMIT)
+        motor = {"torque_limit": TORQUE_LIMIT} | motor
         jolt = float(exchange_mismatch(robot))
-        footing, facts = Footing.of(robot), facts_of(robot, jolt, limit)
+        footing, facts = Footing.of(robot), facts_of(robot, jolt, motor["torque_limit"])
     rates = friction_by_rate(footing)
-    fastest = fastest_table(robot, footing, limit, frictions, jolt < MISMATCH)
+    fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
     apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
     frames = BipedFrame(np.asarray(phases(POSES)[:-1]), (), 1.0, floor_position=apart)
     drawing = biped_drawing(frames, Mechanism(robot))
@@ -129,9 +129,14 @@ def friction_by_rate(footing: Footing) -> Table:
 
 
 def fastest_table(
-    robot: BipedParams, footing: Footing, limit: float, frictions: Sequence[float], walks: bool
+    robot: BipedParams,
+    footing: Footing,
+    motor: Mapping[str, float],
+    frictions: Sequence[float],
+    walks: bool,
 ) -> Table:
-    """For each friction the fastest constant rate and the fastest gait without slip."""
+    """For each friction the fastest constant rate and the fastest gait without slip; no gait where
+    the fastest breaks the motor's limit of power."""
     rows: list[list[Any]] = []
     for mu in frictions:
         say_stage(f"fastest gait at a friction of {mu:g}")
@@ -139,8 +144,8 @@ def fastest_table(
         with precision("float64"):
             constant = fastest_rate(footing, mu)
             if walks:
-                found = solve(GaitProblem.periodic(robot, "time", mu=mu, torque_limit=limit))
-                gait = None if found.gait is None else float(found.best.mean_rate)
+                found = solve(GaitProblem.periodic(robot, "time", mu=mu, **motor))
+                gait = None if not found.feasible else float(found.best.mean_rate)
         rows.append([mu, constant, gait])
     heads = (Column("friction"), Column("constant_rate", "rad/s"), Column("best_gait", "rad/s"))
     return Table(heads, rows)

@@ -65,7 +65,7 @@ def test_a_figure_of_another_robot_has_no_statement_of_the_chapter(tmp_path, cap
     assert "the chapter" not in (tmp_path / "table.md").read_text()
     head = (tmp_path / "fig11.csv").read_text().partition("\n")[0]
     assert [float(one) for one in re.findall(r"([\d.]+) rad/s", head)] == pytest.approx(
-        [0, *(w / np.sqrt(2) for w in range(1, 6))], rel=2e-3
+        [0, *(w / np.sqrt(2) for w in range(1, 6))], rel=4e-3
     )  # a robot twice as long walks alike at rates smaller by the square root of two
     assert main([*command, "--overwrite", "--set", "vehicle.leg_mass=10"]) == WRONG_INPUT
     assert "accepted: figures of the ugv" in capsys.readouterr().err

@@ -36,7 +36,7 @@ def recorded(content: str) -> Recorded:
 def test_times_and_torques_are_read_and_interpolated(content: str):
     found = recorded(content)
     assert found.times.tolist() == [0.0, 0.30000000000000004]
-    assert found.torques.tolist() == [0.1, 2.0]
+    assert found.values.tolist() == [0.1, 2.0]
     np.testing.assert_allclose(found.at(np.array([0.0, 0.15, 0.3])), [0.1, 1.05, 2.0], rtol=1e-12)
     with pytest.raises(ValueError, match=r"torques from 0 to 0\.3 s"):
         found.at(np.array([0.0, 0.4]))

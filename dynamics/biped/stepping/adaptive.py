@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, CrankMotion
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, Torque
 from stickslip.dynamics.biped.state import within_turn
 from stickslip.dynamics.biped.stepping.stages import Taken, midpoint
 from stickslip.dynamics.status import EventKind, Status
@@ -86,7 +86,7 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
         end=end,
         inertia=inertia,
         middle=midpoint(friction, middle),
-        work=work if isinstance(system.drive, CrankMotion) else None,
+        work=None if isinstance(system.drive, Torque) else work,
         errors=errors,
     )
 

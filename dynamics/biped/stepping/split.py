@@ -345,7 +345,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     tiny = 8 * jnp.finfo(walk.phase.dtype).eps * system.duration
     if isinstance(system.drive, Torque):
         work = system.drive.torque * (theta - walk.phase)
-    else:  # a given crank motion: integrated along the step
+    else:  # no constant torque: integrated along the step
         work = jnp.asarray(taken.work) + time * (end.torque * taken.crank_rate)
     work = jnp.where(step > 0, work, 0.0)
     return walk._replace(

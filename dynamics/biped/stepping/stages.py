@@ -188,7 +188,7 @@ def _classical_stages(
         sum_alpha=zero,
         sum_foot=zero,
         sum_slide=zero,
-        sum_power=zero if isinstance(system.drive, CrankMotion) else None,
+        sum_power=None if isinstance(system.drive, Torque) else zero,
         middle=Midpoint(*[zero] * len(Midpoint._fields)),
     )
     return jax.lax.fori_loop(0, 4, body, begin)
@@ -385,7 +385,7 @@ def first_ending(system: System, samples: Sequence[Ground]) -> Ending:
     if moments:
         margins = _edge_margins(system, normals, moments)
         best = _ending(fall_under(system.model, normals[2]), margins)
-    if isinstance(system.drive, Torque) and not isinstance(system.scene.floor, Grip):
+    if not isinstance(system.drive, CrankMotion) and not isinstance(system.scene.floor, Grip):
         best = _earlier(best, _ending(Status.NO_SOLUTION, [at.solvability for at in samples]))
     if system.max_rate is not None:
         room = [system.max_rate - jnp.abs(at.crank_rate) for at in samples]

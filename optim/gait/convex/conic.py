@@ -182,6 +182,9 @@ def solve_conic(
         )
     evaluation = problem.evaluate_gait(answer.gait)
     status, message = _judged(answer, evaluation.feasible)
+    if evaluation.residuals.get("power"):
+        power = f"{answer.gait.largest_power:.3g} W of max_power = {problem.max_power:g} W"
+        message = f"the best gait without the limit of power, which is not convex, needs {power}"
     held, held_value = None, np.inf
     if every:
         held, held_value = held_between(answer.problem, answer.gait, answer.relaxed)

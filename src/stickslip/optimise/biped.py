@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 NODES, PICTURE, ROBOT = "gait.csv", "gait.png", "robot.toml"
 TORQUE_LIMIT = 4.0
 """Of the motor, unless something else is said [N m]."""
+MOTOR = ("torque_limit", "copper_loss", "max_power", "efficiency")
 WALKED = 3
 """Steps that a periodic gait is replayed for."""
 VALUES = ("value", "lower_bound", "every_bound", "held_value")
@@ -58,11 +59,12 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
             title = f"Least {problem.goal.words}: {with_unit(result.value, unit_of(problem), 4)}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
-    limits = {name: getattr(problem, name) for name in ("torque_limit", "copper_loss")}
+    limits = {name: getattr(problem, name) for name in MOTOR}
     facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
     files = {RESULT: lambda: json_text(facts), **files}
     written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)
-    status = OK if found else NOTHING_FOUND
+    kept = found and not result.residuals.get("power")
+    status = OK if kept else NOTHING_FOUND
     return Content(tables, facts | {"files": written}, status=status)
 
 
@@ -152,7 +154,7 @@ def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
 
 def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
     """The gait's own numbers."""
-    robot, spent, need = gait.nodes.robot, gait.spent, None
+    robot, spent, need, eta = gait.nodes.robot, gait.spent, None, problem.efficiency
     if problem.goal.is_friction:
         need = Footing(gait.profiles).at_rate(gait.mean_rate).friction
     return {
@@ -165,7 +167,9 @@ def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
         Column("least_normal_force", "N"): float(np.min(gait.normal_force)),
         Column("positive_work", "J"): float(spent["work"]),
         Column("copper", "J"): float(problem.copper_loss * spent["torque"]),
-        Column("cost_of_transport"): float(gait.cost_of_transport(problem.copper_loss)),
+        Column("drive_loss", "J"): float(lost) if (lost := spent["work"] * (1 / eta - 1)) else None,
+        Column("largest_power", "W"): gait.largest_power,
+        Column("cost_of_transport"): float(gait.cost_of_transport(problem.copper_loss, eta)),
     }
 
 
@@ -212,6 +216,6 @@ def gait_content(
     if result.gait is not None:
         gait = result.best
         found |= {name: getattr(gait, name) for name in OF_GAIT}
-        found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss)
+        found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss, problem.efficiency)
         found["replays"] = {name: asdict(one) | {"kept": one.kept} for name, one in replays.items()}
     return {"robot": problem.params, "result": found}

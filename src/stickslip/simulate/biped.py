@@ -72,7 +72,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     law = law_of(given)
     setting, state = setting_of(given), state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
-        scene, (robot, _) = scene_of(given), robot_of(given)
+        scene, (robot, motor) = scene_of(given), robot_of(given)
     seconds = given.seconds
     if seconds is None:
         file = law.rate if isinstance(law, Rates) else law
@@ -83,7 +83,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         say_stage(f"walking {count} periods")
 
     def again(scene: Scene) -> Walk:
-        return walked(robot, scene, state, law, seconds, given.period, setting)
+        return walked(robot, scene, state, law, seconds, given.period, setting, motor)
 
     walk = again(scene)
     if not walk.count:
@@ -92,7 +92,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
             "period is finite; nothing is written"
         )
     held = held_walk(walk, lambda grip: again(replace(grip, payload=scene.payload)))
-    summary = walk_summary(walk, held, seconds)
+    summary = walk_summary(walk, held, seconds, motor.get("efficiency"))
     show(summary)
 
     def plot(path: Path) -> None:

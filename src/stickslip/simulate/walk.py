@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -64,6 +66,7 @@ STATUS = {
 """Meaning of each Status for a simulation."""
 BYTES = 3000
 """Memory of a row of a table."""
+NO_LIMITS: Mapping[str, float] = {}
 SHORTEST, LONGEST = 1e-6, 1e7
 """Seconds of a walk."""
 WHOLE = ("OK", "SLIP_ONSET")
@@ -79,6 +82,18 @@ class Rates(NamedTuple):
 
 
 Torque = float | Expression | Recorded
+
+
+@dataclass(frozen=True)
+class Saturated:
+    """A torque of the state up to the motor's limit [N m]."""
+
+    law: Expression
+    limit: float
+
+    def __call__(self, state: BipedState) -> Float[Array, ""]:
+        """The torque in a state."""
+        return jnp.clip(self.law(state), -self.limit, self.limit)
 
 
 class Along(NamedTuple):
@@ -110,6 +125,7 @@ class Walk:
     status: Status
     along: Along
     law: Rate | None = None
+    max_power: float | None = None
 
     @property
     def count(self) -> int:
@@ -137,16 +153,23 @@ def walked(
     seconds: float,
     period: float,
     setting: Setting,
+    motor: Mapping[str, float] = NO_LIMITS,
 ) -> Walk:
     """Walk; see `simulate` for what is refused. The torque of a period's beginning is held; crank
-    rates are straight between the ends of periods."""
+    rates are straight between the ends of periods. motor: numbers of a robot's file; a torque
+    beyond torque_limit [N m] or max_power [W] saturates, a given rate beyond them is refused."""
     count, size = periods(seconds, period)
     times, walks = np.arange(count + 1) * size + float(np.asarray(state.time)), simulate
     values = law.at(times[:-1]) if isinstance(law, Recorded) else law
+    limit, max_power = motor.get("torque_limit", np.inf), motor.get("max_power")
     if isinstance(law, Rates):
         rates = rates_at(law.rate, times, float(np.asarray(state.phase)))
         state, values = replace(state, crank_rate=rates[0]), np.diff(rates) / size
         walks = simulate_inverse
+    elif limit < np.inf:
+        values = Saturated(law, limit) if callable(law) else np.clip(values, -limit, limit)
+    if max_power is not None and walks is simulate:
+        walks = partial(simulate, max_power=max_power)
     integrator = replace(setting.integrator_over(size), record_events=True)
     with precision(setting.dtype):
         params, scene = jax.tree.map(lambda of: jnp.asarray(of, setting.dtype), (params, scene))
@@ -156,10 +179,24 @@ def walked(
         path = walks(robot, scene, state, held, count * size, size, integrator=integrator)
         whole, status = _trimmed(path)
         found = _along(robot, scene.floor, jax.tree.map(jnp.asarray, whole.states))
-    along = Along(*map(np.asarray, found))
-    return Walk(
-        robot, scene, whole, size, status, along, law.rate if isinstance(law, Rates) else None
-    )
+    walk = Walk(robot, scene, whole, size, status, Along(*map(np.asarray, found)))
+    if not isinstance(law, Rates):
+        return replace(walk, max_power=max_power)
+    _require_power(walk, limit, max_power)
+    return replace(walk, law=law.rate)
+
+
+def _require_power(walk: Walk, limit: float, max_power: float | None) -> None:
+    """Raise ValueError for a given crank motion that the motor cannot give."""
+    torques = np.asarray(walk.trajectory.torques, float)
+    power = np.abs(torques * walk.trajectory.states.crank_rate[1:])
+    given = {"torque_limit": (np.abs(torques), limit, "N m"), "max_power": (power, max_power, "W")}
+    for name, (values, most, unit) in given.items():
+        if most is not None and np.max(values, initial=0.0) > most:
+            raise ValueError(
+                f"--rate needs {np.max(values):.3g} {unit}; accepted: at most {name} = {most:g} "
+                f"{unit} of the robot's motor"
+            )
 
 
 def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
@@ -246,10 +283,15 @@ def need_of(held: Walk) -> Need | None:
         return footing.along(*held.law.whole_step)
     if held.law is not None:
         return footing.accelerated(angle, rate, np.diff(rate) / seconds)
-    return footing.driven(angle, rate, np.asarray(held.trajectory.torques, np.float64), seconds)
+    torque = np.asarray(held.trajectory.torques, np.float64)
+    if held.max_power is not None:  # the mean of each period
+        turned = np.diff(angle)
+        mean = held.trajectory.contacts.work / np.where(turned == 0, 1.0, turned)
+        torque = np.where(turned == 0, torque, mean)
+    return footing.driven(angle, rate, torque, seconds)
 
 
-def walk_summary(walk: Walk, held: Walk, seconds: float) -> Table:
+def walk_summary(walk: Walk, held: Walk, seconds: float, efficiency: float | None = None) -> Table:
     """One row. distance: of the centre of mass. slid: the foot's path, either direction; slide: how
     far it is displaced, forwards positive. slips: how often it broke loose. energy_per_metre: of
     walks of at least SHORT of a step. seconds: asked for. least_friction: what holds the foot
@@ -284,6 +326,7 @@ def walk_summary(walk: Walk, held: Walk, seconds: float) -> Table:
         Column("without_slip", words=True): _held_in_words(held, need),
         Column("work", "J"): work,
         Column("positive_work", "J"): positive,
+        Column("work_over_efficiency", "J"): efficiency and positive / efficiency,
         Column("energy_per_metre", "J/m"): positive / distance if went else None,
     }
     return one_row(row)

@@ -12,14 +12,14 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv
-from stickslip.envs.biped.params import MARK, NUMBERS
+from stickslip.envs.biped.params import NUMBERS, OPTIONAL
 from stickslip.envs.params import NON_NEGATIVE
 from tests.envs.helpers import task
 
 
 def test_every_number_of_the_parameters_is_checked():
     trees = {"robot", "scene", "unit_payload", "randomisation"}
-    assert {field.name for field in fields(BipedEnvParams)} == {*NUMBERS, *MARK, *trees}
+    assert {field.name for field in fields(BipedEnvParams)} == {*NUMBERS, *OPTIONAL, *trees}
 
 
 @pytest.mark.parametrize("value", [np.nan, -0.1])
