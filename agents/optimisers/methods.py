@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 Optimiser: TypeAlias = "Callable[[Objective, int], object]"
 MANY = 10**8
-POPULATION = 32
 SIGMA = 0.2
 """First deviation of evolution strategies, as a part of the box."""
 
@@ -128,45 +127,13 @@ def cma(objective: Objective, seed: int) -> None:
             strategy.tell(asked, np.asarray(values).tolist())
 
 
-def differential_evolution(objective: Objective, seed: int) -> None:
-    """Run scipy's differential evolution from uniform points, unpolished."""
-    from scipy import optimize
-
-    from stickslip.optim.instances.exports import as_scipy_global
-
-    rng = np.random.default_rng(seed)
-    optimize.differential_evolution(
-        **as_scipy_global(objective),
-        init=objective.from_unit(rng.random((POPULATION, objective.n))),  # pyright: ignore[reportArgumentType]
-        rng=rng,
-        maxiter=MANY,
-        tol=0,
-        vectorized=True,
-        updating="deferred",
-        polish=False,
-    )
-
-
-def pymoo(module: str, name: str, how: dict[str, int], objective: Objective, seed: int) -> None:
-    """Run an algorithm of pymoo."""
+def nsga2(objective: Objective, seed: int) -> None:
+    """Run pymoo's NSGA-II."""
     from stickslip.optim.instances.exports import as_pymoo
 
-    algorithm = getattr(require(f"pymoo.algorithms.{module}", "this method", "optimisers"), name)
+    algorithm = require("pymoo.algorithms.moo.nsga2", "this method", "optimisers").NSGA2
     minimize = require("pymoo.optimize", "this method", "optimisers").minimize
-    minimize(as_pymoo(objective), algorithm(**how), ("n_gen", MANY), seed=seed + 1)
-
-
-def optuna(objective: Objective, seed: int) -> None:
-    """Run Optuna's TPE, with a direction for each goal."""
-    from stickslip.optim.instances.exports import as_optuna
-
-    library = require("optuna", "this method", "optimisers")
-    library.logging.set_verbosity(library.logging.ERROR)
-    with warnings.catch_warnings(action="ignore"):  # about experimental features
-        study = library.create_study(
-            sampler=library.samplers.TPESampler(seed=seed), directions=["minimize"] * objective.k
-        )
-        study.optimize(as_optuna(objective), n_trials=None)
+    minimize(as_pymoo(objective), algorithm(pop_size=40), ("n_gen", MANY), seed=seed + 1)
 
 
 def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
@@ -195,16 +162,8 @@ METHODS = {
                partial(scipy_local, "trust-constr", {"maxiter": 1000}), "scipy", "native"),
         Method("cobyla", "linear models without gradients, with restarts",
                partial(scipy_local, "COBYLA", {"maxiter": 10**6}), "scipy", "native", most=40),
-        Method("de", "differential evolution, 32 points", differential_evolution,
-               "scipy", "penalty", batch=POPULATION),
-        Method("pymoo-isres", "evolution with stochastic ranking, 64 offspring",
-               partial(pymoo, "soo.nonconvex.isres", "ISRES", {"n_offsprings": 64}),
-               "pymoo", "native", batch=64),
-        Method("pymoo-nsga2", "NSGA-II, 40 points",
-               partial(pymoo, "moo.nsga2", "NSGA2", {"pop_size": 40}),
+        Method("pymoo-nsga2", "NSGA-II, 40 points", nsga2,
                "pymoo", "native", batch=64, goals=(2, 9)),
-        Method("optuna-tpe", "tree-structured Parzen estimators", optuna,
-               "optuna", "penalty", goals=(1, 9), most=16),
         Method("random", "uniform random points, 64 at once", random_search,
                "numpy", "native", batch=64, goals=(1, 9)),
     )

@@ -7,8 +7,8 @@ from stickslip.agents.optimisers import METHODS
 from stickslip.optim import BudgetSpent, suite
 from tests.optim.instances.toys import LEAST, toy
 
-QUICK = {"cma": "cma", "slsqp": "", "cobyla": "", "de": "", "random": "", "pymoo-isres": "pymoo"}
-DEAR = {"trust-constr": "", "optuna-tpe": "optuna"}
+QUICK = {"cma": "cma", "slsqp": "", "cobyla": "", "random": ""}
+DEAR = {"trust-constr": ""}
 SEVERAL = {"pymoo-nsga2": "pymoo", "random": ""}
 
 
