@@ -17,7 +17,6 @@ SCENE = "slippery"
 """The floor where none is named."""
 HOLDS = "grip"
 """The floor that has no friction: nothing slips on it."""
-ALGORITHMS = ("ppo", "sac", "shac")
 
 BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
@@ -46,14 +45,6 @@ DEFAULTS: dict[str, dict[str, Json]] = {
         "discount": 0.98,
         "checkpoint_interval": 25_000,
     },
-    "shac": {
-        "timesteps": 1_500_000,
-        "num_envs": 128,
-        "batch_size": 512,
-        "learning_rate": 1e-2,
-        "action_noise": 0.3,
-        "checkpoint_interval": 65_536,
-    },
 }
 """Defaults that differ from the fields' own; "sb3": of PPO in Stable-Baselines3."""
 
@@ -66,7 +57,7 @@ class TrainConfig(Configuration):
     made from them.
     """
 
-    algorithm: str = entry("ppo", str, "learning algorithm", choices=ALGORITHMS)
+    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo", "sac"))
     timesteps: int = shared("timesteps", 8_000_000)
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)

@@ -37,13 +37,13 @@ UNNAMED, UNNAMED_TRAINER = "biped", "sb3"
 """The machine and the trainer of a file that names none."""
 MOST_STEPS = 10**12 - 1
 """Largest step count in the name of a checkpoint."""
-RESIDUALS = 20_000
-"""About how many bytes of a step the derivative keeps (the biped's, 42 MB for 128 x 16)."""
-ALGORITHMS_OF = {"jax": ("ppo", "shac"), "sb3": ("ppo", "sac")}
+ALGORITHMS_OF = {"jax": ("ppo",), "sb3": ("ppo", "sac")}
 """Algorithms by trainer."""
 PPO_OF_SB3 = {"algorithm": "ppo", "trainer": "sb3"}
-GROUPS = ("ppo", "shac", "sac")
+GROUPS = ("ppo", "sac")
 """Algorithms whose settings stand together in files."""
+REMOVED = "shac"
+"""Settings of an algorithm of earlier versions, in the configurations of all their runs."""
 
 
 def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Any) -> T:
@@ -78,7 +78,7 @@ class Configuration:
     field, the value and what is accepted.
     """
 
-    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo", "shac"))
+    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo",))
     trainer: str = entry("jax", str, "JAX or Stable-Baselines3", choices=("jax", "sb3"))
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
     timesteps: int = entry(1_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
@@ -100,14 +100,6 @@ class Configuration:
         0.22, "standard deviation of exploration, the largest action being 1", "ppo"
     )
     final_noise: float = positive(0.03, "the same at the end", "ppo")
-
-    horizon: int = entry(16, int, "steps of a window with derivatives", "shac", low=2, high=4096)
-    critic_passes: int = entry(4, int, "of the critic over a window", "shac", low=1, high=10_000)
-    critic_pace: float = entry(1.0, float, "critic's learning rate, in the actor's", "shac", low=0)
-    td_lambda: float = entry(0.95, float, "of the critic's targets", "shac", low=0, high=1)
-    target_memory: float = entry(0.2, float, "kept by the target an update", "shac", low=0, high=1)
-    action_noise: float = positive(0.2, "standard deviation of exploration", "shac")
-    final_action_noise: float = positive(0.05, "the same at the end", "shac")
 
     checkpoint_interval: int = entry(65_536, int, "steps of a stretch", low=1, high=MOST_STEPS)
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
@@ -159,11 +151,11 @@ class Configuration:
             refuse_fixed(changed, self.task)
         self._check_together()
         if self.algorithm != "sac":
-            samples = self.num_envs * getattr(self, self.steps_name)
+            samples = self.num_envs * self.rollout_steps
             if self.batch_size > samples or samples % self.batch_size:
                 raise ValueError(
                     f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
-                    f"num_envs x {self.steps_name} = {samples}"
+                    f"num_envs x rollout_steps = {samples}"
                 )
 
     @classmethod
@@ -193,12 +185,12 @@ class Configuration:
                 f"hidden = {self.hidden} with layers = {self.layers} makes a policy of {size:,} "
                 f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
             )
-        name = "buffer_size" if self.algorithm == "sac" else self.steps_name
-        given, samples = f"{name} = {getattr(self, name)}", getattr(self, name)
-        if self.algorithm != "sac":
-            given, samples = f"num_envs = {self.num_envs} with {given}", self.num_envs * samples
-        each = 8 * (observation + 8) + (RESIDUALS if self.algorithm == "shac" else 0)
-        require_memory(given, "samples", samples, each)
+        given, samples = f"rollout_steps = {self.rollout_steps}", self.num_envs * self.rollout_steps
+        given = f"num_envs = {self.num_envs} with {given}"
+        if self.algorithm == "sac":
+            samples = vars(self)["buffer_size"]
+            given = f"buffer_size = {samples}"
+        require_memory(given, "samples", samples, 8 * (observation + 8))
         given = f"batch_size = {self.batch_size} with hidden = {self.hidden}"
         wide = 2 * (observation + self.hidden * self.layers)  # forwards and back
         require_memory(given, "samples of a gradient step", self.batch_size, 4 * wide)
@@ -209,11 +201,6 @@ class Configuration:
         others = {*Configuration.__dataclass_fields__, *cls.USUALLY, *cls.LEARNING}
         own = (one for one in fields(cls) if not one.metadata["of"])
         return [one.name for one in own if one.name not in others]
-
-    @property
-    def steps_name(self) -> str:
-        """The setting that decides the steps of each environment in an update."""
-        return "horizon" if self.algorithm == "shac" else "rollout_steps"
 
     @classmethod
     def of(cls, /, **given: Any) -> Self:
@@ -269,7 +256,9 @@ class Configuration:
 
         ValueError saying what is wrong with it.
         """
-        entries = cls.flat(content_of(text))
+        content = content_of(text)
+        content.pop(REMOVED, None)
+        entries = cls.flat(content)
         entries.setdefault("trainer", UNNAMED_TRAINER)
         usual = cls.defaults_of(entries.get("algorithm", cls.algorithm), entries["trainer"])
         return cls(**usual | entries)
@@ -302,7 +291,12 @@ class Configuration:
     @property
     def digest(self) -> str:
         """A name for exactly this configuration."""
-        return hashlib.sha256(self.to_json().encode()).hexdigest()[:16]
+        return digest_of(self.to_json())
+
+
+def digest_of(text: str) -> str:
+    """Digest of a configuration's JSON text."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def shared(name: str, default: T) -> T:

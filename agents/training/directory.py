@@ -22,6 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import installed, read_policy
+from stickslip.agents.training.configuration import digest_of
 from stickslip.agents.untrusted import (
     LARGEST_TABLE,
     RefusedError,
@@ -76,10 +77,12 @@ class TrainState:
 
 
 class Run(NamedTuple):
-    """A run that may be written to. latest: the checkpoint to go on from, None at the beginning."""
+    """A run that may be written to. digest: of its configuration's file. latest: the checkpoint to
+    go on from, None at the beginning."""
 
     path: Path
     config: Configuration
+    digest: str
     latest: Path | None
     state: TrainState | None
 
@@ -108,7 +111,7 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
     _sweep(path)
     write_whole(path / CONFIG, config.to_json())  # from here on it is a run
     _write_versions(path)
-    return Run(path, config, None, None)
+    return Run(path, config, config.digest, None, None)
 
 
 def read_config(path: Path) -> Configuration:
@@ -152,7 +155,7 @@ def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
 
 
 def _resumed(path: Path, config: Configuration | None) -> Run:
-    found = read_config(path)
+    found, digest = read_config(path), digest_of(read_text(path / CONFIG))
     if config is not None and config != found:
         raise ValueError(
             f"{path} was begun with another configuration; accepted: to resume without changing "
@@ -163,14 +166,14 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
         _write_versions(path)
     checkpoints = list_checkpoints(path / "checkpoints")
     if not checkpoints:
-        return Run(path, found, None, None)
+        return Run(path, found, digest, None, None)
     state = read_state(checkpoints[-1])
-    if state.config != found.digest:
+    if state.config != digest:
         raise ValueError(
             f"{checkpoints[-1]} belongs to another configuration than {path / CONFIG}; accepted: "
             "the configuration that it was made with"
         )
-    return Run(path, found, checkpoints[-1], state)
+    return Run(path, found, digest, checkpoints[-1], state)
 
 
 def versions() -> dict[str, str]:

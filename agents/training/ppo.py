@@ -8,38 +8,35 @@ An action is mean(obs) + noise * normal numbers, and its probability is that of 
 environment clips it to [-1, 1]. So ratios of probabilities are exact where the clipping acts, too.
 The noise follows a schedule: learnt, it vanishes before anything walks, since standing still is a
 safe local optimum (it takes a large torque at the right phase to get over the first step).
+Observations are normalised by mean and variance of all that were seen before a rollout: acting and
+learning use the same numbers, which change between updates only.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+import itertools
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 import optax
 
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.trainer import (
-    JAXTrainer,
-    Layers,
-    Moments,
-    Now,
-    Rates,
-    Sizes,
-    Tree,
-    actor_and_critic,
-    add_moments,
-    network,
-    no_moments,
-)
-from stickslip.envs.collecting import Collected, Progress, collect
+from stickslip.agents.training.configuration import Configuration
+from stickslip.agents.training.trainer import Trainer, Update, arrays_of, filled
+from stickslip.envs.collecting import Collected, Progress, begin, collect
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.agents.policy.network import MLPPolicy
+    from stickslip.agents.training.trainer import ModelState
     from stickslip.envs.functional import FunctionalEnv
 
+LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
+"""Least scale and clip of a normalised observation's entry."""
 KEPT = ("obs", "action", "next_obs")
 """Kept data of each step of a rollout."""
 VALUE_WEIGHT = 0.5
@@ -48,6 +45,126 @@ STEEPEST = 0.5
 """Length to which a gradient is shortened."""
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explained_variance")
+
+
+class Sizes(NamedTuple):
+    """Static choices: the shapes of a program."""
+
+    num_envs: int
+    rollout_steps: int
+    """Steps of each environment in an update."""
+    batch_size: int
+    """Samples a gradient step; divides num_envs x rollout_steps."""
+    epochs: int
+    """Passes over a rollout."""
+    hidden: int
+    """Units a hidden layer, of the actor and of the critic."""
+    layers: int = 2
+
+    @property
+    def samples(self) -> int:
+        """Steps an update."""
+        return self.num_envs * self.rollout_steps
+
+
+class Now(NamedTuple):
+    """Numbers that change during training."""
+
+    learning_rate: Float[Array, ""]
+    noise: Float[Array, ""]
+
+
+class Rates(NamedTuple):
+    """Numbers that do not change the compiled program, by the names of a configuration.
+
+    The learning rate goes linearly from its first to its last value, the noise geometrically.
+    """
+
+    learning_rate: float = 1e-3
+    final_learning_rate: float = 1e-4
+    noise: float = 0.22
+    final_noise: float = 0.03
+    discount: float = 0.99
+    gae_lambda: float = 0.95
+    clip_range: float = 0.2
+
+    def at(self, share: Float[Array, ""]) -> Now:
+        """share: of the training done so far, 0 to 1."""
+        share = jnp.clip(share, 0.0, 1.0)
+        rates = self.learning_rate, self.final_learning_rate
+        noises = jnp.log(self.noise), jnp.log(self.final_noise)
+        rate, noise = (first + (last - first) * share for first, last in (rates, noises))
+        return Now(rate, jnp.exp(noise))
+
+
+def settings_of(config: Configuration) -> tuple[Sizes, Rates]:
+    """Settings of a training configuration."""
+    given = vars(config)
+    sizes, rates = ([given[one] for one in kind._fields] for kind in (Sizes, Rates))
+    return Sizes(*sizes), Rates(*rates)
+
+
+Layers = tuple[tuple["Array", "Array"], ...]
+"""Weights [inputs, outputs] and biases [outputs] of each layer."""
+
+
+class Moments(NamedTuple):
+    """Mean, variance and number of all observations so far."""
+
+    mean: Float[Array, " obs"]
+    variance: Float[Array, " obs"]
+    number: Float[Array, ""]
+
+
+def no_moments(inputs: int) -> Moments:
+    """Moments before the first observation, which leave it as it is."""
+    zero = jnp.zeros(inputs, jnp.float32)
+    return Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
+
+
+def add_moments(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
+    """Moments of the observations so far and of these."""
+    number = seen.number + len(obs)
+    share = len(obs) / number
+    mean, variance = obs.mean(0), obs.var(0)
+    difference = mean - seen.mean
+    spread = (1 - share) * seen.variance + share * variance
+    spread = spread + share * (1 - share) * difference**2
+    return Moments(seen.mean + share * difference, spread, number)
+
+
+def actor_and_critic(inputs: int, outputs: int, sizes: Sizes, key: Array) -> tuple[Layers, Layers]:
+    """Initial layers of both; the actor's last ones are small."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    return _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
+
+
+def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
+    """Orthogonal weights with gain sqrt(2), `last` in the last layer; no biases."""
+    gains = [*[2**0.5] * (len(widths) - 2), last]
+    keys = jax.random.split(key, len(gains))
+    shapes, orthogonal = itertools.pairwise(widths), jax.nn.initializers.orthogonal
+    return tuple(
+        (orthogonal(gain)(key, shape, jnp.float32), jnp.zeros(shape[1], jnp.float32))
+        for gain, key, shape in zip(gains, keys, shapes, strict=True)
+    )
+
+
+def network(layers: Layers, seen: Moments) -> MLPPolicy:
+    """The perceptron of these layers, observations normalised."""
+    scale = jnp.maximum(jnp.sqrt(seen.variance), LEAST_SCALE)
+    weights, biases = zip(*layers, strict=True)
+    return MLPPolicy(weights, biases, seen.mean, scale, observation_clip=OBSERVATION_CLIP)
+
+
+def begin_episodes(
+    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
+) -> tuple[Progress[State], Array]:
+    """Fresh episodes, and the key of the updates: update i uses fold_in(key, i)."""
+    episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
+    return begin(env, sizes.num_envs, params, episodes), updates
+
 
 Carry = tuple[tuple[Layers, Layers], optax.OptState]
 """Carry of a gradient step: actor and critic, and the optimiser's state."""
@@ -141,25 +258,16 @@ def log_probability(action: Array, mean: Array, noise: Array) -> Array:
     return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
 
 
-def judged(critic: MLPPolicy, found: Collected, rates: Rates) -> tuple[Array, Array]:
-    """Advantage of each step of a rollout [steps, n], and the critic's target."""
-    value, later = (critic.unlimited(found.kept[of])[..., 0] for of in ("obs", "next_obs"))
-    ends = found.terminated, found.truncated
-    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
-    return gain, value + gain
-
-
-def flattened(tree: Tree) -> Tree:
-    """Every leaf [steps, n, ...] as [samples, ...]."""
-    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), tree)
-
-
 def samples_of(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
     """Samples of a rollout for the update."""
     obs, action = found.kept["obs"], found.kept["action"]
-    advantage, value = judged(network(learner.critic, learner.seen), found, rates)
+    critic = network(learner.critic, learner.seen)
+    value, later = (critic.unlimited(found.kept[of])[..., 0] for of in ("obs", "next_obs"))
+    ends = found.terminated, found.truncated
+    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
     mean = network(learner.actor, learner.seen).unlimited(obs)
-    return flattened(Batch(obs, action, log_probability(action, mean, noise), advantage, value))
+    batch = Batch(obs, action, log_probability(action, mean, noise), gain, value + gain)
+    return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), batch)
 
 
 def loss_of(
@@ -222,28 +330,91 @@ def improve(
     return after, losses
 
 
-def policy_of(learner: Learner) -> MLPPolicy:
-    """The actor, without exploration."""
-    return network(learner.actor, learner.seen)
-
-
+_begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
 _improve = jax.jit(improve, static_argnums=2)
 
 
-class PPOTrainer(JAXTrainer[Learner, State, Params]):
-    """Learns from rollouts. `stop` is asked twice an update."""
+class PPOTrainer(Trainer[Configuration, State, Params]):
+    """Learns in JAX on whichever platform it finds. `stop` is asked twice an update."""
 
     losses = LOSSES
-    first_learner = staticmethod(jax.jit(begin_learning, static_argnums=(0, 1, 2)))
-    network_of = staticmethod(policy_of)
 
-    def learnt(
-        self, now: Now, key: Array
-    ) -> tuple[Learner, Collected[State], dict[str, Array]] | None:
-        """See JAXTrainer."""
+    def build(self) -> None:
+        """See Trainer."""
+        env: Any = self.env  # every step of a rollout is to be one of an episode
+        self.env, seed = replace(env, autoreset="same_step"), self.config.seed
+        self._sizes, self._rates = settings_of(self.config)
+        inputs, self._infos = shapes_of(self.env, self.params)
+        given = inputs, len(self.env.action_names), self._sizes, jax.random.key(seed)
+        self._learner: Learner = _begin_learning(*given)
+        self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
+
+    def begin_stretch(self, timesteps: int) -> None:
+        """See Trainer. Episodes and random numbers are in the state, so they go on."""
+        self.timesteps = timesteps
+
+    def advance(self, goal: int) -> None:
+        """See Trainer."""
+        while self.timesteps < goal and not self.stopped:
+            self._update()
+
+    def _update(self) -> None:
+        """One update; none where it is stopped."""
+        now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
+        key = jax.random.fold_in(self._key, self.timesteps // self._sizes.samples)
         given = self.env, self.params, self._sizes, now.noise, self._learner, self._progress
         found = rollout(*given, self._infos)
-        if self.stop():
-            return None
-        learner, losses = _improve(self._learner, found, self._sizes, self._rates, now, key)
-        return learner, found, losses
+        self.stopped = self.stop()
+        if self.stopped:
+            return
+        improved = _improve(self._learner, found, self._sizes, self._rates, now, key)
+        learner, losses = jax.block_until_ready(improved)
+        self.stopped = self.stop()
+        if self.stopped:
+            return
+        self._learner, self._progress = learner, found.progress
+        self.timesteps += self._sizes.samples
+        self.report(
+            Update(
+                timesteps=self.timesteps,
+                learning_rate=float(now.learning_rate),
+                noise=float(now.noise),
+                ended=ended_in(found, self._infos),
+                losses={name: float(losses[name]) for name in self.losses},
+            )
+        )
+
+    def take_state(self) -> ModelState:
+        """See Trainer."""
+        return arrays_of({"learner": self._learner, "episodes": self._progress})
+
+    def put_state(self, state: ModelState) -> None:
+        """See Trainer."""
+        found = filled({"learner": self._learner, "episodes": self._progress}, state)
+        self._learner, self._progress = found["learner"], found["episodes"]
+
+    def policy(self) -> MLPPolicy:
+        """See Trainer."""
+        return network(self._learner.actor, self._learner.seen).validate()
+
+    def is_finite(self) -> bool:
+        """See Trainer."""
+        return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
+
+
+def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:
+    """Size of an observation, and the names of the numbers in info."""
+
+    def first(key: Array) -> tuple[Array, dict[str, Array]]:
+        obs, state = env.reset_env(key, params)
+        info = env.step_env(state, jnp.zeros(len(env.action_names)), params)[5]
+        return obs, {name: value for name, value in info.items() if jnp.ndim(value) == 0}
+
+    obs, info = jax.eval_shape(first, jax.random.key(0))
+    return obs.shape[-1], tuple(info)
+
+
+def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Last infos of the episodes that ended in a rollout; {} without any."""
+    over = np.asarray(found.terminated) | np.asarray(found.truncated)
+    return {name: np.asarray(found.kept[name])[over] for name in names} if over.any() else {}

@@ -104,10 +104,6 @@ def trainer_of(config: Configuration) -> type[Trainer]:
         from stickslip.agents.training.sb3 import SB3Trainer
 
         return SB3Trainer
-    if config.algorithm == "shac":
-        from stickslip.agents.training.shac import SHACTrainer
-
-        return SHACTrainer
     from stickslip.agents.training.ppo import PPOTrainer
 
     return PPOTrainer
@@ -211,10 +207,10 @@ class _Training:
         self.evaluations.append(at, {"seconds": seconds} | row)
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
-        about = {"trained": {"timesteps": at, "config": self.config.digest}, **self.about}
+        about = {"trained": {"timesteps": at, "config": self.run.digest}, **self.about}
         write_checkpoint(
             self.run.checkpoints,
-            TrainState(at, seconds, self.config.digest),
+            TrainState(at, seconds, self.run.digest),
             self.trainer.take_state(),
             lambda path: save_policy(policy, path, about),
         )

@@ -14,8 +14,6 @@ from stickslip.optim.posture import CRITERIA_IN_WORDS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.untrusted import Json
-
 FIXED = ("bump", "sinusoid", "ramp", "step", "ditch", "flat", "incline")
 GROUND = "random-bump"
 """The ground where none is named."""
@@ -33,11 +31,6 @@ USUAL = {
 """About what a drive over the default bump costs, in the criterion's unit."""
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
-DEFAULTS: dict[str, dict[str, Json]] = {
-    "sb3": {"discount": 0.99},
-    "shac": {"timesteps": 300_000, "learning_rate": 5e-3, "action_noise": 0.3},
-}
-"""Defaults that differ from the fields' own."""
 LEGS = 30, 150
 """Range of the vehicle's legs [degrees]."""
 
@@ -98,7 +91,7 @@ class UGVTrainConfig(Configuration):
     LEARNING: ClassVar = ("reward_scale",)
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
 
-    DEFAULTS: ClassVar = DEFAULTS
+    DEFAULTS: ClassVar = {"sb3": {"discount": 0.99}}
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:

@@ -12,21 +12,19 @@ import pytest
 from stickslip.agents.training.ppo import (
     VALUE_WEIGHT,
     Batch,
+    Moments,
+    Rates,
+    Sizes,
+    add_moments,
     advantages,
+    begin_episodes,
     begin_learning,
     explore,
     improve,
     log_probability,
     loss_of,
-    rollout,
-)
-from stickslip.agents.training.trainer import (
-    Moments,
-    Rates,
-    Sizes,
-    add_moments,
-    begin_episodes,
     network,
+    rollout,
 )
 from stickslip.envs import FunctionalEnv
 
