@@ -7,7 +7,7 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, simulate
-from stickslip.envs import BipedEnv
+from stickslip.envs import BipedEnv, Randomisation
 from stickslip.optim import GaitProblem, solve
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.result import OptimStatus
@@ -30,13 +30,14 @@ def test_power_is_limited_at_every_instant_and_all_work_becomes_energy(integrato
 
 def test_the_environment_saturates_and_pays_for_losses():
     env = BipedEnv(autoreset="disabled")
-    plain, limited = env.make_params(), env.make_params(max_power=0.4, efficiency=0.5)
-    assert jax.tree.structure(plain) == jax.tree.structure(env.make_params(max_power=None))
+    how = {"scene": "grip", "randomisation": Randomisation(crank_rate=(2.0, 2.0))}
+    plain, limited = env.make_params(**how), env.make_params(max_power=0.4, efficiency=0.5, **how)
+    assert jax.tree.structure(plain) == jax.tree.structure(env.make_params(max_power=None, **how))
     assert "power" not in repr(jax.tree.structure(plain))
     step, infos = jax.jit(env.step_env), []
     for params in (plain, limited):
         _, state = env.reset(jax.random.key(0), params)
-        for _ in range(20):
+        for _ in range(3):
             *_, info = out = step(state, jnp.array([0.25]), params)
             state = out[1]
         infos.append((float(state.biped.crank_rate), info))
