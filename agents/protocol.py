@@ -18,8 +18,7 @@ from typing import (
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.params import Timed
+    from stickslip.envs.functional import FunctionalEnv, Timed
 
     Obs: TypeAlias = Float[Array, " obs"]
     Action: TypeAlias = Float[Array, " act"]

@@ -61,7 +61,7 @@ def make_vec(
     a longer one changes nothing.
     """
     from stickslip.dynamics.checks import require_integer
-    from stickslip.envs.params import horizon
+    from stickslip.envs.functional import horizon
 
     if "autoreset" in options:
         raise ValueError(f"autoreset = {options['autoreset']!r}; accepted: autoreset_mode instead")

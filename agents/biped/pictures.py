@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.biped.state import BipedEnvState, Drawn
-    from stickslip.envs.params import Range
+    from stickslip.envs.functional import Range
     from stickslip.envs.tasks.known import Scale
 
 TERMS = ("tracking", "slip", "energy", "fall")

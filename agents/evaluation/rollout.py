@@ -24,8 +24,7 @@ from stickslip.agents.protocol import (
 )
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.functional import FunctionalEnv, pure_step
-from stickslip.envs.params import MOST_STEPS, horizon
+from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_step
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

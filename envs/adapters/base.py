@@ -12,14 +12,12 @@ import numpy as np
 from gymnasium import spaces
 
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
-from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
-from stickslip.envs.functional import FunctionalEnv, Params, State
-from stickslip.envs.params import horizon
+from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs, Results
+from stickslip.envs.functional import FunctionalEnv, Params, State, horizon
 
 if TYPE_CHECKING:
     from gymnasium.envs.registration import EnvSpec
 
-    from stickslip.envs.adapters.packing import Results
 
 RENDER_MODE = "rgb_array"
 

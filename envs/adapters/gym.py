@@ -8,7 +8,7 @@ import gymnasium
 import numpy as np
 
 from stickslip.envs.adapters.base import RENDER_MODE, Compiled, require_autoreset
-from stickslip.envs.adapters.packing import ending
+from stickslip.envs.adapters.packed import ending
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.adapters.base import Compiled, require_autoreset
-from stickslip.envs.adapters.packing import Results, Shared
+from stickslip.envs.adapters.packed import Results, Shared
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.envs.adapters.base import RENDER_MODE, Compiled
-from stickslip.envs.adapters.packing import Results, ending
+from stickslip.envs.adapters.packed import Results, ending
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv

@@ -32,7 +32,7 @@ from stickslip.dynamics.pytrees import (
     settle,
 )
 from stickslip.dynamics.scene import Grip, Scene, scene_of
-from stickslip.envs.params import (
+from stickslip.envs.functional import (
     NON_NEGATIVE,
     POSITIVE,
     Range,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import Contact
     from stickslip.dynamics.pytrees import Number
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.params import Range
+    from stickslip.envs.functional import Range
 
 T = TypeVar("T")
 

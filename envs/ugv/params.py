@@ -24,7 +24,7 @@ from stickslip.dynamics.pytrees import (
     settle,
 )
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
-from stickslip.envs.params import NON_NEGATIVE, POSITIVE, Rule, as_numbers, require_numbers
+from stickslip.envs.functional import NON_NEGATIVE, POSITIVE, Rule, as_numbers, require_numbers
 from stickslip.envs.ugv.randomisation import (
     UGVRandomisation,
     cast,

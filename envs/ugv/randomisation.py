@@ -24,7 +24,7 @@ from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
 from stickslip.dynamics.ugv.ground.spline import hermite_table
 from stickslip.dynamics.ugv.track import Surface, pairs, track_of
-from stickslip.envs.params import Range, require_range
+from stickslip.envs.functional import Range, require_range
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.optim.gait import METHODS
-from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, friction_along
+from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program, friction_along
 from stickslip.optim.gait.gait import GaitResult, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
@@ -190,8 +190,6 @@ class GaitProblem(Problem[GaitResult]):
         """See Problem. ValueError for the objective "friction", which is no convex program."""
         if self.goal.is_friction:
             raise ValueError('objective = "friction" is no convex program; accepted: another')
-        from stickslip.optim.gait.convex.program import Program
-
         at, numbers = self.on_grid, self.on_grid.numbers()
         program = Program(numbers)
 

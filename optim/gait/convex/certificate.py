@@ -29,8 +29,7 @@ if TYPE_CHECKING:
 
     from jaxtyping import Float
 
-    from stickslip.optim.gait.convex.grid_problem import GridProblem
-    from stickslip.optim.gait.convex.program import Duals, Numbers, Sample
+    from stickslip.optim.gait.convex.grid_problem import Duals, GridProblem, Numbers, Sample
     from stickslip.optim.gait.profile import Grid
 
 GOLDEN = (np.sqrt(5) - 1) / 2

@@ -16,16 +16,14 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim.gait.between import Polynomials, lowest, peak
 from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
-from stickslip.optim.gait.convex.grid_problem import NORMAL, STANDING, ZMP
-from stickslip.optim.gait.convex.program import Solved
+from stickslip.optim.gait.convex.grid_problem import NORMAL, STANDING, ZMP, Solved
 from stickslip.optim.gait.gait import FRICTION, TIME, TORQUE, Certificate, GaitResult, goal_of
 from stickslip.optim.result import Ended, OptimStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from stickslip.optim.gait.convex.grid_problem import GridProblem
-    from stickslip.optim.gait.convex.program import Numbers
+    from stickslip.optim.gait.convex.grid_problem import GridProblem, Numbers
     from stickslip.optim.gait.gait import Gait
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.profile import Grid

@@ -15,8 +15,8 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAwareObservation
 
 from stickslip.envs import BipedEnv, GymEnv, UGVEnv
-from stickslip.envs.adapters.packing import Shared
-from stickslip.envs.params import horizon
+from stickslip.envs.adapters.packed import Shared
+from stickslip.envs.functional import horizon
 from stickslip.optim import problem
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import one_toy

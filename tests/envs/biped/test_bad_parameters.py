@@ -13,7 +13,7 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation, UGVEnv
 from stickslip.envs.biped.params import NUMBERS, OPTIONAL
-from stickslip.envs.params import NON_NEGATIVE
+from stickslip.envs.functional import NON_NEGATIVE
 from tests.envs.helpers import task
 
 

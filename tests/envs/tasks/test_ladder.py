@@ -21,7 +21,7 @@ from stickslip.envs import (
     task_by_name,
 )
 from stickslip.envs.biped.params import NUMBERS
-from stickslip.envs.params import horizon
+from stickslip.envs.functional import horizon
 from stickslip.envs.tasks.definition import WITHDRAWN
 from stickslip.envs.tasks.known import known_of
 
