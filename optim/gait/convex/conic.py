@@ -14,10 +14,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.optim.gait.between import Polynomials, lowest, peak
 from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
 from stickslip.optim.gait.convex.grid_problem import NORMAL, STANDING, ZMP, Solved
-from stickslip.optim.gait.gait import FRICTION, TIME, TORQUE, Certificate, GaitResult, goal_of
+from stickslip.optim.gait.gait import (
+    FRICTION,
+    TIME,
+    TORQUE,
+    Certificate,
+    GaitResult,
+    Polynomials,
+    goal_of,
+    lowest,
+    peak,
+)
 from stickslip.optim.result import Ended, OptimStatus
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from stickslip.optim.gait import between
+from stickslip.optim.gait import gait as between
 from stickslip.optim.gait.profile import Grid
 
 

@@ -7,7 +7,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams, kinematics
 from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.optim import GaitProblem, OptimStatus, solve
-from stickslip.optim.gait.between import Polynomials
+from stickslip.optim.gait.gait import Polynomials
 from tests.optim.gait.helpers import LIMIT, periodic, quickest_on_a_lattice, robot, solved, transfer
 
 FASTEST = {0.02: 5.7, 0.2: 10.0}

@@ -6,9 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline, PPoly
 
 from stickslip.optim import GaitProblem, solve
-from stickslip.optim.gait.between import lowest
 from stickslip.optim.gait.convex.grid_problem import STANDING
-from stickslip.optim.gait.gait import Gait
+from stickslip.optim.gait.gait import Gait, lowest
 from tests.optim.gait.helpers import robot, transfer
 
 FINE = 201
