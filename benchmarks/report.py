@@ -1,4 +1,4 @@
-"""Command line, JSON, tables and provenance of every benchmark."""
+"""Command line, JSON, tables and provenance of every benchmark, and statistics of settings."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import os
 import platform
 import subprocess
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import jax
 
@@ -23,6 +23,11 @@ from stickslip.records.files import write_whole
 from stickslip.records.table import Table, json_text
 
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
+P = TypeVar("P", bound=Any)
+"""A setting with its `cost` [s] and `error`, the worst of its errors in one unit."""
+
+USEFUL = 0.1
+"""Largest error of a point of a front, in its own unit: beyond it, the answer is but a guess."""
 RESULTS = Path("benchmarks/results")
 MARKS = ("<!-- measured: begin -->", "<!-- measured: end -->")
 """Marks around the measured tables of a page that has no other."""
@@ -197,6 +202,62 @@ def put_between(path: Path, text: str, name: str = "") -> None:
     before, rest = page.split(marks[0])
     after = rest.split(marks[1])[1]
     write_whole(path, f"{before}{marks[0]}\n{text}\n{marks[1]}{after}")
+
+
+def front_of(points: Sequence[P]) -> list[P]:
+    """Points that no other beats in cost and error, the cheapest first; error <= USEFUL."""
+    found: list[P] = []
+    for point in sorted(points, key=lambda p: (p.cost, p.error)):
+        if point.error < (found[-1].error if found else USEFUL * (1 + 1e-12)):
+            found.append(point)
+    return found
+
+
+def knee_of(points: Sequence[P]) -> P:
+    """The knee of the front: farthest below the chord of its ends, in log-log.
+
+    Both axes are scaled to the front's extent first. Of a front of one or two points, its last.
+    ValueError if no error is within USEFUL.
+    """
+    along = front_of(points)
+    if not along:
+        raise ValueError(f"no front: every error exceeds {USEFUL:g}; accepted: one within")
+    if len(along) < 3:
+        return along[-1]
+    costs, errors = ([p.cost for p in along], [p.error for p in along])
+    x, y = ([math.log(max(value, 1e-300)) for value in each] for each in (costs, errors))
+    across, down = x[-1] - x[0], y[0] - y[-1]
+    below = [1 - (a - x[0]) / across - (b - y[-1]) / down for a, b in zip(x, y, strict=True)]
+    return along[max(range(len(along)), key=lambda i: below[i])]
+
+
+def upper_bound(values: Iterable[float], quantile: float, confidence: float) -> float:
+    """The value that bounds the quantile from above with this confidence; infinite for too few.
+
+    The k-th of the sorted values, whatever their distribution: the least k for which
+    P(Binomial(count, quantile) <= k - 1) >= confidence.
+    """
+    from scipy.stats import binom
+
+    ordered = [*sorted(values), math.inf]
+    return float(ordered[int(binom.ppf(confidence, len(ordered) - 1, quantile))])
+
+
+def unbeaten(rated: Mapping[int, tuple[Hashable, tuple[float, ...]]]) -> set[int]:
+    """Keys of points that no other of their kind beats in every number.
+
+    rated: kind and numbers of each point. Equal points do not beat each other.
+    """
+
+    def beaten(own: Hashable, values: tuple[float, ...]) -> bool:
+        return any(
+            other == own
+            and better != values
+            and all(a <= b for a, b in zip(better, values, strict=True))
+            for other, better in rated.values()
+        )
+
+    return {key for key, rating in rated.items() if not beaten(*rating)}
 
 
 def _commit() -> str | None:

@@ -15,9 +15,11 @@ import math
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.points import USEFUL, front_of, knee_of
 from benchmarks.report import (
+    USEFUL,
     called,
+    front_of,
+    knee_of,
     markdown,
     measured_by_command,
     put_between,

@@ -17,8 +17,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.points import upper_bound
-from benchmarks.report import code_of
+from benchmarks.report import code_of, upper_bound
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     SUPPORT_END,

@@ -20,7 +20,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.points import unbeaten
 from benchmarks.report import (
     called,
     code_of,
@@ -29,11 +28,19 @@ from benchmarks.report import (
     put_between,
     rows_json,
     three,
+    unbeaten,
     where,
 )
 from benchmarks.timing import built, seconds_of_many
-from benchmarks.ugv.population import AS_FUNCTION, PLACES
-from benchmarks.ugv.promise import CONFIDENCE, FRICTION, QUANTILE, SOLVERS, promises
+from benchmarks.ugv.poses import (
+    AS_FUNCTION,
+    CONFIDENCE,
+    FRICTION,
+    PLACES,
+    QUANTILE,
+    SOLVERS,
+    promises,
+)
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_waves
 from stickslip.records.files import write_whole

@@ -4,12 +4,14 @@ from typing import NamedTuple
 
 import pytest
 
-from benchmarks.points import front_of, knee_of, unbeaten
 from benchmarks.report import (
     MARKS,
+    front_of,
+    knee_of,
     measured_parts,
     put_between,
     read_json,
+    unbeaten,
     where,
     write_json,
 )

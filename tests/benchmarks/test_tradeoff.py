@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.points import upper_bound
-from benchmarks.report import MARKS
+from benchmarks.report import MARKS, upper_bound
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import walks as population
 from benchmarks.tradeoff.__main__ import cost_of

@@ -10,11 +10,16 @@ from scipy import stats
 
 from benchmarks.report import MARKS
 from benchmarks.ugv import __main__ as command
-from benchmarks.ugv.population import AS_FUNCTION, CLASSES, HELD_OUT, PLACES, STEEPEST, draw
-from benchmarks.ugv.promise import (
+from benchmarks.ugv.poses import (
+    AS_FUNCTION,
+    CLASSES,
     CONFIDENCE,
+    HELD_OUT,
+    PLACES,
     QUANTILE,
+    STEEPEST,
     Differences,
+    draw,
     promised,
 )
 from stickslip.dynamics.ugv.recommendation import NEAR, promises
