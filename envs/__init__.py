@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.envs.adapters.gym import GymEnv
+    from stickslip.envs.adapters.gym import GymEnv, GymVectorEnv
     from stickslip.envs.adapters.gymnax import GymnaxEnv
     from stickslip.envs.adapters.sb3 import SB3VecEnv
-    from stickslip.envs.adapters.vector import GymVectorEnv
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams, Randomisation
     from stickslip.envs.biped.state import BipedEnvState

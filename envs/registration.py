@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from importlib.machinery import ModuleSpec
     from types import ModuleType
 
-    from stickslip.envs.adapters.gym import GymEnv
-    from stickslip.envs.adapters.vector import GymVectorEnv
+    from stickslip.envs.adapters.gym import GymEnv, GymVectorEnv
     from stickslip.envs.tasks.definition import Made
 
 Options: TypeAlias = dict[str, Any]

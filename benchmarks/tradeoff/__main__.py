@@ -57,7 +57,6 @@ class Promise(NamedTuple):
     bounds: dict[str, tuple[float, float, float]]
     """Error bounds by quantile: the worse of both [rad/s], crank angle [rad/s], slide [m/s]."""
     otherwise: float
-    other_switches: float
     cost: float
 
     @property
@@ -107,8 +106,7 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
             str(q): tuple(UNBOUNDED if v is None else v for v in row["bounds"][str(q)])
             for q in QUANTILES
         }
-        shares = row["ends_otherwise"], row["other_switches"]
-        found.append(Promise(*names, bounds, *shares, costs[names]))  # type: ignore[arg-type]
+        found.append(Promise(*names, bounds, row["ends_otherwise"], costs[names]))  # type: ignore[arg-type]
     return sorted(found, key=lambda promise: promise.cost)
 
 

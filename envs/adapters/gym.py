@@ -1,17 +1,29 @@
-"""A Gymnasium environment over a functional one; no physics here."""
+"""Gymnasium environments over a functional one, a single one and a vector in one compiled call."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import gymnasium
 import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
 
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_integer,
+    require_kind,
+    require_known,
+    shown,
+)
 from stickslip.envs.adapters.base import RENDER_MODE, Compiled, require_autoreset
-from stickslip.envs.adapters.packed import ending
+from stickslip.envs.adapters.packed import Results, ending
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
+
+SEEDS = "None, a whole number >= 0, or a list of such, one an environment"
 
 
 class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
@@ -70,3 +82,160 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
             gymnasium.logger.warn("render() without render_mode; accepted: 'rgb_array'")
             return None
         return self._picture(0, self._info)
+
+
+class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
+    """n functional environments as a gymnasium VectorEnv, behaving like SyncVectorEnv.
+
+    Environment i of `reset(seed=s)` is the single environment of seed s + i, episode after episode.
+    autoreset_mode: every AutoresetMode; with SAME_STEP infos hold `final_obs` and `final_info`;
+    with DISABLED finished environments are reset by `reset(options={"reset_mask": mask})` before
+    the next step. info entries are arrays [n] with their masks under `_name`.
+    """
+
+    def __init__(
+        self,
+        env: FunctionalEnv,
+        params: Any,
+        num_envs: int,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+    ):
+        self.mode = _mode(autoreset_mode)
+        self._compile(env, params, num_envs, render_mode, autoreset=self.mode.name.lower())
+        self.num_envs = self._envs.num_envs
+        self.single_observation_space, self.single_action_space = self._spaces()
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.metadata = {
+            "render_modes": [RENDER_MODE],
+            "render_fps": self._frame_rate(),
+            "autoreset_mode": self.mode,
+        }
+        self._seeded = False
+        self._over = np.zeros(self.num_envs, bool)
+        self._obs: np.ndarray | None = None
+        self._results: Results | None = None
+
+    def reset(
+        self,
+        *,
+        seed: int | list[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[np.ndarray, dict[str, Any]]:
+        """Begin episodes everywhere, or where options["reset_mask"] is true.
+
+        Other options are those of the single environment, for the episodes that begin here.
+        """
+        given = options
+        if isinstance(options, Mapping):
+            given = {name: value for name, value in options.items() if name != "reset_mask"}
+            require_known(given, ("reset_mask", *self.functional.option_names), "option of reset")
+        params, mask = self._episode_params(given), self._reset_mask(options)
+        self._seed(seed, mask)
+        begun = np.ones(self.num_envs, bool) if mask is None else mask
+        obs = self._envs.reset((begun, params)).astype(np.float32)
+        if mask is not None and self._obs is not None:
+            obs = np.where(mask[:, None], obs, self._obs)
+        self._obs = obs.copy()
+        self._over = self._over & ~mask if mask is not None else np.zeros(self.num_envs, bool)
+        if mask is not None and self._results is not None:
+            self._results.autoreset[mask] = True  # their infos are of the episode before
+        if mask is None:
+            self._results = None
+        return obs, {}
+
+    def step(
+        self, actions: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """One control step of every environment. Raises ValueError for bad actions, and for
+        stepping a finished environment when autoreset is disabled."""
+        self._require_running()
+        self._results = results = self._envs.step(self._checked(actions, (self.num_envs,)))
+        self._over = results.terminated | results.truncated
+        infos = self._gather_infos(results)
+        obs = results.obs
+        self._obs = obs.copy()
+        reward = results.reward.astype(np.float64)
+        return obs, reward, results.terminated, results.truncated, infos
+
+    def render(self) -> tuple[np.ndarray, "..."] | None:
+        """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
+        if self.render_mode is None:
+            return None
+        return self._every_picture(self._results)
+
+    def _require_running(self) -> None:
+        """ValueError where an episode has ended and autoreset is disabled."""
+        results = self._results
+        if self.mode is AutoresetMode.DISABLED and self._over.any() and results is not None:
+            ended = np.flatnonzero(self._over).tolist()
+            first = ending(results.info_of(ended[0]), bool(results.terminated[ended[0]]))
+            raise ValueError(
+                f"environments {shown(ended)} of {self.num_envs} have ended (the first: {first}); "
+                'accepted: reset(options={"reset_mask": mask}) first, as autoreset is disabled'
+            )
+
+    def _gather_infos(self, results: Results) -> dict[str, Any]:
+        """Arrays with masks, as SyncVectorEnv gathers them from single environments."""
+        infos: dict[str, Any] = {}
+        running = ~results.autoreset
+        if self.mode is AutoresetMode.SAME_STEP and results.autoreset.any():
+            over = results.autoreset
+            final_obs = np.full(self.num_envs, None, object)
+            for i in np.flatnonzero(over):
+                final_obs[i] = results.final_obs[i]
+            infos |= {"final_obs": final_obs, "_final_obs": over.copy()}
+            infos |= {"final_info": _masked(results.info, over), "_final_info": over.copy()}
+        return infos | _masked(results.info, running) if running.any() else infos
+
+    def _seed(self, seed: int | list[int | None] | None, mask: np.ndarray | None) -> None:
+        if isinstance(seed, int | np.integer):
+            super().reset(seed=int(seed))
+            seed = [int(seed) + i for i in range(self.num_envs)]
+        seeds = [None] * self.num_envs if seed is None else seed
+        require_kind("seed", seeds, (list, tuple, np.ndarray), SEEDS)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds; accepted: {self.num_envs}, one an environment")
+        wanted = np.ones(self.num_envs, bool) if mask is None else mask
+        given: list[int | None] = [
+            None if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
+            for one in seeds
+        ]
+        given = [one if chosen else None for one, chosen in zip(given, wanted, strict=True)]
+        if not self._seeded:
+            drawn = self.np_random.integers(2**31, size=self.num_envs).tolist()
+            given = [new if one is None else one for one, new in zip(given, drawn, strict=True)]
+            self._seeded = True
+        if any(one is not None for one in given):
+            self._envs.seed(given)
+
+    def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
+        mask = (options or {}).get("reset_mask")
+        if mask is None:
+            return None
+        mask = np.asarray(mask)
+        if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+            raise ValueError(
+                f"reset_mask of shape {mask.shape} and type {mask.dtype}; accepted: booleans "
+                f"[{self.num_envs}], at least one true"
+            )
+        return mask
+
+
+def _mode(given: AutoresetMode | str) -> AutoresetMode:
+    """The mode from itself, its value or its name."""
+    known = {name: mode for mode in AutoresetMode for name in (mode.name.lower(), mode.value)}
+    if isinstance(given, AutoresetMode):
+        return given
+    require_choice("autoreset_mode", given, tuple(known), also="an AutoresetMode")
+    return known[given]
+
+
+def _masked(columns: dict[str, np.ndarray], mask: np.ndarray) -> dict[str, np.ndarray]:
+    """Each column, zero outside the mask, with the mask under its name."""
+    masked: dict[str, np.ndarray] = {}
+    for name, column in columns.items():
+        masked[name] = column if mask.all() else np.where(mask, column, np.zeros_like(column))
+        masked[f"_{name}"] = mask.copy()
+    return masked
