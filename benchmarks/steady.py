@@ -13,7 +13,7 @@ V comes from the convex program's multipliers (certificate.py), for every gait, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -91,7 +91,7 @@ def bound_steady_reward(
 
     ends = 1e-6 * tracking_weight, most
     options = {"xatol": CLOSE * most, "maxiter": MOST}
-    searched = minimize_scalar(earned, bounds=ends, method="bounded", options=options)
+    searched: Any = minimize_scalar(earned, bounds=ends, method="bounded", options=options)
     if not found:
         raise ValueError(f"nothing is proved ({searched.message}); accepted: other weights")
     best = min(found)

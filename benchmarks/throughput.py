@@ -124,7 +124,7 @@ def looped(
     interface: str,
     name: str,
     make: Callable[[], Any],
-    size: tuple[int, int, int],
+    size: tuple[int, ...],
     scale: float = 1.0,
     draw: Callable[[Any], Any] = lambda env: env.action_space.sample(),
 ) -> dict[str, Any]:

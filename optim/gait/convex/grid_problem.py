@@ -392,7 +392,12 @@ class GridProblem:
         terms = {} if relaxed else self.goal.weights
         weights = {term: w * self.units.of(term) / self.scale for term, w in terms.items()}
         return Numbers(
-            **vars(sample) | {"C": C},
+            A=sample.A,
+            B=sample.B,
+            C=C,
+            torque=sample.torque,
+            ends=sample.ends,
+            weight=sample.weight,
             h=self.grid.h,
             relaxed=names == relaxed,
             weights=weights,

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.optim import GaitProblem, OptimStatus, solve
-from stickslip.optim.gait.convex import program
+from stickslip.optim.gait.convex import grid_problem
 from tests.optim.gait.helpers import periodic, robot, solved, transfer
 
 
@@ -58,7 +58,7 @@ def test_the_limit_that_cannot_be_met_is_named(problem, said: str):
 
 
 def test_a_solver_that_gives_up_is_not_called_optimal(monkeypatch):
-    monkeypatch.setattr(program, "ACCURACY", {"max_iter": 4})
+    monkeypatch.setattr(grid_problem, "ACCURACY", {"max_iter": 4})
     found = solve(periodic(mu=0.05, steps=60))
     assert found.status in (OptimStatus.LIMIT, OptimStatus.FAILED, OptimStatus.VIOLATED)
     assert not found.status.solved
