@@ -39,6 +39,8 @@ QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 DIGITS = 7
 """Digits of the numbers in a digest."""
+LATER = ("works",)
+"""Fields that came later, are not None and follow from others: no digest counts them."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +201,8 @@ def parts_of(value: object) -> list[bytes]:
     if is_dataclass(value) and not isinstance(value, type):
         found = [type(value).__name__.encode()]
         for one in sorted(fields(value), key=lambda one: one.name):
-            if one.init and (given := getattr(value, one.name)) is not None:
+            given = getattr(value, one.name)
+            if one.init and one.name not in LATER and given is not None:
                 found += [one.name.encode(), *parts_of(given)]
         return found
     if isinstance(value, dict):
