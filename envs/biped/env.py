@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -161,7 +161,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     autoreset: str = "same_step"
     see_friction: bool = False
     see_patch: bool = False
-    shield: float | None = None
+    shield: float | None = field(default=None, repr=False)  # a task's digest is of the repr
 
     action_names = ("torque",)
     params_kind = BipedEnvParams
