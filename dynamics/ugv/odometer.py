@@ -6,7 +6,7 @@ beta = atan f'(x), has turned by beta(x) - S(x) / r, anticlockwise positive, S b
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -25,7 +25,7 @@ from stickslip.dynamics.pytrees import (
     settle,
 )
 from stickslip.dynamics.ugv.ground.shapes import as_floats, in_two, locate, parts_of, require_ends
-from stickslip.dynamics.ugv.ground.spline import Spline
+from stickslip.dynamics.ugv.ground.spline import Spline, pieces_between
 from stickslip.dynamics.ugv.track import Track, track_of
 
 if TYPE_CHECKING:
@@ -100,6 +100,21 @@ class Odometer:
         odometer = object.__new__(cls)
         settle(odometer, track=track, start=start, end=end)
         _integrate(odometer, cells)
+        return odometer
+
+    def between(self, first: float, last: float) -> Odometer:
+        """The same over a part of long ground through points, from first to last [m], faster to
+        evaluate; itself of other ground. Arc lengths are still counted from the start."""
+        shape = self.track.shape
+        if not isinstance(shape, Spline):
+            return self
+        part = pieces_between(np.asarray(self.edges), first, last)
+        ends = slice(None) if part is None else slice(part.start, part.stop + 1)
+        odometer = object.__new__(Odometer)
+        track = replace(self.track, shape=shape.cut(first, last))
+        settle(odometer, track=track, start=self.start, end=self.end, even=self.even)
+        cells = {name: getattr(self, name)[ends] for name in ("edges", "rests", "excess")}
+        settle(odometer, **cells)
         return odometer
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:

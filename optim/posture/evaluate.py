@@ -191,11 +191,14 @@ class Waypoints(NamedTuple):
         """Waypoints of stations, each with its x [m] and mu [-]."""
         x, friction = np.asarray(x), np.asarray(friction)
         with jax.enable_x64(True):
-            shared = dict.fromkeys(("x", "friction", "criterion", *LIMITS))
+            shared = dict.fromkeys(("x", "friction", "criterion", "odometer", *LIMITS))
             shared = jax.device_put(replace(posture, **shared))
+            reach = _reach(posture.params)
 
             def part(begin: int, size: int) -> Posture:
-                own = {"x": padded(x[begin:], size), "friction": padded(friction[begin:], size)}
+                at = padded(x[begin:], size)
+                ground = posture.odometer.between(np.min(at) - reach, np.max(at) + reach)
+                own = {"x": at, "friction": padded(friction[begin:], size), "odometer": ground}
                 return replace(shared, **jax.device_put(own))
 
             calls = tuple((*call, part(*call)) for call in _calls(len(x)))
@@ -219,6 +222,11 @@ class Waypoints(NamedTuple):
         return [
             program(posture, padded(pairs[begin:], size)) for begin, size, posture in self.calls
         ]
+
+
+def _reach(params: UGVParams) -> float:
+    """Distance from the front contact within which all ground lies that matters [m]."""
+    return float(params.body_length) + 2 * float(params.leg_length + params.wheel_radius)
 
 
 def _joined(parts: list[Any], length: int) -> Any:

@@ -10,16 +10,17 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.status import Status
-from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import (
     PLACED,
     Criterion,
@@ -29,6 +30,8 @@ from stickslip.optim.posture.criteria import (
     step_cost,
 )
 from stickslip.optim.posture.evaluate import PostureResult, below, natural
+from stickslip.optim.posture.layers import CHUNK, Layer, Layers
+from stickslip.optim.posture.shortfall import shortfall
 from stickslip.optim.posture.waypoints import (
     CONVEX,
     LEAST,
@@ -47,22 +50,8 @@ if TYPE_CHECKING:
 
     from stickslip.optim.posture.problem import PostureProblem
 
-CHUNK = evaluate.SIZES[-1]
-"""Stations evaluated in one call, about: what bounds the memory."""
 BETTER = 1e-9
 """Relative decrease below which a polished drive is no better than the grid's."""
-
-
-class Layer(NamedTuple):
-    """The stations [n] that may be chosen at a waypoint, and which constraints they meet."""
-
-    stations: Station
-    met: dict[str, Bool[np.ndarray, "n"]]
-
-    @property
-    def admissible(self) -> Bool[np.ndarray, "n"]:
-        """Mask of postures that meet all constraints of a station."""
-        return np.all(list(self.met.values()), axis=0)
 
 
 @dataclass(frozen=True)
@@ -70,16 +59,16 @@ class PostureGrid:
     """The stations of K waypoints and N pairs of angles, as NumPy arrays.
 
     began: time of the start. rear, front: the angles of each leg [rad]; the pairs are all of one
-    with all of the other, the front leg's running faster. layers: the choices at each waypoint;
-    one, which need not lie on the grid, where the first or the last pair is given. method: that
-    searches it.
+    with all of the other, the front leg's running faster. layers: the choices at each waypoint, in
+    `Layers`; one, which need not lie on the grid, where the first or the last pair is given.
+    method: that searches it.
     """
 
     problem: PostureProblem
     began: float
     rear: Float[np.ndarray, "R"]
     front: Float[np.ndarray, "F"]
-    layers: list[Layer]
+    layers: Sequence[Layer]
     method: str
 
     @property
@@ -94,14 +83,14 @@ class PostureGrid:
         ends = [name for name, at in given.items() if at is not None]
         return text + (f" with the given {' and '.join(ends)}" if ends else "")
 
-    @property
+    @cached_property
     def limits(self) -> Float[np.ndarray, "steps"]:
         """The longest move of a leg in each step [rad]."""
         rate = self.problem.leg_rate
         dx = np.diff(self.problem.x)
         return np.full(dx.shape, np.inf) if rate is None else float(rate) * dx
 
-    @property
+    @cached_property
     def windows(self) -> Int[np.ndarray, "steps 2"]:
         """Grid steps that the rear and the front leg may move in each step."""
         most = [windows_of(angles, self.limits) for angles in (self.rear, self.front)]
@@ -122,35 +111,29 @@ class PostureGrid:
         )
 
     def angles_at(self, nodes: Sequence[int]) -> Float[np.ndarray, "K 2"]:
-        each = zip(self.layers, nodes, strict=True)
-        return np.stack([layer.stations.leg_angles[node] for layer, node in each])
+        rear, front = np.divmod(np.asarray(nodes), len(self.front))
+        found = np.stack([self.rear[rear], self.front[front]], axis=1)
+        for k, pair in ((0, self.problem.start_angles), (-1, self.problem.end_angles)):
+            if pair is not None:
+                found[k] = pair
+        return found
 
-    def edges(self, step: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Nodes before and after each admissible move of a step, in parts: one for each move in
-        grid steps, the shortest first; all in one from or to a given pair."""
-        a, b = self.layers[step : step + 2]
-        good_a, good_b = a.admissible, b.admissible
-        R, F = self.shape
-        if len(good_a) != R * F or len(good_b) != R * F:
-            turn = np.abs(b.stations.leg_angles - a.stations.leg_angles[:, None])
-            near = np.max(turn, -1) <= self.limits[step] * (1 + ROUNDING)
-            tail, head = np.nonzero(near & good_a[:, None] & good_b)
-            yield tail, head
-            return
-        nodes = np.arange(R * F).reshape(R, F)
-        for r, f in self._moves(*self.windows[step].tolist()):
-            within = slice(max(0, -r), min(R, R - r)), slice(max(0, -f), min(F, F - f))
-            tail = nodes[within].ravel()
-            head = tail + r * F + f
-            good = good_a[tail] & good_b[head]
-            yield tail[good], head[good]
-
-    def _moves(self, rear: int, front: int) -> list[tuple[int, int]]:
-        """Moves of up to so many grid steps, the shortest first."""
+    def moves(self, step: int) -> Int[np.ndarray, "moves 2"]:
+        """Moves of the rear and the front leg in a step, in grid steps, the shortest first; filled
+        up to a power of two with moves beyond the grid, so that few programs are compiled."""
+        rear, front = self.windows[step].tolist()
         given = f"leg_rate = {self.problem.leg_rate} rad/m on this grid"
         require_memory(given, "moves", (2.0 * rear + 1) * (2.0 * front + 1), MOVE)
-        both = [(r, f) for r in range(-rear, rear + 1) for f in range(-front, front + 1)]
-        return sorted(both, key=lambda move: (abs(move[0]) + abs(move[1]), move))
+        both = np.mgrid[-rear : rear + 1, -front : front + 1].reshape(2, -1).T
+        both = both[np.argsort(np.sum(np.abs(both), axis=1), kind="stable")]
+        size = 1 << (len(both) - 1).bit_length()
+        beyond = np.tile(self.shape, (size - len(both), 1))
+        return np.concatenate([both, beyond]).astype(np.int32)
+
+    def near(self, step: int) -> Bool[np.ndarray, "tails heads"]:
+        """Mask of the moves of a step from or to a given pair."""
+        a, b = (self.layers[k].stations.leg_angles for k in (step, step + 1))
+        return np.max(np.abs(b - a[:, None]), -1) <= self.limits[step] * (1 + ROUNDING)
 
     def why_stuck(self, k: int) -> str:
         """Text of why no path reaches waypoint k, where one reaches k - 1."""
@@ -182,11 +165,15 @@ class PostureGrid:
 
     @property
     def _common(self) -> dict[str, Any]:
-        count = sum(len(layer.admissible) for layer in self.layers)
+        given = (self.problem.start_angles, self.problem.end_angles)
+        each = self.shape[0] * self.shape[1]
+        fixed = sum(pair is not None for pair in given)
+        count = each * (len(self.layers) - fixed) + fixed
         return {"method": self.method, "began": self.began, "evaluations": count}
 
-    def without_path(self, k: int) -> PostureResult:
-        """The result where no path leads to waypoint k, though one does to k - 1.
+    def without_path(self, k: int, progress: bool) -> PostureResult:
+        """The result where no path leads to waypoint k, though one does to k - 1. details: see
+        `shortfall`.
 
         INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint.
         Else FAILED: there are angles off the grid, and a posture that ends in a numerical status
@@ -203,15 +190,18 @@ class PostureGrid:
             what = "hollow ground" if set(counts) == {"HOLLOW_GROUND"} else "no pose"
             message += f"; {what}: {len(codes)} of {unplaced.size} pairs of angles there ended "
             message += listed
+            if "HOLLOW_GROUND" in counts:
+                message += "; read_track(envelope=RADIUS), or --ground envelope, fills hollows"
         elif len(unplaced) == 1 and not layer.admissible[0]:
             status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
-        return PostureResult.without_point(status=status, message=message, **self._common)
+        details = shortfall(self, progress)
+        return PostureResult.without_point(
+            status=status, message=message, details=details, **self._common
+        )
 
 
-def build_grid(
-    problem: PostureProblem, angles: Any, least: int, progress: bool, method: str = "dp"
-) -> PostureGrid:
-    """Evaluate all stations in float64.
+def build_grid(problem: PostureProblem, angles: Any, least: int, method: str = "dp") -> PostureGrid:
+    """The grid, whose stations are evaluated in float64 when they are asked for.
 
     angles: how many for each leg, evenly spaced over its range, an integer or a pair; or None for
     `fitting_grid`, with `least` of each leg.
@@ -219,37 +209,12 @@ def build_grid(
     began = time.perf_counter()
     rear, front = grid_angles(problem, angles, least, CHUNK)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
-    K = len(problem.x)
-    rows = min(max(1, CHUNK // len(pairs)), K)
-    layers: list[Layer] = []
-    with Bar(method, K, "waypoint", progress) as bar:
-        for begin in range(0, K, rows):
-            at = np.arange(begin, min(begin + rows, K))
-            layers += _evaluate(problem, at, pairs)
-            bar.advance(len(at))
-    for k, pair in ((0, problem.start_angles), (K - 1, problem.end_angles)):
-        if pair is not None:
-            layers[k] = _evaluate(problem, np.array([k]), pair[None])[0]
-    return PostureGrid(problem, began, rear, front, layers, method)
-
-
-def _evaluate(
-    problem: PostureProblem, at: np.ndarray, pairs: Float[np.ndarray, "N 2"]
-) -> list[Layer]:
-    """Stations of those waypoints and which constraints they meet."""
-    x, friction = problem.x[at], problem.posture.friction[at]
-    stations = Station.of_rows(
-        evaluate.rows_at(problem.posture, x[:, None], friction[:, None], pairs)
-    )
-    whole = Layer(stations, evaluate.met(problem.posture, stations))
-    return [jax.tree.map(lambda of, i=i: of[i], whole) for i in range(len(at))]
+    return PostureGrid(problem, began, rear, front, Layers(problem, pairs), method)
 
 
 AGREEMENT, NOTHING = 1e-8, 1e-12
 """Relative differences of the recursion's value and the objective above which it is no proof: to
 the value, or, where that is near 0, to what the vehicle's weight would give."""
-EDGES = 1 << 18
-"""About the number of edges whose costs are computed in one call."""
 
 
 def solve_grid(
@@ -267,17 +232,20 @@ def solve_grid(
     criteria grid_bound is the largest over the waypoints of the least cost there: no path over the
     grid is below it. evaluations: stations. details: grid, grid_bound (None for sums).
     """
-    grid, criterion = build_grid(problem, angles, least, progress, "grid"), problem.criterion
+    grid, criterion = build_grid(problem, angles, least, "grid"), problem.criterion
     before = grid.layers[0].stations.map(lambda of: np.zeros_like(of[:1]))
     nodes: list[int] = []
     bound = -np.inf
-    for k, layer in enumerate(grid.layers):
-        if not np.any(layer.admissible):
-            return grid.without_path(k)
-        cost = np.where(layer.admissible, _pointwise(criterion, layer.stations, before), np.inf)
-        bound = max(bound, float(np.min(cost)))
-        nodes.append(int(np.argmin(cost)))
-        before = layer.stations.map(lambda of: of[[nodes[-1]]])
+    with Bar("grid", len(grid.layers), "waypoint", progress) as bar:
+        for k, layer in enumerate(grid.layers):
+            if not np.any(layer.admissible):
+                return grid.without_path(k, progress)
+            cost = _pointwise(criterion, layer.stations, before)
+            cost = np.where(layer.admissible, cost, np.inf)
+            bound = max(bound, float(np.min(cost)))
+            nodes.append(int(np.argmin(cost)))
+            before = layer.stations.map(lambda of: of[[nodes[-1]]])
+            bar.advance()
     known = below(problem, bound) if criterion.kind == "max" else None
     message = "chosen point by point, leg_rate not looked at"
     return grid.result(nodes, message, grid_bound=known)
@@ -314,16 +282,15 @@ def solve_dp(
     K = len(problem.x)
     if polish:
         require_memory(f"polish = True with {K} waypoints", "rows of a convex program", K, CONVEX)
-    grid = build_grid(problem, angles, least, progress)
-    costs, back, edges = _arrivals(grid, progress)
-    if not np.any(np.isfinite(costs[-1])):
-        return grid.without_path(len(costs) - 1)
-    nodes = [int(np.argmin(costs[-1]))]
-    for came in back[::-1]:
-        nodes.append(int(came[nodes[-1]]))
+    grid = build_grid(problem, angles, least)
+    costs, back, edges, size = _arrivals(grid, progress)
+    if not np.any(np.isfinite(costs)):
+        return grid.without_path(len(back), progress)
     message = grid.stuck or f"proved: the best of all {grid.what}, not of all drives"
-    found = grid.result(nodes[::-1], message, grid_bound=_bound(problem, costs), edges=edges)
-    found = _agreed(problem, found, float(np.min(costs[-1])))
+    rounding = 4 * np.finfo(float).eps * size * (K + 1)
+    bound = below(problem, float(np.min(costs)) - rounding)
+    found = grid.result(_path(costs, back), message, grid_bound=bound, edges=edges)
+    found = _agreed(problem, found, float(np.min(costs)))
     return _polished(problem, found, progress) if polish else found
 
 
@@ -368,31 +335,36 @@ def _agreed(problem: PostureProblem, result: PostureResult, value: float) -> Pos
     return replace(result, status=OptimStatus.INACCURATE, details=details, message=message)
 
 
-def _bound(problem: PostureProblem, costs: list[np.ndarray]) -> float:
-    """A number that no path over the grid is below, whatever its sums and stations round."""
-    every = np.concatenate(costs)
-    size = float(np.max(np.abs(every[np.isfinite(every)]), initial=0.0))
-    rounding = 4 * np.finfo(float).eps * size * (len(costs) + 1)
-    return below(problem, float(np.min(costs[-1])) - rounding)
-
-
 def _arrivals(
     grid: PostureGrid, progress: bool = False
-) -> tuple[list[np.ndarray], list[np.ndarray], int]:
-    """Least cost of arriving at each node of each waypoint, infinite where none arrives, up to the
-    first waypoint where none does at all; the nodes before; how many moves the rate and the
-    constraints allow."""
-    costs, back, count = [_first_costs(grid)], [], 0
-    with Bar("dp: paths", len(grid.layers) - 1, "step", progress) as bar:
+) -> tuple[np.ndarray, list[np.ndarray], int, float]:
+    """Least cost of arriving at each node of the last waypoint, infinite where none arrives, or of
+    the first waypoint where none does at all; the nodes before, at each waypoint up to that one;
+    how many moves the rate and the constraints allow; the largest finite cost of all."""
+    costs, back, count = _first_costs(grid), [], 0
+    size = _largest(costs)
+    with Bar(f"{grid.method}: paths", len(grid.layers) - 1, "step", progress) as bar:
         for step in range(len(grid.layers) - 1):
-            if not np.any(np.isfinite(costs[-1])):
+            if not np.any(np.isfinite(costs)):
                 break
-            cost, came, edges = _arrive(grid, step, costs[-1])
-            costs.append(cost)
+            costs, came, edges = _arrive(grid, step, costs)
             back.append(came)
             count += edges
+            size = max(size, _largest(costs))
             bar.advance()
-    return costs, back, count
+    return costs, back, count, size
+
+
+def _largest(costs: np.ndarray) -> float:
+    return float(np.max(np.abs(costs), where=np.isfinite(costs), initial=0.0))
+
+
+def _path(costs: np.ndarray, back: list[np.ndarray]) -> list[int]:
+    """Nodes of the path that ends at the least cost."""
+    nodes = [int(np.argmin(costs))]
+    for came in back[::-1]:
+        nodes.append(int(came[nodes[-1]]))
+    return nodes[::-1]
 
 
 def _first_costs(grid: PostureGrid) -> np.ndarray:
@@ -404,51 +376,75 @@ def _first_costs(grid: PostureGrid) -> np.ndarray:
 
 def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Least costs of arriving at the next waypoint's nodes, the nodes before, and the number of
-    moves; of equally good moves the first one in the order of `PostureGrid.edges`."""
-    join = np.maximum if grid.problem.criterion.kind == "max" else np.add
-    a, b = (layer.stations for layer in grid.layers[step : step + 2])
-    best, came, count = np.full(b.x.shape, np.inf), np.zeros(b.x.shape, dtype=int), 0
-    for tail, head in _batches(grid.edges(step)):
-        size = 1 << max(len(tail) - 1, 0).bit_length()  # few programs, whatever is admissible
-        ends = (np.resize(of, size).astype(np.int32) for of in (tail, head))
-        cost = edge_costs(grid.problem.posture.criterion, a, b, *ends)[: len(tail)]
-        total = join(before[tail], cost)
-        total = np.where(np.isnan(total), np.inf, total)
-        last = best.copy()
-        np.minimum.at(best, head, total)
-        better = np.flatnonzero((total == best[head]) & (total < last[head]))[::-1]
-        came[head[better]] = tail[better]
-        count += len(tail)
-    return best, came, count
+    moves; of equally good moves the shortest one, and of those the first one in the order of
+    `PostureGrid.moves`."""
+    a, b = grid.layers[step], grid.layers[step + 1]
+    given = grid.problem.posture.criterion, a.stations, b.stations, a.admissible, b.admissible
+    whole = grid.shape[0] * grid.shape[1]
+    if len(a.admissible) == len(b.admissible) == whole:
+        each = (np.arange(n, dtype=np.int32) for n in grid.shape)
+        found = arrive_by_moves(*given, before, grid.moves(step), *each)
+    else:
+        found = arrive_from_all(*given, before, grid.near(step))
+    return found[0], found[1], int(found[2])
 
 
 station_costs = float64_program(station_cost)
 
 
+def _joined(criterion: Criterion, before: Array, a: Station, b: Station) -> Array:
+    """Costs of arriving at stations b from stations a; infinite instead of NaN."""
+    if criterion.kind == "max":
+        total = jnp.maximum(before, station_cost(criterion, b))
+    else:
+        total = before + step_cost(criterion, a, b)
+    return jnp.where(jnp.isnan(total), jnp.inf, total)
+
+
 @float64_program
-def edge_costs(
+def arrive_by_moves(
     criterion: Criterion,
     a: Station,
     b: Station,
-    tail: Int[Array, "E"],
-    head: Int[Array, "E"],
-) -> Float[Array, "E"]:
-    """Costs of moves from nodes `tail` of a to nodes `head` of b: of the step, or for worst
-    stations of the station where it ends."""
-    if criterion.kind == "max":
-        return station_cost(criterion, b)[head]
-    return step_cost(criterion, a.map(lambda of: of[tail]), b.map(lambda of: of[head]))
+    good_a: Bool[Array, "N"],
+    good_b: Bool[Array, "N"],
+    before: Float[Array, "N"],
+    moves: Int[Array, "moves 2"],
+    rear: Int[Array, "R"],
+    front: Int[Array, "F"],
+) -> tuple[Array, Array, Array]:
+    """`_arrive` between two layers of the whole grid, N = R F nodes: one move after the other."""
+    R, F = len(rear), len(front)
+    nodes = jnp.arange(R * F, dtype=jnp.int32)
+
+    def take(found: tuple[Array, Array, Array], move: Array):
+        best, came, count = found
+        r, f = rear[:, None] - move[0], front - move[1]
+        inside = (r >= 0) & (r < R) & (f >= 0) & (f < F)
+        tail = jnp.clip(nodes - (move[0] * F + move[1]), 0, R * F - 1)
+        good = inside.reshape(-1) & good_a[tail] & good_b
+        total = _joined(criterion, before[tail], a.map(lambda of: of[tail]), b)
+        better = good & (total < best)
+        best, came = jnp.where(better, total, best), jnp.where(better, tail, came)
+        return (best, came, count + jnp.sum(good)), None
+
+    begin = jnp.full(R * F, jnp.inf), jnp.zeros(R * F, jnp.int32), jnp.zeros((), int)
+    return jax.lax.scan(take, begin, moves)[0]
 
 
-def _batches(parts: Iterator[tuple[np.ndarray, np.ndarray]]) -> Iterator[np.ndarray]:
-    """The same edges [2, n], about EDGES at a time; none that are empty."""
-    waiting: list[np.ndarray] = []
-    count = 0
-    for part in parts:
-        waiting.append(np.stack(part))
-        count += len(part[0])
-        if count >= EDGES:
-            yield np.concatenate(waiting, axis=1)
-            waiting, count = [], 0
-    if count:
-        yield np.concatenate(waiting, axis=1)
+@float64_program
+def arrive_from_all(
+    criterion: Criterion,
+    a: Station,
+    b: Station,
+    good_a: Bool[Array, "A"],
+    good_b: Bool[Array, "B"],
+    before: Float[Array, "A"],
+    near: Bool[Array, "A B"],
+) -> tuple[Array, Array, Array]:
+    """`_arrive` between two layers of which one is a given pair of angles."""
+    good = near & good_a[:, None] & good_b
+    begin = a.map(lambda of: jnp.repeat(of[:, None], len(good_b), axis=1))
+    total = _joined(criterion, before[:, None], begin, b.map(lambda of: of[None]))
+    total = jnp.where(good, total, jnp.inf)
+    return jnp.min(total, axis=0), jnp.argmin(total, axis=0).astype(jnp.int32), jnp.sum(good)

@@ -29,8 +29,8 @@ WAYPOINT = 24
 """Bytes of a waypoint's place and of what computing it takes."""
 STATION = 1_000
 """Bytes of a station while it is evaluated."""
-NODE = 360
-"""Bytes of a grid's station, kept, and copied by the recursion."""
+NODE = 4
+"""Bytes of what is kept of a grid's station: the node before."""
 MOVE = 300
 """Bytes of one of the moves that a leg pair may make on a grid."""
 CONVEX = 150_000
@@ -96,9 +96,7 @@ def waypoints_along(
     last = last if end is None else float(end)
     if start is None:
         reach, r = longest_wheelbase(params), float(params.wheel_radius)
-        with jax.enable_x64(True):
-            places = np.linspace(first, first + reach + 2 * r, 64)
-            slope = np.asarray(_slope(track.astype(places.dtype), places))
+        slope = slopes_at(track, np.linspace(first, first + reach + 2 * r, 64))
         begin = first + reach + 2 * r * float(np.max(np.abs(np.sin(np.arctan(slope)))))
         why = f" (track from {first:.6g} m, and {begin - first:.6g} m for the rear wheel)"
     else:
@@ -113,6 +111,12 @@ def waypoints_along(
     given = f"spacing = {float(spacing)!r} m from start = {begin:.6g} m to end = {last:.6g} m"
     require_memory(given, "waypoints", pieces + 1, bytes_each)
     return np.linspace(begin, last, int(pieces) + 1)
+
+
+def slopes_at(track: Track, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    """The ground's slope at each x [m], in double precision."""
+    with jax.enable_x64(True):
+        return np.asarray(_slope(track.astype(np.float64), x))
 
 
 def check_problem(problem: PostureData) -> dict[str, Any]:

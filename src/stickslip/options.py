@@ -120,7 +120,7 @@ class TrackOptions(VehicleOptions):
         None, "of each wheel's motor [N m], or none (default: of the vehicle's file)", type=limit
     )
     leg_rate: float | None = set_option(1.0, "of a leg along the way [rad/m], or none", type=limit)
-    spacing: float | None = set_option(None, "of waypoints [m] (default: 0.1; long tracks more)")
+    spacing: float | None = set_option(None, "of waypoints [m] (default: 0.1)")
     start: float | None = set_option(None, "first place of the front wheel [m]")
     end: float | None = set_option(None, "last place of the front wheel [m]")
 

@@ -4,17 +4,14 @@ import csv
 import json
 import re
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
-from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv import UGVParams
 from stickslip.optimise.machine import track_of, track_options_of, treatments_of
-from stickslip.optimise.ugv import spacing_of
-from stickslip.options import PostureOptions
 
 SMALL = ["optimise", "ugv", "--set", "spacing=1", "leg_rate=none", "angles=4", "polish=false"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""
@@ -106,14 +103,6 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
     assert {path.name for path in folder.iterdir()} == {"result.json"}
     found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["result"]
     assert (found["value"], found["leg_angles"], found["status"]) == (None, None, "FAILED")
-
-
-def test_spacing_goes_by_the_length_of_the_way():
-    asked = PostureOptions()
-    assert spacing_of(Track.flat(end=100.0), asked) == 0.1
-    long = spacing_of(Track.flat(end=5000.0), asked)
-    assert 5000 / long == pytest.approx(4999)
-    assert spacing_of(Track.flat(end=5000.0), replace(asked, start=10.0, end=60.0)) == 0.1
 
 
 def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):

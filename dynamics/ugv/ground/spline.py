@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -33,6 +33,8 @@ EVEN = 1e-6
 
 MOST_PIECES = 2**11
 """Most pieces of a spline whose bend is bounded in a kernel."""
+SHORT = 512
+"""Most pieces of ground that are never cut."""
 POWERS = 6
 """Greatest order of a spline's polynomials."""
 STEEPEST = 8.0
@@ -105,6 +107,21 @@ class Spline(Closed):
         smooth = (turn <= jnp.sqrt(eps) / 16) & (rise <= 64 * eps * radius) & (steep <= STEEPEST)
         return jnp.where(smooth, bend, jnp.inf)
 
+    def cut(self, first: float, last: float) -> Spline:
+        """The pieces from first to last [m], and so many more that their count is a power of two;
+        itself where it is short. Of concrete numbers."""
+        part = pieces_between(np.asarray(self.knots), first, last)
+        if part is None:
+            return self
+        ends = slice(part.start, part.stop + 1)
+        return replace(
+            self,
+            knots=self.knots[ends],
+            rests=self.rests[ends],
+            coefficients=self.coefficients[part],
+            lows=self.lows[part],
+        )
+
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where knots of concrete numbers are one number in `dtype`, or the
         polynomials overflow it."""
@@ -128,6 +145,21 @@ class Spline(Closed):
                 f"are one number in {np.dtype(dtype).name}; accepted: points farther apart, x "
                 "nearer 0, or double precision (jax_enable_x64)"
             )
+
+
+def pieces_between(edges: Float[np.ndarray, "n+1"], first: float, last: float) -> slice | None:
+    """Pieces of ground from first to last [m], a power of two of them; None: all, where they are
+    no more than SHORT. Evaluating few pieces is faster, and equal counts share programs."""
+    pieces = len(edges) - 1
+    if edges.ndim != 1 or pieces <= SHORT:
+        return None
+    begin, end = np.searchsorted(edges, [first, last], side="right").tolist()
+    begin = max(begin - 2, 0)
+    count = 1 << (max(end + 1 - begin, SHORT // 8) - 1).bit_length()
+    if count >= pieces:
+        return None
+    begin = min(begin, pieces - count)
+    return slice(begin, begin + count)
 
 
 def spline_through(x: Numeric, y: Numeric, interpolation: str = "cubic") -> Spline:

@@ -321,9 +321,9 @@ def solve_branch(
             method="branch",
             status=OptimStatus.INFEASIBLE,
             began=began,
-            message="no drive meets the constraints, on a grid or off",
+            message=f"no drive meets the constraints, on a grid or off; {drive.message}",
             evaluations=drive.evaluations,
-            details=details,
+            details={**drive.details, **details},
         )
     status, message = drive.status, f"no drive found: {drive.message}"
     if drive.feasible:

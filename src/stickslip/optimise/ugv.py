@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 
 STATIONS, PICTURE, VEHICLE = "stations.csv", "drive.png", "vehicle.toml"
 GROUND = ("ground.csv", "ground.png")
+CLOSEST = ("closest.csv", "closest.png")
+"""The drive that misses least, where none meets the constraints."""
 FRONT_WHEEL, REAR_LEG, FRONT_LEG = "front wheel", "rear leg angle", "front leg angle"
 """Columns that define a drive; all others follow from them."""
 UNITS: dict[str, str] = {"leg_range": "rad", "start_angles": "rad", "end_angles": "rad"}
@@ -47,9 +49,10 @@ UNITS |= {"torque": "N m", "pose": "waypoints"}
 STATED = ("friction", "leg_rate", "min_normal", "min_grip", "min_clearance", "max_torque")
 STATED += ("start_angles", "end_angles", "x")
 """Numbers of a problem that result.json holds."""
-SPACING, MOST_WAYPOINTS, POLISHED = 0.1, 5000, 2000
-"""Waypoints are SPACING [m] apart, or more where there would be more than MOST_WAYPOINTS; a path of
-more than POLISHED is not polished, unless it is asked for."""
+RUNS = 6
+"""Blocked stretches of ground that are listed."""
+SPACING, POLISHED = 0.1, 2000
+"""Waypoints are SPACING [m] apart. A path of more than POLISHED is not polished, unless asked."""
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
@@ -73,28 +76,44 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         import cma  # noqa: F401  (where it is missing, nothing is computed in vain)
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
     summary, tables, x = result_summary(problem, result), {}, result.x
-    files: dict[str, Any] = dict(own_files(given, problem.params))
+    files = own_files(given, problem.params) | _drive_files(given, problem, result)
     if x is not None:
         tables["criteria"] = criteria_table(problem, x)
-        files[STATIONS] = stations_table(problem.stations(x)).csv
-        if given.pictures:
-            name = given.criterion.replace("_", " ").capitalize()
-            value = with_unit(result.value, problem.criterion.unit, 4)
-            title = f"{name} {value} over {Path(given.track).stem}, by {result.method}"
-            files[PICTURE] = picture(lambda: draw_drive(problem, x), title)
     if treatments:
         tables["ground"] = ground_table(survey)
         files[GROUND[0]] = Table([Column("x", "m"), Column("y", "m")], survey.used.tolist()).csv
-        if given.pictures:
-            files[GROUND[1]] = picture(lambda: draw_ground(survey), f"Ground of {given.track}")
+        files[GROUND[1]] = picture(lambda: draw_ground(survey), f"Ground of {given.track}")
+    if not given.pictures:
+        files = {name: make for name, make in files.items() if not name.endswith(".png")}
     show(summary, *tables.values())
     asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
     facts: dict[str, object] = {"asked": asked, **result_content(problem, result)}
     rows = {name: one.records() for name, one in tables.items()}
     files = {RESULT: lambda: json_text(facts | rows), **files}
-    written = write_result(out, files, (STATIONS, PICTURE, VEHICLE, *GROUND), given.overwrite)
+    written = write_result(
+        out, files, (STATIONS, PICTURE, VEHICLE, *GROUND, *CLOSEST), given.overwrite
+    )
     status = OK if x is not None else NOTHING_FOUND
     return Content({"summary": summary, **tables}, facts | {"files": written}, status=status)
+
+
+def _drive_files(
+    given: PostureOptions, problem: PostureProblem, result: PostureResult
+) -> dict[str, Any]:
+    """Files of the drive, or of the one that misses least where none meets the constraints."""
+    x, names = result.x, (STATIONS, PICTURE)
+    over = f"over {Path(given.track).stem}"
+    if x is None:
+        if result.details.get("closest") is None:
+            return {}
+        x, names = np.ravel(result.details["closest"]), CLOSEST
+        title = f"Misses the constraints least {over}"
+    else:
+        name = given.criterion.replace("_", " ").capitalize()
+        value = with_unit(result.value, problem.criterion.unit, 4)
+        title = f"{name} {value} {over}, by {result.method}"
+    stations = stations_table(problem.stations(x)).csv
+    return {names[0]: stations, names[1]: picture(lambda: draw_drive(problem, x), title)}
 
 
 def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
@@ -109,15 +128,6 @@ def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str,
     return options | {"polish": len(problem.x) <= POLISHED if polish is None else polish}
 
 
-def spacing_of(track: Track, given: PostureOptions) -> float:
-    """Requested spacing, or the default for the track's length: see SPACING [m]."""
-    if given.spacing is not None:
-        return given.spacing
-    start = float(track.start) if given.start is None else given.start
-    end = float(track.end) if given.end is None else given.end
-    return max(SPACING, (end - start) / (MOST_WAYPOINTS - 1))
-
-
 def problem_of(
     given: PostureOptions, track: Track, vehicle: UGVParams, max_torque: float | None
 ) -> PostureProblem:
@@ -126,7 +136,7 @@ def problem_of(
         track,
         given.criterion,
         vehicle,
-        spacing=spacing_of(track, given),
+        spacing=SPACING if given.spacing is None else given.spacing,
         start=given.start,
         end=given.end,
         leg_rate=finite(given.leg_rate),
@@ -156,10 +166,30 @@ def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
             Column("value_between_waypoints", unit): float(result.fine_value) if found else None,
             Column("violated", words=True): _violated(problem, result.residuals),
             Column("violated_between", words=True): _violated(problem, result.fine_residuals),
+            **_shortfall_columns(details),
             Column("evaluations"): result.evaluations,
             Column("time", "s"): float(result.seconds),
         }
     )
+
+
+def _shortfall_columns(details: Mapping[str, Any]) -> dict[Column, object]:
+    """Where no drive meets the constraints: where, which, what friction would do."""
+    if "blocked" not in details:
+        return {}
+    angle, place = details["steepest"]
+    missed = (
+        f"{name} by {by:.4g} {UNITS[name]} at {at:.5g} m"
+        for name, (by, at) in details["misses"].items()
+    )
+    runs = [f"{first:.5g} to {last:.5g} m" for first, last in details["blocked"]]
+    more = f" and {len(runs) - RUNS} more" if len(runs) > RUNS else ""
+    return {
+        Column("no_pair_of_angles_from", words=True): ", ".join(runs[:RUNS]) + more,
+        Column("misses_least", words=True): ", ".join(missed),
+        Column("least_friction"): details["least_friction"],
+        Column("steepest", words=True): f"{np.degrees(angle):.3g} degrees at {place:.5g} m",
+    }
 
 
 def _violated(problem: PostureProblem, residuals: Mapping[str, float]) -> str:

@@ -1,0 +1,102 @@
+"""Where no drive meets the constraints it is said where, which one and what would do."""
+
+import itertools
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+from stickslip.dynamics.ugv import Track
+from stickslip.optim import OptimStatus, PostureProblem, solve
+from stickslip.optim.posture import evaluate
+from tests.optim.posture.helpers import over_bump
+
+
+def lost(problem, **options):
+    found = solve(problem, "dp", polish=False, **{"angles": 5} | options)
+    assert found.status in (OptimStatus.FAILED, OptimStatus.INFEASIBLE)
+    assert (found.x, found.value) == (None, np.inf)
+    return found.details
+
+
+def test_the_least_friction_is_enough_and_a_little_less_is_not():
+    problem = over_bump(friction=0.01)
+    needed = lost(problem)["least_friction"]
+    enough = replace(problem, friction=needed * (1 + 1e-9))
+    assert solve(enough, "dp", angles=5, polish=False).feasible
+    lost(replace(problem, friction=needed * (1 - 1e-6)))
+
+
+def test_no_friction_helps_against_a_weak_motor_which_is_named_with_its_place():
+    problem = over_bump(max_torque=0.01)
+    details = lost(problem)
+    assert details["least_friction"] is None
+    torque = np.abs(problem.stations(details["closest"].reshape(-1)).torque)
+    ((name, (by, at)),) = details["misses"].items()
+    assert name == "torque"
+    assert by == pytest.approx(np.max(torque) - 0.01)
+    assert at == problem.x[np.argmax(torque)]
+    first, last = details["blocked"][0]
+    assert problem.x[0] <= first <= last <= problem.x[-1]
+
+
+@pytest.mark.parametrize("given", [{}, {"start_angles": (1.5, 1.5)}])
+def test_the_closest_drive_misses_least_of_all_paths_over_the_grid(given):
+    """Every path over 3 x 3 angles at 4 waypoints."""
+    problem = over_bump(friction=0.01, leg_rate=2.0, **given)
+    problem = replace(problem, x=problem.x[2:6])
+    closest = lost(problem, angles=3)["closest"]
+
+    def missed(angles):
+        margins = problem.limits.margins(problem.stations(angles.reshape(-1)))
+        worst = [np.maximum(-np.min(of, -1), 0) for name, of in margins.items() if name != "pose"]
+        return float(np.sum(np.max(worst, axis=0)))
+
+    p = problem.params
+    pairs = np.array(
+        list(itertools.product(np.linspace(p.leg_angle_min, p.leg_angle_max, 3), repeat=2))
+    )
+    first = pairs if problem.start_angles is None else problem.start_angles[None]
+    moves = 2.0 * np.diff(problem.x) + 1e-9
+    paths = (
+        np.stack(path)
+        for path in itertools.product(first, pairs, pairs, pairs)
+        if all(
+            np.max(np.abs(b - a)) <= m for a, b, m in zip(path[:-1], path[1:], moves, strict=True)
+        )
+    )
+    with jax.enable_x64(True):
+        assert missed(closest) == pytest.approx(min(map(missed, paths)), rel=1e-5)
+
+
+def test_the_steepest_place_is_that_of_the_track():
+    found = lost(PostureProblem.along(Track.ramp(slope=0.5), spacing=0.5, friction=0.01))
+    angle, at = found["steepest"]
+    assert angle == pytest.approx(np.arctan(0.5))
+    assert 2.5 <= at <= 5.5
+
+
+def test_hollow_ground_is_placed_and_the_treatment_named():
+    track = Track.from_points([0.0, 3.0, 3.1, 3.2, 8.0], [0.0, 0.0, -0.5, 0.0, 0.0], "pchip")
+    found = solve(PostureProblem.along(track, spacing=0.1), "dp", angles=3, polish=False)
+    assert found.details["closest"] is None
+    assert found.details["blocked"][0, 0] == pytest.approx(3.0, abs=0.3)
+    assert "--ground envelope" in found.message
+
+
+def test_stations_over_a_part_of_long_ground_are_those_over_all_of_it():
+    """Pieces about the vehicle in place of all of them, also at both ends of the track."""
+    x = np.linspace(0.0, 300.0, 3001)
+    y = 0.3 * np.sin(x) + 0.05 * np.sin(3 * x)
+    for places in (x, np.sqrt(x * 300.0) * 0.5 + x * 0.5):  # evenly spaced, and not
+        problem = PostureProblem.along(Track.from_points(places, y), spacing=3.0)
+        posture = problem.posture
+        short = posture.odometer.between(100.0, 110.0)
+        assert len(short.track.shape.lows) < 300
+        angles = np.tile([1.2, 1.9], (len(problem.x), 1))
+        with jax.enable_x64(True):
+            whole = np.asarray(posture.stations(angles).rows)
+        for k in (0, 50, len(problem.x) - 1):
+            part = evaluate.rows_at(posture, problem.x[[k]], 0.8, angles[[k]])
+            np.testing.assert_allclose(part, whole[:, [k]], rtol=1e-9, atol=1e-9)
