@@ -100,7 +100,9 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
     assert re.search(r"FAILED: no usable answer\n.*no paths over the 4 x 4 grid", shown)
     (folder,) = Path("runs").iterdir()
     assert folder.name == "ugv-bump-wheel_energy-dp"
-    assert {path.name for path in folder.iterdir()} == {"result.json"}
+    names = {path.name for path in folder.iterdir()}
+    assert names - {"closest.png"} == {"result.json", "closest.csv"}
+    assert re.search(r"misses least +grip by .* N at .* m\n", shown)
     found = json.loads((folder / "result.json").read_text(encoding="utf-8"))["result"]
     assert (found["value"], found["leg_angles"], found["status"]) == (None, None, "FAILED")
 
