@@ -18,12 +18,11 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.optim.posture.criteria import Station
-    from stickslip.optim.posture.grid import PostureGrid
     from stickslip.optim.posture.problem import PostureProblem
 
 
-def shortfall(grid: PostureGrid, progress: bool) -> dict[str, Any]:
-    """What a grid without an admissible path lacks.
+def shortfall(grid: Any, progress: bool) -> dict[str, Any]:
+    """What a PostureGrid without an admissible path lacks.
 
     blocked: [n, 2] first and last places of the front wheel [m] where no pair of angles meets the
     constraints of a station. closest: the leg angles [K, 2] of the path within the leg rates whose
@@ -61,9 +60,7 @@ def _scaled(posture: Posture, at: Station) -> tuple[dict[str, Array], Array]:
     return margins, jnp.where(met, jnp.maximum(*needed), jnp.inf)
 
 
-def _passed(
-    grid: PostureGrid, progress: bool
-) -> tuple[np.ndarray, list[Float[np.ndarray, "N"]], float]:
+def _passed(grid: Any, progress: bool) -> tuple[np.ndarray, list[Float[np.ndarray, "N"]], float]:
     """Blocked waypoints, least sums of violations up to each node, and the friction that is needed
     along the path that needs least."""
     blocked: list[int] = []
@@ -84,7 +81,7 @@ def _passed(
     return np.array(blocked, dtype=int), totals, float(np.min(needs))
 
 
-def _least_before(grid: PostureGrid, k: int, values: np.ndarray) -> np.ndarray:
+def _least_before(grid: Any, k: int, values: np.ndarray) -> np.ndarray:
     """Least value at the nodes from which the rate lets the legs arrive at each node of k."""
     if len(values) == len(grid.layers[k].admissible) == grid.shape[0] * grid.shape[1]:
         size = 2 * grid.windows[k - 1] + 1
@@ -93,7 +90,7 @@ def _least_before(grid: PostureGrid, k: int, values: np.ndarray) -> np.ndarray:
     return np.min(np.where(grid.near(k - 1), values[:, None], np.inf), axis=0)
 
 
-def _back(grid: PostureGrid, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
+def _back(grid: Any, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
     """Nodes of the path with the least sum; of equal ones those with the shortest moves."""
     nodes = [int(np.argmin(totals[-1]))]
     for k in range(len(totals) - 1, 0, -1):
@@ -106,7 +103,7 @@ def _back(grid: PostureGrid, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
     return nodes[::-1]
 
 
-def _pairs(grid: PostureGrid, k: int, count: int) -> Float[np.ndarray, "N 2"]:
+def _pairs(grid: Any, k: int, count: int) -> Float[np.ndarray, "N 2"]:
     """Leg angles of the nodes of waypoint k [rad]."""
     if count == 1:
         return grid.angles_at(np.zeros(len(grid.layers), int))[[k]]
