@@ -69,6 +69,7 @@ UNITS = {
     **dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg"),
     **dict.fromkeys(("leg_angle_min", "leg_angle_max"), "rad"),
     "vehicle.gravity": "m/s^2",
+    "vehicle.holding_loss": "J/(N m)^2/m",
     **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
     **dict.fromkeys(("position", "length", "joint", "depth", "side"), "m"),
     **dict.fromkeys(("bump_height", "bump_width", "bump_centre"), "m"),

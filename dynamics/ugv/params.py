@@ -40,6 +40,7 @@ OPTIONAL: dict[str, dict[str, Any]] = {
     "rolling_resistance": {"low": 0.0, "accepted": "None, or a number >= 0 [-]"},
     "drive_efficiency": POSITIVE | {"high": 1.0, "accepted": "None, or above 0, up to 1 [-]"},
     "regeneration_efficiency": {"low": 0.0, "high": 1.0, "accepted": "None, or 0 to 1 [-]"},
+    "holding_loss": {"low": 0.0, "accepted": "None, or a number >= 0 [J/(N m)^2/m]"},
 }
 """The same of the fields that may be None."""
 
@@ -60,6 +61,7 @@ class UGVParams:
     of the moment c N r against a wheel that rolls forwards (see `ground_forces`) [-].
     drive_efficiency: work of the wheels' motors by the electrical energy that it takes [-];
     regeneration_efficiency: energy recovered by the work that a braking motor takes up [-].
+    holding_loss: heat of a leg's actuator on each metre by its torque squared [J/(N m)^2/m].
 
     Every field may be an array with leading batch axes and be mapped over with vmap.
     """
@@ -77,6 +79,7 @@ class UGVParams:
     rolling_resistance: Numeric | None = None
     drive_efficiency: Numeric | None = None
     regeneration_efficiency: Numeric | None = None
+    holding_loss: Numeric | None = None
 
     def __post_init__(self):
         if any(value is not None for value in vars(self).values()):  # else: axes to map over

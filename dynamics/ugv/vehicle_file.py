@@ -13,6 +13,7 @@ UNITS = dict.fromkeys(("body_length", "leg_length", "wheel_radius"), "m")
 UNITS |= dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg")
 UNITS |= {"gravity": "m/s^2", "leg_angle_min": "rad", "leg_angle_max": "rad", "wheel_gap": "m"}
 UNITS |= {"rolling_resistance": "", "drive_efficiency": "", "regeneration_efficiency": ""}
+UNITS |= {"holding_loss": "J/(N m)^2/m"}
 """SI units of the fields of UGVParams."""
 ENTRIES = {f"vehicle.{name}": unit for name, unit in UNITS.items()} | {"motor.torque_limit": "N m"}
 VEHICLE = MachineFile("ugv", "vehicle", ENTRIES, {name: name for name in ENTRIES}, {})

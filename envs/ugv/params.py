@@ -287,14 +287,17 @@ def penalty_for(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeri
     total_energy has no such bound: the same penalty is then ample, but not proved. Nor has the
     torque's variation: W r built up and let go once a metre stands for it. Rolling resistance c
     adds c N r to a torque, so c is added to mu, and to 1 in W r; drive_efficiency divides the
-    energy.
+    energy. Heat of the legs' actuators is taken of ground forces (1 + mu) W at an arm of l + r.
     """
     W, r = vehicle.weight, vehicle.wheel_radius
     if (c := vehicle.rolling_resistance) is not None:
         friction, r = friction + c, r * (1 + c)
     efficiency = 1.0 if (given := vehicle.drive_efficiency) is None else given
+    energy = (1 + friction) * W * length / efficiency
+    if (loss := vehicle.holding_loss) is not None:
+        energy += loss * ((1 + friction) * W * (vehicle.leg_length + r)) ** 2 * length
     bounds = {
-        "J": (1 + friction) * W * length / efficiency,
+        "J": energy,
         "N m": W * r,
         "N^2 m": (W * r) ** 2 * length,
         "N": (1 + friction) * W,

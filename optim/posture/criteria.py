@@ -230,15 +230,19 @@ class Criterion:
 
     def of(self, params: UGVParams) -> Criterion:
         """The criterion of a vehicle: with efficiencies the work W of the wheels' motors counts as
-        electrical energy, W / drive_efficiency or W regeneration_efficiency, whichever is more."""
+        electrical energy, W / drive_efficiency or W regeneration_efficiency, whichever is more;
+        with a holding loss, heat of the legs' actuators is added to their work."""
         drive, recovery = params.drive_efficiency, params.regeneration_efficiency
-        if not self.works or (drive is None and recovery is None):
+        holding = params.holding_loss if self.terms is _total_work else None
+        if not self.works or (drive is None and recovery is None and holding is None):
             return self
         up = 1.0 if drive is None else 1 / drive
         down = 0.0 if recovery is None else recovery
         rest = self.works - 1
-        rates = [up, *[1.0] * rest], [down, *[0.0] * rest]
-        return replace(self, rates=jnp.stack([jnp.stack(row) for row in rates]))
+        heat = [] if holding is None else [holding, holding]
+        rates = [up, *[1.0] * rest, *heat], [down, *[0.0] * rest, *heat]
+        terms = self.terms if holding is None else _total_work_and_heat
+        return replace(self, terms=terms, rates=jnp.stack([jnp.stack(row) for row in rates]))
 
 
 def _wheel_work(a: Station, b: Station) -> Array:
@@ -248,6 +252,12 @@ def _wheel_work(a: Station, b: Station) -> Array:
 def _total_work(a: Station, b: Station) -> Array:
     legs = (a.leg_torques + b.leg_torques) / 2 * (b.leg_angles - a.leg_angles)
     return jnp.concatenate([_wheel_work(a, b), legs], -1)
+
+
+def _total_work_and_heat(a: Station, b: Station) -> Array:
+    """And for each leg the integral of its torque squared over x [(N m)^2 m], ends averaged."""
+    squares = (jnp.square(a.leg_torques) + jnp.square(b.leg_torques)) / 2
+    return jnp.concatenate([_total_work(a, b), (b.x - a.x)[..., None] * squares], -1)
 
 
 def _torque_slope(a: Station, b: Station) -> Array:

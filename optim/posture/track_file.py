@@ -84,8 +84,8 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
         places, y = _gpx(path, read_text(path, ACCEPTED_GPX, MOST_BYTES))
     else:
         unordered = REPEATED if given.merge is None else None
-        x, y, *mu = read_columns(path, COLUMNS, most=MOST_BYTES, unordered=unordered).T
-        places = x[:, None]
+        table = read_columns(path, COLUMNS, most=MOST_BYTES, unordered=unordered)
+        places, y, mu = table[:, :1], table[:, 1], table[:, 2:]
     if len(y) < 2:
         raise ValueError(f"{name}: {len(y)} points; accepted: 2 or more")
     require_memory(name, "points", len(y), BYTES_A_POINT)
@@ -94,9 +94,9 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
     try:
         places, y = _sorted_out(places, y, given, changes)
         used = _reshaped(places, y, given, changes)
-        track = Track.from_points(*used.T, interpolation)
-        if len(mu):
-            track = replace(track, surface=_surface(x, mu[0]))
+        track = Track.from_points(used[:, 0], used[:, 1], interpolation)
+        if mu.size:
+            track = replace(track, surface=_surface(raw[:, 0], mu[:, 0]))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return Survey(track, raw, used, changes)

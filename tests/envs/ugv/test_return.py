@@ -36,7 +36,10 @@ def test_losses_of_the_vehicle_count_in_the_return_and_in_the_penalty(float64):
     env, usual = task(dtype="float64", criterion="total_energy")
     params = usual.replace(
         vehicle=UGVParams(
-            rolling_resistance=0.03, drive_efficiency=0.8, regeneration_efficiency=0.6
+            rolling_resistance=0.03,
+            drive_efficiency=0.8,
+            regeneration_efficiency=0.6,
+            holding_loss=2e-3,
         )
     )
     run = drive(env, params, actions(int(params.steps), scale=0.5))

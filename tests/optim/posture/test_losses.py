@@ -14,7 +14,7 @@ from tests.optim.posture.helpers import plain_cost, random_x, tiny
 from tests.optim.posture.test_dp import every_path
 
 ROLLING = UGVParams(rolling_resistance=0.03)
-LOSSY = ROLLING.replace(drive_efficiency=0.8, regeneration_efficiency=0.6)
+LOSSY = ROLLING.replace(drive_efficiency=0.8, regeneration_efficiency=0.6, holding_loss=2e-3)
 
 
 @pytest.mark.parametrize("name", ["wheel_energy", "grip"])
@@ -42,11 +42,13 @@ def electrical(at, legs: bool, params: UGVParams) -> np.ndarray:
             turn = at.leg_angles[..., k, leg] - at.leg_angles[..., k - 1, leg]
             mean = (at.leg_torques[..., k - 1, leg] + at.leg_torques[..., k, leg]) / 2
             total += np.maximum(mean * turn, 0)
+            squares = at.leg_torques[..., k - 1, leg] ** 2 + at.leg_torques[..., k, leg] ** 2
+            total += params.holding_loss * squares / 2 * (at.x[..., k] - at.x[..., k - 1])
     return total
 
 
 @pytest.mark.parametrize("name", ["wheel_energy", "total_energy"])
-def test_efficiencies_make_the_wheels_work_electrical_energy(name):
+def test_energies_are_electrical_and_heat_of_the_legs_counts(name):
     problem = replace(tiny(name), params=LOSSY)
     costs = electrical(every_path(problem)[1], name == "total_energy", LOSSY)
     found = solve(problem, "dp", angles=3, polish=False)
