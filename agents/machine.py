@@ -179,6 +179,10 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """A baseline for an environment. ValueError for an unknown name."""
         raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
 
+    def moved_by(self, env: Env, program: str) -> Env:
+        """The environment with its motion computed by another program. ValueError for none."""
+        raise ValueError(f"--in {program} with the {self.title}; accepted: none, or the biped")
+
     # Evaluation.
 
     def measures(self, env: Env) -> AnyMeasures:

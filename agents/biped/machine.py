@@ -75,6 +75,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         ),
         "stickslip.agents.biped.controllers": ("baseline",),
         "stickslip.agents.biped.pictures": ("as_episode",),
+        "stickslip.agents.exchange.mujoco_env": ("moved_by",),
         EVALUATE: ("summary",),
     }
 

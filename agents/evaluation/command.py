@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from stickslip.agents.evaluation.evaluate import (
     EPISODES,
+    env_with,
     evaluate,
     evaluate_task,
-    with_shield,
 )
 from stickslip.agents.evaluation.players import (
     common_task,
@@ -76,8 +76,8 @@ def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> 
     require_writable(written)
     about = task_in_words(task)
     print(about)
-    how = {"episodes": given["episodes"], "shield": given["shield"], "progress": _running}
-    table = evaluate_task(task, players, **how)
+    how = {name: given[name] for name in ("episodes", "shield", "program")}
+    table = evaluate_task(task, players, **how, progress=_running)
     return table, {table.rows[0].scene: about}
 
 
@@ -95,7 +95,8 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
                 for name, its in place.who.items()
                 if its == env
             }
-            parts.append((with_shield(env, given["shield"]), own, {place.label: place.params}))
+            env = env_with(env, given["shield"], given["program"])
+            parts.append((env, own, {place.label: place.params}))
     how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
     table = joined([evaluate(*part, **how) for part in parts], order=list(named))
     return table, {place.label: place.line() for place in places}

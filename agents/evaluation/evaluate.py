@@ -58,18 +58,19 @@ def evaluate_task(
     episodes: int | None = None,
     seeds: Sequence[int] | None = None,
     shield: float | None = None,
+    program: str | None = None,
     progress: Say | None = None,
 ) -> Evaluation:
     """Run every controller on a named task's own episodes, with the columns task_score and gap.
 
     episodes: by default those that its best known score was measured on. On these, also on some of
     them, a score compares returns episode by episode, and its interval is of that; on others it
-    compares means over different episodes. shield: see `with_shield`. ValueError for an unknown
-    task.
+    compares means over different episodes. shield, program: see `env_with`. ValueError for
+    an unknown task.
     """
     task = task_by_name(name)
     env, params = task.make()
-    env = with_shield(env, shield)
+    env = env_with(env, shield, program)
     known = known_of(task)
     measures = machine_by_name(task.machine).measures(env)
     usual = EPISODES if known is None else known.episodes
@@ -79,14 +80,15 @@ def evaluate_task(
     return _evaluated(env, controllers, {task.name: params}, measures, used, progress)
 
 
-def with_shield(env: AnyEnv, margin: float | None) -> AnyEnv:
-    """The environment that applies safe torques alone, with this margin (see BipedEnv); None: the
-    environment as it is. ValueError for one without a shield."""
-    if margin is None:
-        return env
-    if not hasattr(env, "shield"):
-        raise ValueError(f"a shield for {type(env).__name__}; accepted: for BipedEnv")
-    return replace(env, shield=margin)
+def env_with(env: AnyEnv, margin: float | None = None, program: str | None = None) -> AnyEnv:
+    """The environment that applies safe torques alone, with this margin (see BipedEnv), and whose
+    motion a program computes, "mujoco" (see Machine.moved_by); None: the environment as it is.
+    ValueError for one without a shield or such a motion."""
+    if margin is not None:
+        if not hasattr(env, "shield"):
+            raise ValueError(f"a shield for {type(env).__name__}; accepted: for BipedEnv")
+        env = replace(env, shield=margin)  # pyright: ignore[reportArgumentType], a dataclass
+    return env if program is None else machine_of_env(env).moved_by(env, program)
 
 
 def scored(

@@ -6,6 +6,7 @@ x forwards, z up. Hinges turn about -y: angles are anticlockwise seen with x to 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
@@ -85,12 +86,12 @@ def _ground(
 ) -> None:
     """A floor, the first foot free in the plane, and spheres at heel and toe of all `bodies`."""
     touch = {"condim": "3", "friction": (friction, 0.0, 0.0), **_softness(settings)}
-    floor = {"type": "plane", "size": "10 10 1", "contype": "1", "conaffinity": "2"}
+    floor = {"type": "plane", "size": "10 10 1", "contype": "1", "conaffinity": "0"}
     add(world, "geom", name="floor", rgba="0.8 0.8 0.8 1", **floor, **touch)
     for name, kind, axis in (("x", "slide", "1 0 0"), ("z", "slide", "0 0 1")):
         add(bodies["1"], "joint", name=f"foot_{name}", type=kind, axis=axis)
     add(bodies["1"], "joint", name="foot_turn", type="hinge", axis="0 -1 0")
-    ball = {"type": "sphere", "mass": "0", "contype": "2", "conaffinity": "1", **touch}
+    ball = {"type": "sphere", "mass": "0", "contype": "0", "conaffinity": "1", **touch}
     for foot, element in bodies.items():
         for end, place in zip(("heel", "toe"), machine.soles(foot), strict=True):
             name = f"{name_of(foot)}_{end}"
@@ -154,7 +155,7 @@ def add(above: Element, tag: str, **values: object) -> Element:
     return ElementTree.SubElement(above, tag, {name: _text(one) for name, one in values.items()})
 
 
-def _text(value: object) -> str:
+def _text(value: Any) -> str:
     if isinstance(value, str):
         return value
     if isinstance(value, np.ndarray):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -59,6 +59,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from jaxtyping import Array, Float
+
+    from stickslip.dynamics.biped import BipedModel, Contact
+    from stickslip.dynamics.scene import Scene
 
 
 MAX_FOOT_VELOCITY = 10.0
@@ -254,10 +257,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         drive = Torque(torque)
         if params.max_power is not None:
             drive = LimitedTorque(torque, jnp.asarray(params.max_power, dtype))
-        biped, contact = stepped(
-            *(self.integrator, self.fidelity, robot, scene, state.biped, drive, period),
-            params.max_crank_rate,
-        )
+        moved, contact = self.motion(state, robot, scene, drive, period, params)
+        biped = moved.biped
         status, begun = contact.status, torque
         if params.max_power is not None:
             begun, torque = torque_at(drive, state.biped.crank_rate), contact.torque
@@ -278,8 +279,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         reward = self.reward_of(state, action, info, params)
         added = Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
         totals, rests = compensated(state.totals, state.rests, added)
-        after = BipedEnvState(
-            biped=biped,
+        after = replace(
+            moved,
             mode=contact.mode,
             elapsed=elapsed,
             over=terminated | timed_out,
@@ -296,6 +297,21 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             timed_out & ~terminated,
             info,
         )
+
+    def motion(
+        self,
+        state: BipedEnvState,
+        robot: BipedModel,
+        scene: Scene,
+        drive: Torque | LimitedTorque,
+        period: Float[Array, ""],
+        params: BipedEnvParams,
+    ) -> tuple[BipedEnvState, Contact]:
+        """The state after a torque over a period [s], and the contact; the rest of a step,
+        its reward among it, follows from them. `stickslip.agents.exchange` has another motion."""
+        how = self.integrator, self.fidelity, robot, scene, state.biped, drive, period
+        biped, contact = stepped(*how, params.max_crank_rate)
+        return replace(state, biped=biped), contact
 
     def reward_of(
         self,

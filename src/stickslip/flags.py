@@ -93,6 +93,8 @@ def evaluate_flags(parser: Parser, _: object) -> None:
         "the biped's motor gives the nearest torque without slip or fall, with this margin (0.02)"
     )
     add("--shield", nargs="?", type=float, const=0.02, metavar="MARGIN", help=about)
+    about = "compute the biped's motion in MuJoCo: both feet touch the floor and may lift"
+    add("--in", dest="program", choices=("mujoco",), help=about)
     add("--out", metavar="DIR", help="write evaluation.csv and .json there")
     add_overwrite(parser, "what is in --out")
     _add_scene(parser, many=True)
