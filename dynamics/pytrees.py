@@ -108,7 +108,7 @@ def register_pytree(cls: Class) -> Class:
 
     def flatten_with_keys(tree: object):
         parts, rest = flatten(tree)
-        present = rest[len(static) :]
+        present = [str(name) for name in rest[len(static) :]]
         return list(zip([keys[name] for name in (*children, *present)], parts, strict=True)), rest
 
     def unflatten(rest: tuple[Any, ...], parts: Iterable[object]):

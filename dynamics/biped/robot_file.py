@@ -126,7 +126,7 @@ def _with_bars(robot: Robot, changes: Mapping[str, Numeric]) -> Robot:
     usual, dtype = bars_of(robot), jnp.result_type(robot.mass)
 
     def made(bars: Mapping[str, Numeric]) -> Robot:
-        return robot.from_bars(**_arguments(usual | bars), dtype=dtype)
+        return robot.from_bars(**_arguments({**usual, **bars}), dtype=dtype)
 
     with jax.ensure_compile_time_eval():  # numbers, also inside a trace of the changes
         before = made({})

@@ -238,7 +238,17 @@ _step = jax.jit(fused(stepped, fixed=2), static_argnums=(0, 1))
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
 def _simulate(
-    spec, fidelity, policy, kind: type[Drive], count, params, scene, state, values, size, max_power
+    spec,
+    fidelity,
+    policy,
+    kind: type[Torque | CrankMotion],
+    count,
+    params,
+    scene,
+    state,
+    values,
+    size,
+    max_power,
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     scene = replace(scene, payload=None)  # the model carries it
@@ -248,11 +258,9 @@ def _simulate(
     state = replace(state, time=jnp.where(jnp.isfinite(begun), 0.0, begun))  # its clock counts
 
     def given(value) -> Drive:
-        return (
-            kind(value)
-            if max_power is None
-            else LimitedTorque(value, jnp.asarray(max_power, dtype))
-        )
+        if max_power is None:
+            return kind(value)
+        return LimitedTorque(value, jnp.asarray(max_power, dtype))
 
     def body(carry, value):
         now, last = carry

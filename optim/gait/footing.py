@@ -112,10 +112,10 @@ class Footing:
         theta = low[:, None] + (high - low)[:, None] * share
         at = self.profiles.at(_phase(theta, step[:, None]))
         a, b = law(at, i[:, None], theta - angle[i][:, None])
-        uses = friction_uses(at.friction(a, b), at.normal(a, b))
+        uses = np.asarray(friction_uses(at.friction(a, b), at.normal(a, b)))
         piece = int(np.argmax(uses)) // (count + 1)
-        where, most = peak_of(uses[piece])
-        return Need(most, float(at.theta[piece, 0] + where * np.ptp(at.theta[piece])))
+        where, friction = peak_of(uses[piece])
+        return Need(friction, float(at.theta[piece, 0] + where * np.ptp(at.theta[piece])))
 
 
 def peak_of(values: np.ndarray) -> tuple[float, float]:

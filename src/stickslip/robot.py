@@ -131,7 +131,7 @@ def friction_by_rate(footing: Footing) -> Table:
 def fastest_table(
     robot: BipedParams,
     footing: Footing,
-    motor: Mapping[str, float],
+    motor: Mapping[str, Any],
     frictions: Sequence[float],
     walks: bool,
 ) -> Table:

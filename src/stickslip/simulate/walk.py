@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -159,15 +159,16 @@ def walked(
     rates are straight between the ends of periods. motor: numbers of a robot's file; a torque
     beyond torque_limit [N m] or max_power [W] saturates, a given rate beyond them is refused."""
     count, size = periods(seconds, period)
-    times, walks = np.arange(count + 1) * size + float(np.asarray(state.time)), simulate
-    values = law.at(times[:-1]) if isinstance(law, Recorded) else law
+    times = np.arange(count + 1) * size + float(np.asarray(state.time))
+    walks: Callable[..., Trajectory] = simulate
+    values: Any = law.at(times[:-1]) if isinstance(law, Recorded) else law
     limit, max_power = motor.get("torque_limit", np.inf), motor.get("max_power")
     if isinstance(law, Rates):
         rates = rates_at(law.rate, times, float(np.asarray(state.phase)))
         state, values = replace(state, crank_rate=rates[0]), np.diff(rates) / size
         walks = simulate_inverse
     elif limit < np.inf:
-        values = Saturated(law, limit) if callable(law) else np.clip(values, -limit, limit)
+        values = Saturated(law, limit) if callable(values) else np.clip(values, -limit, limit)
     if max_power is not None and walks is simulate:
         walks = partial(simulate, max_power=max_power)
     integrator = replace(setting.integrator_over(size), record_events=True)
