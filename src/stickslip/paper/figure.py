@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.dynamics.checks import require_known
@@ -35,46 +37,8 @@ class Figure(NamedTuple):
         return getattr(module, self.function)(params, samples)
 
 
-FIGURES = {
-    "fig11": Figure(
-        "Motor torque over a step, crank speeds up to 5 rad/s",
-        "steady",
-        "speeds",
-        "Motor torque over a step, crank speeds",
-    ),
-    "fig12": Figure("Motor torque over a step, loads on the hip", "steady", "loads"),
-    "fig13": Figure("Crank angle from rest under constant torques", "start", "torques"),
-    "fig14": Figure(
-        "Crank angle from rest under 1 N m, several total weights",
-        "start",
-        "weights",
-        "Crank angle from rest, several total weights",
-    ),
-    "fig15": Figure("Forces on the supporting foot over a step", "steady", "forces"),
-    "fig16": Figure("States of the flow chart: sticking and sliding", "slip", "states"),
-    "fig17": Figure(
-        "Foot position at 3 rad/s, friction from 0.03 to 0.1",
-        "slip",
-        "frictions",
-        "Foot position, friction from 0.03 to 0.1",
-    ),
-    "fig18": Figure(
-        "Foot position with friction 0.1, crank speeds up to 5.5 rad/s",
-        "slip",
-        "speeds",
-        "Foot position with friction 0.1, crank speeds",
-    ),
-    "fig19": Figure(
-        "Foot position at 5 rad/s, static friction 0.2, kinetic friction varied",
-        "slip",
-        "kinetic",
-        "Foot position, static friction 0.2, kinetic friction varied",
-    ),
-    "fig24": Figure("UGV: torque over the soft bump, legs held still", "bump", "statics"),
-    "fig25": Figure(
-        "UGV: over the soft bump with the least variation of torque", "bump", "least_variation"
-    ),
-}
+_TEXT = Path(__file__).with_name("figures.json").read_text(encoding="utf-8")
+FIGURES = {name: Figure(**one) for name, one in json.loads(_TEXT).items()}
 """Figures in the chapter's order."""
 EVERYTHING = "all"
 
