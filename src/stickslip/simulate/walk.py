@@ -167,8 +167,10 @@ def walked(
         rates = rates_at(law.rate, times, float(np.asarray(state.phase)))
         state, values = replace(state, crank_rate=rates[0]), np.diff(rates) / size
         walks = simulate_inverse
-    elif limit < np.inf:
-        values = Saturated(law, limit) if callable(values) else np.clip(values, -limit, limit)
+    elif isinstance(law, Expression) and limit < np.inf:
+        values = Saturated(law, limit)
+    elif not isinstance(law, Expression):
+        values = np.clip(values, -limit, limit)
     if max_power is not None and walks is simulate:
         walks = partial(simulate, max_power=max_power)
     integrator = replace(setting.integrator_over(size), record_events=True)
@@ -176,7 +178,7 @@ def walked(
         params, scene = jax.tree.map(lambda of: jnp.asarray(of, setting.dtype), (params, scene))
         robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, state = replace(scene, payload=None), state.astype(setting.dtype)
-        held = values if callable(values) else jnp.asarray(values, setting.dtype)
+        held: Any = values if callable(values) else jnp.asarray(values, setting.dtype)
         path = walks(robot, scene, state, held, count * size, size, integrator=integrator)
         whole, status = _trimmed(path)
         found = _along(robot, scene.floor, jax.tree.map(jnp.asarray, whole.states))
