@@ -39,8 +39,9 @@ QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 DIGITS = 7
 """Digits of the numbers in a digest."""
-LATER = ("works",)
-"""Fields that came later, are not None and follow from others: no digest counts them."""
+LATER: dict[str, tuple[float, ...]] = {"works": (0, 1, 3), "efficiency": (1.0,)}
+"""Fields that came later, and values of theirs that no digest counts: usual ones, and those that
+follow from other fields."""
 
 
 @dataclass(frozen=True)
@@ -202,7 +203,7 @@ def parts_of(value: object) -> list[bytes]:
         found = [type(value).__name__.encode()]
         for one in sorted(fields(value), key=lambda one: one.name):
             given = getattr(value, one.name)
-            if one.init and one.name not in LATER and given is not None:
+            if one.init and given is not None and given not in LATER.get(one.name, ()):
                 found += [one.name.encode(), *parts_of(given)]
         return found
     if isinstance(value, dict):
