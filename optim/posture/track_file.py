@@ -96,7 +96,8 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
         used = _reshaped(places, y, given, changes)
         track = Track.from_points(used[:, 0], used[:, 1], interpolation)
         if mu.size:
-            track = replace(track, surface=_surface(raw[:, 0], mu[:, 0]))
+            at, first = np.unique(raw[:, 0], return_index=True)  # points may be out of order
+            track = replace(track, surface=_surface(at, mu[first, 0]))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return Survey(track, raw, used, changes)

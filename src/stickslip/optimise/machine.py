@@ -69,7 +69,7 @@ def track_of(name: str, options: Iterable[str] = ()) -> Track:
 
 
 def survey_of(
-    name: str, options: Iterable[str] = (), treatments: dict[str, float] | None = None
+    name: str, options: Iterable[str] = (), treatments: dict[str, Any] | None = None
 ) -> Survey:
     """The named track, or the one in the file of that name with its points.
 
