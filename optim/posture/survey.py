@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from stickslip.dynamics.checks import require_known, require_memory, shown
+from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
@@ -26,42 +26,6 @@ ROUGHLY = 1e-3
 """Relative tolerance of the wavelength at which the residual is the stated noise."""
 
 
-@dataclass(frozen=True)
-class Treatments:
-    """Lengths [m] of a survey's treatments, in the order in which they are applied; None: left out.
-
-    What each does: `stickslip.optim.posture.TREATMENTS`.
-    """
-
-    outliers: float | None = None
-    merge: float | None = None
-    gaps: float | None = None
-    noise: float | None = None
-    smooth: float | None = None
-    envelope: float | None = None
-
-    @classmethod
-    def of(cls, given: dict[str, Any]) -> Treatments:
-        """The named treatments. ValueError for unknown names, bad numbers, noise with smooth."""
-        require_known(given, [one.name for one in fields(cls)], "treatment of a track")
-        for name, value in given.items():
-            strict = name != "merge"
-            accepted = f"a length {'>' if strict else '>='} 0 [m]"
-            if value is not None:
-                require_scalar(name, value, low=0.0, strict=strict, accepted=accepted)
-        found = cls(**given)
-        if found.noise is not None and found.smooth is not None:
-            raise ValueError(
-                f"noise = {found.noise} and smooth = {found.smooth}; accepted: one of them"
-            )
-        return found
-
-    @property
-    def any(self) -> bool:
-        """True if there is a treatment."""
-        return any(value is not None for value in vars(self).values())
-
-
 class Survey(NamedTuple):
     """A track, the points that were read and those that it goes through [n, 2] (x, y) [m]."""
 
@@ -72,6 +36,22 @@ class Survey(NamedTuple):
     """What the treatments did. Counts: points read, dropped, reordered, merged, gaps filled, knots
     used. Lengths [m]: longest_gap, damped_below (wavelength), largest_change and rms_change of the
     height at the points that were neither dropped nor merged."""
+
+
+def checked(given: dict[str, Any]) -> dict[str, float]:
+    """The treatments [m] that are not None. ValueError for unknown names, numbers that are no such
+    lengths, and noise with smooth."""
+    require_known(given, TREATMENTS, "treatment of a track")
+    found = {name: value for name, value in given.items() if value is not None}
+    for name, value in found.items():
+        strict = name != "merge"
+        accepted = f"a length {'>' if strict else '>='} 0 [m]"
+        require_scalar(name, value, low=0.0, strict=strict, accepted=accepted)
+    if {"noise", "smooth"} <= found.keys():
+        raise ValueError(
+            f"noise = {found['noise']} and smooth = {found['smooth']}; accepted: one of them"
+        )
+    return found
 
 
 def outlying(y: Float[np.ndarray, "n"], limit: float) -> Bool[np.ndarray, "n"]:

@@ -22,7 +22,7 @@ from stickslip.optim.columns import (
 )
 from stickslip.optim.posture.survey import (
     Survey,
-    Treatments,
+    checked,
     enveloped,
     filled,
     groups,
@@ -78,12 +78,12 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
     """`read_track` with the points that were read, those that are used and what was changed."""
     if not isinstance(path, str | Path) or "\0" in str(path):
         raise ValueError(f"path = {shown(path)}; accepted: the path of a file")
-    given, path = Treatments.of(treatments), Path(path)
+    given, path = checked(treatments), Path(path)
     name, mu = shown_path(path), np.empty((0, 0))
     if path.suffix.lower() == ".gpx":
         places, y = _gpx(path, read_text(path, ACCEPTED_GPX, MOST_BYTES))
     else:
-        unordered = REPEATED if given.merge is None else None
+        unordered = REPEATED if "merge" not in given else None
         table = read_columns(path, COLUMNS, most=MOST_BYTES, unordered=unordered)
         places, y, mu = table[:, :1], table[:, 1], table[:, 2:]
     if len(y) < 2:
@@ -112,19 +112,19 @@ def _surface(x: np.ndarray, mu: np.ndarray) -> Surface:
 
 
 def _sorted_out(
-    places: np.ndarray, y: np.ndarray, given: Treatments, changes: dict[str, float]
+    places: np.ndarray, y: np.ndarray, given: dict[str, float], changes: dict[str, float]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Places and heights after `outliers` and `merge`."""
-    if given.merge is not None and places.shape[1] == 1:
+    if "merge" in given and places.shape[1] == 1:
         order = np.argsort(places[:, 0], kind="stable")
         changes["reordered"] = int(np.sum(order != np.arange(len(y))))
         places, y = places[order], y[order]
-    if given.outliers is not None:
-        kept = ~outlying(y, given.outliers)
+    if "outliers" in given:
+        kept = ~outlying(y, given["outliers"])
         changes["dropped"] = int(np.sum(~kept))
         places, y = places[kept], y[kept]
-    if given.merge is not None:
-        first = groups(_in_metres(places), given.merge)
+    if "merge" in given:
+        first = groups(_in_metres(places), given["merge"])
         changes["merged"] = len(y) - len(first)
         counts = np.diff(np.append(first, len(y)))
         places = np.add.reduceat(places, first, axis=0) / counts[:, None]
@@ -135,27 +135,27 @@ def _sorted_out(
 
 
 def _reshaped(
-    places: np.ndarray, y: np.ndarray, given: Treatments, changes: dict[str, float]
+    places: np.ndarray, y: np.ndarray, given: dict[str, float], changes: dict[str, float]
 ) -> Float[np.ndarray, "m 2"]:
     """Points of the track after `gaps`, `noise` or `smooth`, and `envelope`."""
     x = _along(places)
     _require_advance(x)
     at, height = x, y
-    if given.gaps is not None:
+    if "gaps" in given:
         gap = np.diff(x)
-        changes["filled"] = int(np.sum(gap > given.gaps))
+        changes["filled"] = int(np.sum(gap > given["gaps"]))
         changes["longest_gap"] = float(np.max(gap))
-        at, height = filled(x, y, given.gaps)
-    wavelength = given.smooth
-    if given.noise is not None:
-        wavelength = wavelength_of(at, height, given.noise)
+        at, height = filled(x, y, given["gaps"])
+    wavelength = given.get("smooth")
+    if "noise" in given:
+        wavelength = wavelength_of(at, height, given["noise"])
     if wavelength is not None:
         changes["damped_below"] = wavelength
         height = smoothed(at, height, wavelength)
     if places.shape[1] > 1:
         _require_slopes(at, height)
-    if given.envelope is not None:
-        at, height = enveloped(at, height, given.envelope)
+    if "envelope" in given:
+        at, height = enveloped(at, height, given["envelope"])
     off = np.interp(x, at, height) - y
     changes["knots"] = len(at)
     changes["largest_change"] = float(np.max(np.abs(off)))
