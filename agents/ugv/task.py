@@ -23,6 +23,7 @@ from stickslip.agents.ugv.config import (
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import OPTIONAL
+from stickslip.dynamics.ugv.vehicle_file import UNITS as OF_VEHICLE
 from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
@@ -65,11 +66,7 @@ UNITS = {
     "task.speed": "m/s",
     "randomisation.start_angles": "rad",
     "randomisation.track.roughness": "m^3",
-    **dict.fromkeys(("body_length", "leg_length", "wheel_radius", "wheel_gap"), "m"),
-    **dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg"),
-    **dict.fromkeys(("leg_angle_min", "leg_angle_max"), "rad"),
-    "vehicle.gravity": "m/s^2",
-    "vehicle.holding_loss": "J/(N m)^2/m",
+    **{f"vehicle.{name}": unit or "-" for name, unit in OF_VEHICLE.items()},
     **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
     **dict.fromkeys(("position", "length", "joint", "depth", "side"), "m"),
     **dict.fromkeys(("bump_height", "bump_width", "bump_centre"), "m"),
