@@ -113,15 +113,16 @@ def nearest_safe(
     held = both(flat, cone)
     empty = held.low > held.high
     wanted = jnp.where(empty & ~slides, (cone.low + cone.high) / 2, torque)
-    chosen = jnp.clip(wanted, *jax.tree.map(partial(jnp.where, slides | empty), flat, held))
+    kept = jax.tree.map(partial(jnp.where, slides | empty), flat, held)
+    chosen = jnp.clip(wanted, kept.low, kept.high)
     falls = flat.low > flat.high
-    chosen = jnp.where(falls, jnp.clip((flat.low + flat.high) / 2, *motor), chosen)
+    chosen = jnp.where(falls, jnp.clip((flat.low + flat.high) / 2, motor.low, motor.high), chosen)
     status = jnp.where(slides | empty, Status.SLIP_ONSET, Status.OK)
     status = jnp.where(falls, Status.TOPPLE, status)
     sound = all_finite((state, torque, chosen))
     status = jnp.where(sound, status, Status.NON_FINITE).astype(jnp.int32)
     found = jax.tree.map(partial(jnp.where, slides), flat, held)
-    return SafeTorque(jnp.where(sound, chosen, 0.0), *found, status)
+    return SafeTorque(jnp.where(sound, chosen, 0.0), found.low, found.high, status)
 
 
 _nearest_safe = jax.jit(fused(nearest_safe))

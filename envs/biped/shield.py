@@ -39,9 +39,12 @@ def shielded(
     place = floor_position(robot, state)
     here = _friction(scene.floor, place, direction)
     ahead = _friction(scene.floor, place + direction * robot.step_length, direction)
-    numbers = (margin, params.control_period, params.torque_limit)
-    numbers = (jnp.asarray(value, dtype) for value in numbers)
-    safe = nearest_safe(robot, state, torque, *numbers, here, ahead.mu_static)
+    period, limit = (
+        jnp.asarray(params.control_period, dtype),
+        jnp.asarray(params.torque_limit, dtype),
+    )
+    kept = jnp.asarray(margin, dtype)
+    safe = nearest_safe(robot, state, torque, kept, period, limit, here, ahead.mu_static)
     return safe._replace(torque=jnp.where(jnp.isfinite(torque), safe.torque, torque))
 
 
