@@ -38,7 +38,7 @@ def transfer_rows(quick: bool) -> Iterator[dict[str, Any]]:
         seeds = range((1 if quick else EPISODES) if is_random(params) else 1)
         name, inside = policy_name(task.name), moved_by(env, "mujoco")
         places = {"score here": env, "in MuJoCo": inside}
-        places["without scuffing"] = replace(inside, scuffs=False)
+        places["no swing contact"] = replace(inside, swing_contact=False)
         row: dict[str, Any] = {"task": task.name, "episodes": len(seeds)}
         falls = []
         for place, own in places.items():

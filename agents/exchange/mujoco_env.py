@@ -53,10 +53,10 @@ class MujocoBiped(BipedEnv):
     coefficient of friction: the static one under each ankle. A foot slides (mode) where its force
     is on the friction cone. TOPPLE: the supporting foot has turned by 0.5 rad; a foot that lifts
     off ends nothing. Fidelity and integrator count in what is computed of the phase alone.
-    scuffs: whether the swinging foot touches the floor, too.
+    swing_contact: whether the swinging foot touches the floor, too.
     """
 
-    scuffs: bool = True
+    swing_contact: bool = True
 
     def reset_env(self, key, params):
         """See FunctionalEnv."""
@@ -77,7 +77,7 @@ class MujocoBiped(BipedEnv):
             Contact(*[one] * 3, *[whole] * 3, *[one] * 4, joint_forces=None, events=None),
         )
         engine, biped, contact = jax.pure_callback(
-            partial(_move, shapes, self.scuffs),
+            partial(_move, shapes, self.swing_contact),
             shapes,
             mechanism(loaded_params(robot)),
             scene.floor,
@@ -130,13 +130,13 @@ class Engine:
         """Positions, velocities and accelerations in a row."""
         return np.concatenate([self.data.qpos, self.data.qvel, self.data.qacc_warmstart])
 
-    def put_floor(self, floor: Floor, scuffs: bool) -> None:
+    def put_floor(self, floor: Floor, swing_contact: bool) -> None:
         """Give each foot the friction under its ankle; a contact has the larger one of the foot's
         and the floor's, which is 0."""
         swinging = self.balls[1 - leg_of(self.angle)]
         for foot, balls in zip(self.feet, self.balls, strict=True):
             self.model.geom_friction[balls, 0] = friction_at(floor, self.data.xpos[foot, 0])
-            self.model.geom_conaffinity[balls] = scuffs or balls != swinging
+            self.model.geom_conaffinity[balls] = swing_contact or balls != swinging
 
     def ground(self, leg: int) -> tuple[float, float, float]:
         """Friction and normal force on a foot [N], and their centre from the ankle [m]."""
@@ -186,7 +186,7 @@ def leg_of(crank_angle: float) -> int:
     return int((crank_angle - SUPPORT_START) // np.pi) % 2
 
 
-def _move(shapes, scuffs, machine, floor, state, *numbers):
+def _move(shapes, swing_contact, machine, floor, state, *numbers):
     """One control period in MuJoCo: state, biped and contact, of the arguments alone."""
     machine, floor, state = jax.tree.map(np.asarray, (machine, floor, state))
     step_length, torque, power, period, max_rate = map(float, numbers)
@@ -196,7 +196,7 @@ def _move(shapes, scuffs, machine, floor, state, *numbers):
         most = power / max(abs(data.qvel[engine.crank]), 1e-9)
         torques.append(np.clip(torque, -most, most))
         data.ctrl[0] = torques[-1]
-        engine.put_floor(floor, scuffs)
+        engine.put_floor(floor, swing_contact)
         angles.append(engine.angle)
         engine.mujoco.mj_step(engine.model, data)
         ankles.append(data.xpos[engine.feet, 0])  # of the same instant as the angle

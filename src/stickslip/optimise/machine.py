@@ -53,14 +53,16 @@ def finite(limit: float | None) -> float | None:
 def own_files(
     given: RobotOptions | VehicleOptions, machine: BipedParams | UGVParams
 ) -> dict[str, Callable[[], str]]:
-    """The file of a machine that is not the default one, to keep beside a result."""
+    """The file of a machine that is not the default one, its motor included, to keep beside a
+    result."""
     biped = isinstance(machine, BipedParams)
     path = getattr(given, "robot" if biped else "vehicle")
     if path is None and not given.changes:
         return {}
+    _, motor = type(machine).with_motor(path, given.changes)
     if biped:
-        return {"robot.toml": lambda: robot_text(vars(machine))}
-    return {"vehicle.toml": lambda: vehicle_text(vars(machine))}
+        return {"robot.toml": lambda: robot_text(vars(machine), motor)}
+    return {"vehicle.toml": lambda: vehicle_text(vars(machine), motor.get("max_torque"))}
 
 
 def track_of(name: str, options: Iterable[str] = ()) -> Track:

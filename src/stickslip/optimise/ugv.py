@@ -151,7 +151,9 @@ def problem_of(
 def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
     """One row: value, bounds, the value between waypoints, violations, cost."""
     unit, details, found = problem.criterion.unit, result.details, result.x is not None
-    grid = details.get("grid")
+    grid, bound = details.get("grid"), details.get("grid_bound")
+    if bound is not None and found and bound > result.value * (1 + 1e-9):
+        bound = None  # the drive's angles are between those of the grid
     said = result.message if result.message != result.status.value else None
     return one_row(
         {
@@ -162,7 +164,7 @@ def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
             Column("grid", words=True): grid and f"{grid[0]} x {grid[1]} leg angles",
             Column("value", unit): float(result.value) if found else None,
             Column("lower_bound", unit): result.lower_bound,
-            Column("bound_over_the_grid", unit): details.get("grid_bound"),
+            Column("bound_over_the_grid", unit): bound,
             Column("value_between_waypoints", unit): float(result.fine_value) if found else None,
             Column("violated", words=True): _violated(problem, result.residuals),
             Column("violated_between", words=True): _violated(problem, result.fine_residuals),

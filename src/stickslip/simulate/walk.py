@@ -321,7 +321,7 @@ def walk_summary(walk: Walk, held: Walk, seconds: float, efficiency: float | Non
         Column("mean_crank_rate", "rad/s"): angle / time if time else None,
         Column("steps"): steps,
         Column("slid", "m"): slid,
-        Column("slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
+        Column("net_slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
         Column("slid_per_step", "m"): slid * np.pi / abs(angle) if steps else None,
         Column("slips"): kinds["slip"],
         Column("least_friction"): need and (need.friction if need.friction < np.inf else None),

@@ -79,10 +79,10 @@ def test_a_slippery_floor_limits_the_force_and_the_foot_slides():
     assert [friction_at(floor, x) for x in (0.9, 1.1)] == pytest.approx([0.02, 0.5])
 
 
-def test_the_swinging_foot_s_heel_strikes_the_floor_unless_it_does_not_scuff():
+def test_the_swinging_foot_s_heel_strikes_the_floor_unless_it_has_no_contact():
     near = replace(START, phase=(4.2, 4.2))
     params = BipedEnv().make_params(scene=Scene.uniform(0.5), randomisation=near)
-    free, _ = walked(MujocoBiped(autoreset="disabled", scuffs=False), params, 0.0, 5)
+    free, _ = walked(MujocoBiped(autoreset="disabled", swing_contact=False), params, 0.0, 5)
     struck, _ = walked(MujocoBiped(autoreset="disabled"), params, 0.0, 5)
     assert free[-1][0][2] - struck[-1][0][2] > 0.3  # crank rates [rad/s]
     ours, _ = walked(BipedEnv(autoreset="disabled"), params, 0.0, 5)
