@@ -26,7 +26,7 @@ from stickslip.dynamics.biped.links import (
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams, own_time
 from stickslip.dynamics.biped.recommendation import PRESETS, Recommendation, recommend
-from stickslip.dynamics.biped.safe_torque import SafeTorque, safe_torque
+from stickslip.dynamics.biped.safety import SafeTorque, safe_torque
 from stickslip.dynamics.biped.settings import (
     FIDELITIES,
     INTEGRATORS,

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped import floor_position
 from stickslip.dynamics.biped.contact import Friction, friction_on, patch_at
-from stickslip.dynamics.biped.safe_torque import SafeTorque, nearest_safe
+from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
 from stickslip.dynamics.scene import Grip
 
 if TYPE_CHECKING:

@@ -37,6 +37,8 @@ def refused(name, make):
 @pytest.mark.filterwarnings("error")
 def test_what_is_no_number_is_refused_by_its_field(value):
     for item in fields(UGVParams):
+        if value is None and item.default is None:
+            continue
         refused(item.name, lambda n=item.name: UGVParams(**{n: value}).validate())
     for name, numbers in NUMBERS.items():
         for number in numbers:
