@@ -23,6 +23,7 @@ from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BODIES, BipedParams, BipedState, kinematics, simulate
 from stickslip.dynamics.biped.links import LINK_OF_BODY
 from stickslip.paper.start import torque_by_work
+from tests.precision import mostly_single
 
 START = np.pi / 2
 RATE = 3.0
@@ -82,6 +83,7 @@ def test_mujoco_has_the_masses_and_ten_poses_of_the_kinematics(robot):
         np.testing.assert_allclose(data.efc_vel[: data.ne], 0, atol=1e-14)
 
 
+@mostly_single
 def test_a_pose_is_differentiated_in_both_precisions(dtype):
     robot = BipedParams.from_bars(dtype=dtype)
     theta, step = jnp.asarray(2.0, dtype), 1e-2

@@ -49,6 +49,7 @@ def test_rates_over_time_and_angle_need_what_fine_samples_of_them_show():
     assert footing.along(nodes, rates).friction == pytest.approx(fine.max(), rel=1e-4)
 
 
+@pytest.mark.long
 def test_held_torques_need_what_a_walk_in_tiny_steps_shows():
     robot, fine = BipedParams.from_bars(), 200
     torques = np.array([1.6, 1.0, 0.8, -0.4, -0.6, -0.5, -0.8, -0.8, -0.5, 0.5])

@@ -85,6 +85,7 @@ def test_hollow_ground_is_placed_and_the_treatment_named():
     assert "--ground envelope" in found.message
 
 
+@pytest.mark.long
 def test_stations_over_a_part_of_long_ground_are_those_over_all_of_it():
     """Pieces about the vehicle in place of all of them, also at both ends of the track."""
     x = np.linspace(0.0, 300.0, 3001)
