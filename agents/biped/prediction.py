@@ -30,6 +30,7 @@ from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
+from stickslip.envs.biped.shield import HOLDS
 from stickslip.envs.biped.state import drawn_robot
 from stickslip.optim.progress import say_stage
 
@@ -46,8 +47,6 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
     from stickslip.optim.gait.gait import Gait
 
-HOLDS = 10.0
-"""A static friction coefficient that no start or stride exceeds."""
 PREDICTIONS = 3
 """Predictions of the coming period; each corrects the torque, nearly linear in the outcome."""
 SMALLEST_RUN = 1e-4

@@ -96,15 +96,15 @@ def read_survey(path: str | Path, interpolation: str = "cubic", **treatments: An
         used = _reshaped(places, y, given, changes)
         track = Track.from_points(used[:, 0], used[:, 1], interpolation)
         if mu.size:
-            at, first = np.unique(raw[:, 0], return_index=True)  # points may be out of order
-            track = replace(track, surface=_surface(at, mu[first, 0]))
+            track = replace(track, surface=_surface(raw[:, 0], mu[:, 0]))
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return Survey(track, raw, used, changes)
 
 
 def _surface(x: np.ndarray, mu: np.ndarray) -> Surface:
-    """Friction coefficients at the places of a table; of several at one place, the first."""
+    """Friction coefficients at the places of a table, in any order; of several at one place, the
+    first."""
     for i in np.flatnonzero(mu < 0)[:1]:
         raise ValueError(f"mu = {mu[i]:.6g} at x = {x[i]:.6g} m; accepted: mu >= 0")
     knots, first = np.unique(x, return_index=True)

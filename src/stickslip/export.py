@@ -52,7 +52,6 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     from stickslip.agents.exchange.mjcf import ABOUT, mjcf
     from stickslip.agents.exchange.urdf import missing, urdf
     from stickslip.dynamics.biped import BipedParams
-    from stickslip.dynamics.biped.robot_file import ROBOT
     from stickslip.dynamics.biped.settings import precision
     from stickslip.dynamics.machine_file import machine_in
     from stickslip.dynamics.pytrees import require_one
@@ -66,9 +65,10 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
             f"{source} is a vehicle, whose quasi-static half-model has no counterpart in MJCF and "
             "URDF; accepted: the file of a biped"
         )
-    limit = ROBOT.read(source, changes).get("motor.torque_limit", TORQUE_LIMIT)
     with precision("float64"):
-        machine = mechanism(BipedParams.from_file(source, changes))
+        robot, motor = BipedParams.with_motor(source, changes)
+        machine = mechanism(robot)
+    limit = motor.get("torque_limit", TORQUE_LIMIT)
     require_new(list(paths.values()), flags["overwrite"])
     require_writable(list(paths.values()))
     texts = {

@@ -51,7 +51,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     result = solve(problem, progress=True)
     replays, found = _replays(problem, result, given), result.gait is not None
     tables = {"summary": gait_summary(problem, result)}
-    files: dict[str, Any] = dict(own_files(given, problem.params))
+    limits = {name: getattr(problem, name) for name in MOTOR}
+    files: dict[str, Any] = dict(own_files(given, problem.params, limits))
     if found:
         tables["replays"] = replay_table(replays)
         files[NODES] = gait_table(result.best).csv
@@ -59,7 +60,6 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
             title = f"Least {problem.goal.words}: {with_unit(result.value, unit_of(problem), 4)}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
-    limits = {name: getattr(problem, name) for name in MOTOR}
     facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
     files = {RESULT: lambda: json_text(facts), **files}
     written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)

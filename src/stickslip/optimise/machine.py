@@ -23,7 +23,7 @@ from stickslip.records.table import Column, Table
 from stickslip.report import one_row
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping
 
     from stickslip.options import RobotOptions, TrackOptions, VehicleOptions
 
@@ -51,18 +51,20 @@ def finite(limit: float | None) -> float | None:
 
 
 def own_files(
-    given: RobotOptions | VehicleOptions, machine: BipedParams | UGVParams
+    given: RobotOptions | VehicleOptions,
+    machine: BipedParams | UGVParams,
+    motor: Mapping[str, float | None],
 ) -> dict[str, Callable[[], str]]:
-    """The file of a machine that is not the default one, its motor included, to keep beside a
-    result."""
+    """The file of a machine that is not the default one, to keep beside a result. motor: numbers of
+    the result's motor, None for no limit."""
     biped = isinstance(machine, BipedParams)
     path = getattr(given, "robot" if biped else "vehicle")
     if path is None and not given.changes:
         return {}
-    _, motor = type(machine).with_motor(path, given.changes)
     if biped:
-        return {"robot.toml": lambda: robot_text(vars(machine), motor)}
-    return {"vehicle.toml": lambda: vehicle_text(vars(machine), motor.get("max_torque"))}
+        own = {name: value for name, value in motor.items() if value is not None}
+        return {"robot.toml": lambda: robot_text(vars(machine), own)}
+    return {"vehicle.toml": lambda: vehicle_text(vars(machine), motor["max_torque"])}
 
 
 def track_of(name: str, options: Iterable[str] = ()) -> Track:

@@ -76,7 +76,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         import cma  # noqa: F401  (where it is missing, nothing is computed in vain)
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
     summary, tables, x = result_summary(problem, result), {}, result.x
-    files = own_files(given, problem.params) | _drive_files(given, problem, result)
+    motor = {"max_torque": problem.max_torque}
+    files = own_files(given, problem.params, motor) | _drive_files(given, problem, result)
     if x is not None:
         tables["criteria"] = criteria_table(problem, x)
     if treatments:
