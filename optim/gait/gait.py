@@ -251,7 +251,12 @@ class Gait:
         """Largest |torque x crank rate|, at the nodes and at the samples between them [W]."""
         b = self.samples[1]
         between = self.profiles.samples.torque(*self.samples) * np.sqrt(np.maximum(b, 0.0))
-        return float(max(np.max(np.abs(between)), np.max(np.abs(self.torque * self.crank_rate))))
+        return max(float(np.max(np.abs(between))), self.power_at_nodes)
+
+    @property
+    def power_at_nodes(self) -> float:
+        """The same at the nodes alone [W]."""
+        return float(np.max(np.abs(self.torque * self.crank_rate)))
 
     def cost_of_transport(self, copper_loss: float = 0.0, efficiency: float = 1.0) -> float:
         """(Positive work / efficiency + copper_loss times torque^2 over time) / (weight x

@@ -49,10 +49,9 @@ class GaitProblem(Problem[GaitResult]):
     min_normal: least normal force [N]. zmp: whether the zero-moment point stays inside the foot.
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
     the objective "energy" [W/(N m)^2]. cells: of the grid in each step. efficiency: of what drives
-    the crank, for that objective; braking gives nothing back. max_power: of the motor [W]. The
-    limit |torque| sqrt(b) <= max_power is not convex: below the hyperbola in (torque, b) a chord
-    leaves the set. So no method searches with it. A gait that breaks it is VIOLATED, with the
-    residual "power"; bounds hold, being those without the limit.
+    the crank, for that objective; braking gives nothing back. max_power: of the motor, |torque| crank rate at most [W]. This
+    limit is not convex: where it binds, the gait is a local optimum (FEASIBLE), and bounds are
+    those without the limit.
 
     start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any.
 
@@ -165,12 +164,14 @@ class GaitProblem(Problem[GaitResult]):
             longest=None if asked is None else np.pi * self.steps_taken / float(asked),
             first=_squares(self.start_rate, cap),
             last=_squares(self.end_rate, cap),
+            power=None if self.max_power is None else float(self.max_power),
         )
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """Convex, with slopes but at kinks of work and friction."""
-        return frozenset({Structure.CONVEX, Structure.SMOOTH})
+        """Convex without max_power, with slopes but at kinks of work and friction."""
+        convex = frozenset({Structure.CONVEX}) if self.max_power is None else frozenset()
+        return convex | {Structure.SMOOTH}
 
     @property
     def n(self) -> int:
@@ -187,9 +188,12 @@ class GaitProblem(Problem[GaitResult]):
         return np.concatenate([[low], -most]), np.concatenate([[high], most])
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
-        """See Problem. ValueError for the objective "friction", which is no convex program."""
+        """See Problem. ValueError for the objective "friction" and for a limit of power, which are
+        no convex program."""
         if self.goal.is_friction:
             raise ValueError('objective = "friction" is no convex program; accepted: another')
+        if self.max_power is not None:
+            raise ValueError("max_power is not a convex limit; accepted: None")
         at, numbers = self.on_grid, self.on_grid.numbers()
         program = Program(numbers)
 
@@ -234,8 +238,7 @@ class GaitProblem(Problem[GaitResult]):
         sound = bool(np.isfinite(value))
         feasible = sound and bool(np.all(margins >= -FEASIBLE))
         if self.max_power is not None:
-            residuals["power"] = max(0.0, gait.largest_power - self.max_power)
-            feasible &= residuals["power"] <= FEASIBLE * self.max_power
+            residuals["power"] = max(0.0, gait.power_at_nodes - self.max_power)
         return Evaluation(float(value) if sound else np.inf, margins, feasible, residuals)
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
-from stickslip.optim.gait.convex.grid_problem import NORMAL, STANDING, ZMP, Solved
+from stickslip.optim.gait.convex.grid_problem import NORMAL, POWER, STANDING, ZMP, Solved
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
@@ -27,6 +27,7 @@ from stickslip.optim.gait.gait import (
     lowest,
     peak,
 )
+from stickslip.optim.problem import FEASIBLE
 from stickslip.optim.result import Ended, OptimStatus
 
 if TYPE_CHECKING:
@@ -47,6 +48,8 @@ SLOW = 0.1
 """If the greatest b is less than this of its unit, the unit is reduced and all is solved
 again: the solver's accuracy is that of the largest numbers."""
 ROUNDS = 30
+SETTLED = 1 - 1e-6
+"""Ratio of two values in turn from which on the search within the motor's power ends."""
 NO_DEMAND = 1e-9
 """A friction demand below this is none."""
 SHORTFALLS = tuple(10.0**-k for k in range(9, 0, -1))
@@ -97,6 +100,38 @@ def certificate_of(
     products = float(np.max(np.abs(multipliers * -excess.reshape(multipliers.shape)))) / total
     sign = min(float(np.min(multipliers)) / total, 0.0)
     return Certificate(value, bound, violation, sign, products)
+
+
+def best_of(problem: GridProblem, *, every: bool) -> Answer | Ended:
+    """The gait of the least value, or of the least friction demand."""
+    return (least_demand if problem.goal.is_friction else answered)(problem, every=every)
+
+
+def within_power(free: Answer, power: float) -> Answer:
+    """A gait within the motor's power [W], with the bounds of `free`, the best one without it.
+
+    By the convex-concave procedure: the limit's tangents about a gait leave only gaits within the
+    limit, and that gait if it is one. So the best gait of the program is no worse, and tangents are
+    laid about it next. Where those about `free` leave no gait, the search begins at the gait that
+    exceeds them least. The answer exceeds the power where that search ends at a gait that does.
+    """
+    gait, best, before = free.gait, None, np.inf
+    while best is not None or gait.power_at_nodes > power * (1 + FEASIBLE):
+        at = replace(free.problem, around=gait.b)
+        found = best_of(at, every=False)
+        if isinstance(found, Answer):
+            if best is not None and found.certificate.value > best.certificate.value * SETTLED:
+                break
+            best, gait = found, found.gait
+            continue
+        nearer = relaxed(at, POWER)
+        if best is not None or isinstance(nearer, Ended) or nearer.relaxation > SETTLED * before:
+            break
+        gait, before = at.gait_of(nearer.a, nearer.b), nearer.relaxation
+    if best is None:
+        return replace(free, gait=gait)
+    proved = replace(best.certificate, bound=free.certificate.bound)
+    return replace(best, certificate=proved, every=free.every)
 
 
 def least_demand(problem: GridProblem, *, every: bool = True) -> Answer | Ended:
@@ -180,7 +215,9 @@ def solve_conic(
     require_choice("certify", certify, CERTIFY)
     every = certify == "every"
     at = replace(problem.on_grid, programs=[0])
-    answer = (least_demand if problem.goal.is_friction else answered)(at, every=every)
+    answer = best_of(at, every=every)
+    if isinstance(answer, Answer) and at.power is not None:
+        answer = within_power(answer, at.power)
     common: dict[str, Any] = {"method": "conic", "began": began}
     if isinstance(answer, Ended):
         status, message = _diagnosed(at, answer)
@@ -189,11 +226,12 @@ def solve_conic(
         )
     evaluation = problem.evaluate_gait(answer.gait)
     status, message = _judged(answer, evaluation.feasible)
-    if evaluation.residuals.get("power"):
-        power = f"{answer.gait.largest_power:.3g} W of max_power = {problem.max_power:g} W"
-        message = f"the best gait without the limit of power, which is not convex, needs {power}"
+    powerless = not evaluation.feasible and evaluation.residuals.get("power", 0.0) > 0
+    if powerless:
+        needs = f"this one needs {answer.gait.power_at_nodes:.4g} W"
+        message = f"no gait was found within max_power = {at.power:g} W; {needs}"
     held, held_value = None, np.inf
-    if every:
+    if every and not powerless:
         held, held_value = held_between(answer.problem, answer.gait, answer.relaxed)
         if held is None:
             message += "; no gait was found that keeps its limits between the nodes, too"
@@ -221,6 +259,8 @@ def _judged(answer: Answer, feasible: bool) -> tuple[OptimStatus, str]:
     size = max(abs(certificate.value), 0.05 * answer.problem.scale)
     if not feasible:
         return OptimStatus.VIOLATED, f"{solved.message}; the gait misses a limit: see residuals"
+    if answer.problem.around is not None and certificate.gap > GAP * size:
+        return OptimStatus.FEASIBLE, "a local optimum; the bound is that without max_power"
     ended = solved.status in (OptimStatus.OPTIMAL, OptimStatus.INACCURATE)
     if certificate.gap <= GAP * size and ended:
         return OptimStatus.OPTIMAL, "proved by the dual"

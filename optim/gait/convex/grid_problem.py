@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
     Traced = Any  # an array of NumPy, or one of JAX that is traced
 
+POWER = "power"
 NORMAL, ZMP, RATE, STANDING = "normal force", "foot edges", "greatest rate", "squared rate >= 0"
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
 UNITS |= {STANDING: "rad^2/s^2"}
@@ -286,7 +287,8 @@ class GridProblem:
     inside the foot. cap: greatest crank rate [rad/s]. longest: time of the whole walk [s], None:
     any. first, last: least and greatest b there [rad^2/s^2]. rate_unit [rad/s], None: chosen from
     the robot and the mean rate. programs: how many were solved, of this one and of those made from
-    it."""
+    it. power: of the motor [W], None: any. around: b at the nodes, about which the rows replace
+    that limit by tangents; None: they leave it out."""
 
     profiles: Profiles
     goal: Goal
@@ -302,6 +304,8 @@ class GridProblem:
     last: tuple[float, float]
     rate_unit: float | None = None
     programs: list[int] = field(default_factory=lambda: [0])
+    power: float | None = None
+    around: Float[np.ndarray, "n K+1"] | None = None
 
     @property
     def grid(self) -> Grid:
@@ -327,6 +331,11 @@ class GridProblem:
         for s in (1, -1):
             most = self.torque - s * p.fall
             parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, torque_unit(p)))
+            if self.around is not None:
+                most, slope = self._power_tangent(p)
+                parts.append(
+                    (POWER, s * p.M, s * p.dM / 2 + slope, most - s * p.fall, torque_unit(p))
+                )
         if self.mu is not None:
             mu = self.mu.reshape(-1, *[1] * (p.M.ndim - 1))
             for s in (1, -1):
@@ -343,6 +352,19 @@ class GridProblem:
         parts.append((STANDING, zero, -one, zero, self.lift_off**2))
         names, A, B, C, sizes = zip(*parts, strict=True)
         return Rows(names, np.stack(A), np.stack(B), np.stack(C), np.array(sizes))
+
+    def _power_tangent(self, p: Profile) -> tuple[np.ndarray, np.ndarray]:
+        """|torque| + slope b <= most along a profile: the tangent of |torque| <= power / sqrt(b).
+
+        That curve is convex in b, so what the tangent leaves is within the limit. It touches where
+        `around` is, or where the greatest torque meets the curve.
+        """
+        assert self.power is not None and self.around is not None
+        rows = zip(p.theta, self.grid.theta, self.around, strict=True)
+        b = np.stack([np.interp(theta, nodes, near) for theta, nodes, near in rows])
+        b = np.maximum(b, (self.power / self.torque) ** 2)
+        most = self.power / np.sqrt(b)
+        return 1.5 * most, most / (2 * b)
 
     @cached_property
     def units(self) -> Units:
@@ -421,13 +443,16 @@ class GridProblem:
         return self.gait(a + (wanted - end) / (2 * np.pi * self.grid.steps), first)
 
     def margins(self, a: Traced, b: Traced, time: Traced, xp: ModuleType = np) -> Traced:
-        """Scaled margins [m] of a and b [n, K+1]: the rows at the nodes, the time, and both sides
-        of the end. xp: numpy, or jax.numpy for arrays that are traced."""
+        """Scaled margins [m] of a and b [n, K+1]: the rows at the nodes, the time, both sides of
+        the end, and the motor's power at the nodes. xp: numpy, or jax.numpy for arrays that are traced."""
         low, high = (b[0, 0], b[0, 0]) if self.periodic else self.last
         late = [] if self.longest is None else [1 - time / self.longest]
         ends = [(b[-1, -1] - low) / self.units.b, (high - b[-1, -1]) / self.units.b]
-        rows = -self.rows.scaled_excess(a, b)
-        return xp.concatenate([xp.ravel(rows), xp.stack([*late, *ends])])
+        parts = [xp.ravel(-self.rows.scaled_excess(a, b)), xp.stack([*late, *ends])]
+        if self.power is not None:
+            power = self.profiles.nodes.torque(a, b) * xp.sqrt(xp.maximum(b, 0.0)) / self.power
+            parts += [xp.ravel(1 - power), xp.ravel(1 + power)]
+        return xp.concatenate(parts)
 
     @cached_property
     def slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:

@@ -63,8 +63,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
     files = {RESULT: lambda: json_text(facts), **files}
     written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)
-    kept = found and not result.residuals.get("power")
-    status = OK if kept else NOTHING_FOUND
+    status = OK if found and result.feasible else NOTHING_FOUND
     return Content(tables, facts | {"files": written}, status=status)
 
 

@@ -51,7 +51,7 @@ def test_the_environment_saturates_and_pays_for_losses():
         env.make_params(efficiency=1.2)
 
 
-def test_a_gait_pays_for_losses_and_is_no_answer_beyond_the_power():
+def test_a_gait_pays_for_losses():
     how = {"mu": 0.1, "mean_rate": 3.0, "torque_limit": 4.0, "steps": 40}
     robot, values = BipedParams.from_bars(), []
     for efficiency in (1.0, 0.5):
@@ -61,10 +61,41 @@ def test_a_gait_pays_for_losses_and_is_no_answer_beyond_the_power():
         assert found.value == pytest.approx(expected, rel=1e-9)
         values.append(found.value)
     assert values[1] > values[0]
-    weak = GaitProblem.periodic(robot, "energy", max_power=found.gait.largest_power / 2, **how)
-    broken = solve(weak)
+
+
+LIMITS = {"mu": 0.3, "torque_limit": 4.0, "steps": 40}
+
+
+@pytest.mark.parametrize("objective", ["time", "energy"])
+def test_a_gait_within_the_power_is_a_local_optimum(objective):
+    """SLSQP, which knows nothing of tangents, finds none that is better near it."""
+    robot = BipedParams.from_bars()
+    how = LIMITS | ({"mean_rate": 3.0} if objective == "energy" else {})
+    free = solve(GaitProblem.periodic(robot, objective, **how))
+    power = 0.9 * free.gait.power_at_nodes
+    problem = GaitProblem.periodic(robot, objective, max_power=power, **how)
+    found = solve(problem)
+    assert found.status is OptimStatus.FEASIBLE
+    assert found.gait.power_at_nodes == pytest.approx(power, rel=1e-6)
+    assert found.held is not None
+    assert found.held.largest_power <= power * (1 + 1e-6)
+    assert found.lower_bound == pytest.approx(free.lower_bound, rel=1e-9)
+    assert found.value > free.value
+    polished = solve(problem, method="gradient", start=found.x)
+    assert polished.value > found.value * (1 - 1e-5)
+
+
+def test_power_that_is_never_reached_changes_nothing_and_too_little_is_violated():
+    robot = BipedParams.from_bars()
+    enough = solve(GaitProblem.periodic(robot, max_power=1e3, **LIMITS))
+    assert enough.status is OptimStatus.OPTIMAL
+    assert enough.value == solve(GaitProblem.periodic(robot, **LIMITS)).value
+    broken = solve(GaitProblem.periodic(robot, mean_rate=5.0, max_power=0.5, **LIMITS))
     assert broken.status is OptimStatus.VIOLATED
-    assert not broken.feasible
-    assert "power" in broken.message
-    enough = GaitProblem.periodic(robot, "energy", max_power=100.0, **how)
-    assert solve(enough).status is OptimStatus.OPTIMAL
+    assert broken.residuals["power"] == pytest.approx(broken.gait.power_at_nodes - 0.5)
+    assert "no gait was found within max_power = 0.5 W" in broken.message
+
+
+def test_a_limit_of_power_is_no_convex_program():
+    with pytest.raises(ValueError, match="max_power is not a convex limit; accepted: None"):
+        GaitProblem.periodic(BipedParams.from_bars(), max_power=5.0, **LIMITS).in_cvxpy()
