@@ -49,9 +49,9 @@ class GaitProblem(Problem[GaitResult]):
     min_normal: least normal force [N]. zmp: whether the zero-moment point stays inside the foot.
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
     the objective "energy" [W/(N m)^2]. cells: of the grid in each step. efficiency: of what drives
-    the crank, for that objective; braking gives nothing back. max_power: of the motor, |torque| crank rate at most [W]. This
-    limit is not convex: where it binds, the gait is a local optimum (FEASIBLE), and bounds are
-    those without the limit.
+    the crank, for that objective; braking gives nothing back. max_power: greatest |torque x crank
+    rate| of the motor [W]. This limit is not convex: where it binds, the gait is a local optimum
+    (FEASIBLE), and bounds are those without the limit.
 
     start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any.
 

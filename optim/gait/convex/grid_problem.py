@@ -331,8 +331,8 @@ class GridProblem:
         for s in (1, -1):
             most = self.torque - s * p.fall
             parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, torque_unit(p)))
-            if self.around is not None:
-                most, slope = self._power_tangent(p)
+            if self.power is not None and self.around is not None:
+                most, slope = self._power_tangent(p, self.power, self.around)
                 parts.append(
                     (POWER, s * p.M, s * p.dM / 2 + slope, most - s * p.fall, torque_unit(p))
                 )
@@ -353,17 +353,18 @@ class GridProblem:
         names, A, B, C, sizes = zip(*parts, strict=True)
         return Rows(names, np.stack(A), np.stack(B), np.stack(C), np.array(sizes))
 
-    def _power_tangent(self, p: Profile) -> tuple[np.ndarray, np.ndarray]:
+    def _power_tangent(
+        self, p: Profile, power: float, around: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """|torque| + slope b <= most along a profile: the tangent of |torque| <= power / sqrt(b).
 
         That curve is convex in b, so what the tangent leaves is within the limit. It touches where
         `around` is, or where the greatest torque meets the curve.
         """
-        assert self.power is not None and self.around is not None
-        rows = zip(p.theta, self.grid.theta, self.around, strict=True)
+        rows = zip(p.theta, self.grid.theta, around, strict=True)
         b = np.stack([np.interp(theta, nodes, near) for theta, nodes, near in rows])
-        b = np.maximum(b, (self.power / self.torque) ** 2)
-        most = self.power / np.sqrt(b)
+        b = np.maximum(b, (power / self.torque) ** 2)
+        most = power / np.sqrt(b)
         return 1.5 * most, most / (2 * b)
 
     @cached_property
@@ -444,7 +445,7 @@ class GridProblem:
 
     def margins(self, a: Traced, b: Traced, time: Traced, xp: ModuleType = np) -> Traced:
         """Scaled margins [m] of a and b [n, K+1]: the rows at the nodes, the time, both sides of
-        the end, and the motor's power at the nodes. xp: numpy, or jax.numpy for arrays that are traced."""
+        the end, and the motor's power at the nodes. xp: numpy, or jax.numpy for traced arrays."""
         low, high = (b[0, 0], b[0, 0]) if self.periodic else self.last
         late = [] if self.longest is None else [1 - time / self.longest]
         ends = [(b[-1, -1] - low) / self.units.b, (high - b[-1, -1]) / self.units.b]
