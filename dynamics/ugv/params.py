@@ -117,12 +117,12 @@ class UGVParams:
     ) -> OwnMachine:
         """The vehicle of `from_file`, and max_torque [N m] where the file limits its motors."""
         from stickslip.dynamics.machine_file import OwnMachine, in_file, table_of
-        from stickslip.dynamics.ugv.vehicle_file import VEHICLE
+        from stickslip.dynamics.ugv.vehicle_file import VEHICLE, max_torque_of
 
         numbers = VEHICLE.read(path, changes or {})
-        limit = numbers.get("motor.torque_limit")
         with in_file(path):
             vehicle = cls(**table_of(numbers, "vehicle"))
+            limit = max_torque_of(numbers, float(vehicle.wheel_radius))
         return OwnMachine(vehicle, {} if limit is None else {"max_torque": limit})
 
     def to_file(self, path: str | Path, *, overwrite: bool = False) -> Path:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.dynamics.machine_file import MachineFile, toml_text
+from stickslip.dynamics.pytrees import require_one
 
 UNITS = dict.fromkeys(("body_length", "leg_length", "wheel_radius"), "m")
 UNITS |= dict.fromkeys(("wheel_mass", "body_mass", "leg_mass"), "kg")
@@ -15,10 +16,29 @@ UNITS |= {"gravity": "m/s^2", "leg_angle_min": "rad", "leg_angle_max": "rad", "w
 UNITS |= {"rolling_resistance": "", "drive_efficiency": "", "regeneration_efficiency": ""}
 UNITS |= {"holding_loss": "J/(N m)^2/m"}
 """SI units of the fields of UGVParams."""
-ENTRIES = {f"vehicle.{name}": unit for name, unit in UNITS.items()} | {"motor.torque_limit": "N m"}
+MOTOR = {"motor.torque_limit": "N m", "motor.max_power": "W", "motor.speed": "m/s"}
+ENTRIES = {f"vehicle.{name}": unit for name, unit in UNITS.items()} | MOTOR
 VEHICLE = MachineFile("ugv", "vehicle", ENTRIES, {name: name for name in ENTRIES}, {})
 """What the file of a vehicle may have."""
 ABOUT = 'A vehicle: numbers in SI units, or texts with their units, as "830 mm".'
+
+
+def max_torque_of(numbers: Mapping[str, Any], wheel_radius: float) -> float | None:
+    """Torque limit of each wheel's motor [N m], None without any, from the numbers of a file.
+
+    Of max_power P it is P r / speed, the torque at which a wheel that rolls at that speed needs P.
+    Neglected: that a wheel rolls faster or slower while its leg swings.
+    """
+    limits = [one for one in [numbers.get("motor.torque_limit")] if one is not None]
+    power, speed = numbers.get("motor.max_power"), numbers.get("motor.speed")
+    if (power is None) != (speed is None):
+        raise ValueError("motor.max_power and motor.speed [m/s] at which it holds go together")
+    if power is not None:
+        how: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite number > 0"}
+        for name, one in (("motor.max_power", power), ("motor.speed", speed)):
+            require_one(name, one, **how)
+        limits.append(float(power) * wheel_radius / float(speed))
+    return min(limits, default=None)
 
 
 def vehicle_text(vehicle: Mapping[str, Any], max_torque: float | None = None) -> str:

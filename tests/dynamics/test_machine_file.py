@@ -7,7 +7,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import NAMES, ROBOT
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.dynamics.ugv.vehicle_file import VEHICLE
+from stickslip.dynamics.ugv.vehicle_file import MOTOR, VEHICLE
 
 
 def leaves(machine):
@@ -63,8 +63,7 @@ def test_every_number_of_both_machines_is_reached_by_name(tmp_path):
         assert not same(changed, base), name
         if name.startswith("robot.") and not place.startswith("bars."):
             assert _number(changed, place) == pytest.approx(value, rel=1e-6), name
-    assert VEHICLE.read(None, {"motor.torque_limit": "3"}) == {"motor.torque_limit": 3.0}
-    for name in VEHICLE.names.keys() - {"motor.torque_limit"}:
+    for name in VEHICLE.names.keys() - MOTOR.keys():
         field = name.removeprefix("vehicle.")
         value = float(getattr(UGVParams(), field) or 0.1) * 1.01
         assert getattr(UGVParams.from_file(None, {name: str(value)}), field) == value
@@ -73,6 +72,18 @@ def test_every_number_of_both_machines_is_reached_by_name(tmp_path):
         assert slope(0.03) == pytest.approx(9.0)  # at the robot's own number, too
     with pytest.raises(ValueError, match=r"'robot\.hipmass' is no number of a robot; .*hip_mass"):
         BipedParams.from_file(None, {"robot.hipmass": 1.0})
+
+
+def test_the_power_of_wheel_motors_limits_their_torque():
+    given = {"motor.torque_limit": "90", "motor.max_power": "0.2 kW", "motor.speed": "0.7 m/s"}
+    assert UGVParams.with_motor(None, given).motor == {"max_torque": pytest.approx(80.0)}
+    given |= {"motor.max_power": "250 W", "vehicle.wheel_radius": 0.3}
+    assert UGVParams.with_motor(None, given).motor == {"max_torque": 90.0}
+    assert UGVParams.with_motor(None, {"motor.torque_limit": "3"}).motor == {"max_torque": 3.0}
+    with pytest.raises(ValueError, match=r"motor\.max_power and motor\.speed .*go together"):
+        UGVParams.with_motor(None, {"motor.max_power": "250 W"})
+    with pytest.raises(ValueError, match=r"motor\.speed = 0\.0 is not accepted"):
+        UGVParams.with_motor(None, given | {"motor.speed": 0.0})
 
 
 def _number(robot, place):

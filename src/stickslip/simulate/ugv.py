@@ -68,7 +68,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
-    summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
+    summary, criteria = drive_summary(problem, stations, found.feasible), criteria_table(problem, x)
     tables = {"summary": summary, "criteria": criteria}
     tables |= {"ground": ground_table(survey)} if given.ground else {}
     show(*tables.values())
@@ -128,14 +128,17 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
     return angles
 
 
-def drive_summary(problem: PostureProblem, at: Station) -> Table:
-    """One row. status: the first one that is not OK. slips, rollovers: waypoints at which a
+def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table:
+    """One row. status: the first one that is not OK; feasible: within every limit. slips, rollovers: waypoints at which a
     wheel slips or the vehicle rolls over."""
     codes = np.asarray(at.status)
     bad = np.flatnonzero(codes != Status.OK)
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
     counts = Counter(Status(int(code)).name for code in codes)
-    meaning = STATUS[status] if bad.size else "the whole way can be driven"
+    drives = (
+        "the whole way can be driven" if feasible else "stands everywhere, beyond a limit below"
+    )
+    meaning = STATUS[status] if bad.size else drives
     return one_row(
         {
             Column("status", words=True): status,
