@@ -129,8 +129,8 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
 
 
 def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table:
-    """One row. status: the first one that is not OK; feasible: within every limit. slips, rollovers: waypoints at which a
-    wheel slips or the vehicle rolls over."""
+    """One row. status: the first one that is not OK; feasible: within every limit. slips,
+    rollovers: waypoints at which a wheel slips or the vehicle rolls over."""
     codes = np.asarray(at.status)
     bad = np.flatnonzero(codes != Status.OK)
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
