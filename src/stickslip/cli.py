@@ -43,7 +43,6 @@ EXTRAS = {
     "torch": "sb3",
     "optax": "train",
     "tqdm": "train",
-    "cma": "optim",
     "matplotlib": "viz",
     "PIL": "viz",
     "pygame": "viz",
