@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
-from stickslip.dynamics.ugv.params import OPTIONAL
 from stickslip.optim.posture.bounds.cells import (
     NONE,
     StationCells,
@@ -47,13 +46,15 @@ def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndar
     elif name == "normal_force":
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":
-        wheels = zip(("N_rear", "N_front"), mu.tolist(), strict=True)
+        wheels = zip(of.wheels, mu.tolist(), strict=True)
         each = [of.grip_at_most(wheel, sign, at) for wheel, at in wheels for sign in (1, -1)]
         found = -np.min(each, axis=0)
     else:
-        F = of.range_of("F").least_size
-        N = np.minimum(-of.at_least("N_rear", -1), -of.at_least("N_front", -1))
-        found = F / np.maximum(N, LEAST_NORMAL) * (1 - 1e-12)
+        each = [
+            of.range_of(F).least_size / np.maximum(-of.at_least(N, -1), LEAST_NORMAL)
+            for F, N in of.wheels
+        ]
+        found = np.max(each, axis=0) * (1 - 1e-12)
     floor = 0.0 if name in ("peak_torque", "friction_demand") else -np.inf
     found = np.where(np.isnan(found), floor, np.maximum(found, floor))
     return np.where(of.alive, found, np.inf)
@@ -81,7 +82,7 @@ class Worst:
     """The bound of a worst station at one level after the other: of all paths of cells that the
     rate may allow the one whose worst cell is least."""
 
-    fields = ("torque", "F", "N_rear", "N_front")
+    fields = ("torque", "F", "F_front", "N_rear", "N_front")
 
     def __init__(self, problem: PostureProblem, x: np.ndarray | None):
         self.problem, self.x = problem, x
@@ -198,8 +199,8 @@ def bound_every_drive(
 
     x: the best drive known, feasible; by default none: nothing is dropped. cells: of each leg's
     range at the first, about. ValueError, before anything is computed, for ground given as a
-    function, of which no enclosure is known (Track.resampled makes a table of it), for criteria
-    of one's own, and for a vehicle with rolling resistance.
+    function, of which no enclosure is known (Track.resampled makes a table of it), and for
+    criteria of one's own.
 
     It is a bound of exact poses, however the problem's solver finds its own: with a coarse
     tolerance a drive may seem to cost less by what that misses.
@@ -241,13 +242,7 @@ def bound_every_drive(
 
 
 def require_boundable(problem: PostureProblem) -> None:
-    """ValueError for ground, a vehicle or a criterion that `bound_every_drive` does not cover."""
-    for name in OPTIONAL:
-        if getattr(problem.params, name) is not None:
-            what = name.replace("_", " ")
-            raise ValueError(
-                f"bounds do not cover {what}; accepted: a vehicle whose {name} is None"
-            )
+    """ValueError for ground or a criterion that `bound_every_drive` does not cover."""
     ground_of(problem.track.shape)
     _method(problem, None)
 
@@ -277,7 +272,8 @@ def _settled(problem: PostureProblem, bound: float, best: float, missed: float) 
     if not np.isfinite(bound):
         return bound
     lowered = below(problem, bound - JOINTS * missed * abs(bound))
-    if problem.criterion.name in ("grip", "normal_force"):
+    recovers = bool(problem.params.regeneration_efficiency)
+    if recovers or problem.criterion.name in ("grip", "normal_force"):
         return lowered
     return max(lowered, 0.0)  # the others are nowhere below
 
@@ -334,7 +330,7 @@ def solve_branch(
         drive,
         method="branch",
         status=status,
-        lower_bound=min(found.value, drive.value),
+        lower_bound=min(found.value, drive.value) if found.value > -np.inf else None,
         seconds=time.perf_counter() - began,
         message=message,
         details=details,

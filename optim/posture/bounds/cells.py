@@ -238,6 +238,12 @@ class StationCells:
     """Derivatives over each cell [..., R-1, F-1]; 0 where unknown."""
 
     @property
+    def wheels(self) -> tuple[tuple[str, str], tuple[str, str]]:
+        """Fields of the forces along and across the ground, of the rear and the front wheel."""
+        front = "F_front" if "F_front" in self.inside.names else "F"
+        return ("F", "N_rear"), (front, "N_front")
+
+    @property
     def size(self) -> int:
         return int(np.prod([of.stop - of.start for of in self.box]))
 
@@ -273,10 +279,11 @@ class StationCells:
     def at_least(self, name: str, sign: int) -> np.ndarray:
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
 
-    def grip_at_most(self, wheel: str, sign: int, mu: float) -> np.ndarray:
-        """Upper bound of mu N - sign F in each cell, by their common corners; wheel: N's name."""
-        corners = of_corners(mu * self.values[wheel] - sign * self.values["F"], np.maximum)
-        return corners + self.bulge("F", sign) + mu * self.bulge(wheel, -1)
+    def grip_at_most(self, wheel: tuple[str, str], sign: int, mu: float) -> np.ndarray:
+        """Upper bound of mu N - sign F in each cell, by their common corners; wheel: see wheels."""
+        F, N = wheel
+        corners = of_corners(mu * self.values[N] - sign * self.values[F], np.maximum)
+        return corners + self.bulge(F, sign) + mu * self.bulge(N, -1)
 
     def range_of(self, name: str) -> Interval:
         return Interval(self.at_least(name, 1), -self.at_least(name, -1))
@@ -293,7 +300,10 @@ class Surveyor:
 
     def __init__(self, problem: PostureProblem, kept: tuple[str, ...] = FIELDS):
         self.problem, self.kept = problem, kept
-        self.inside = tuple(sorted({*kept, "F", "N_rear", "N_front"}))
+        rolls = problem.params.rolling_resistance is not None
+        self.fields = (*FIELDS, "F_front") if rolls else FIELDS
+        always = {"F", "N_rear", "N_front", *self.fields[len(FIELDS) :]}
+        self.inside = tuple(sorted({*kept, *always} & {*self.fields}))
         self.vehicle = jax.tree.map(lambda leaf: float(np.asarray(leaf)), problem.params)
         self.ground: Ground = ground_of(problem.track.shape)
         self.longest = longest_wheelbase(problem.params) * (1 + 1e-3)
@@ -396,7 +406,7 @@ class Surveyor:
             at = Rear(x - cells.bracket.origin[0], wheel.height, wheel.slope, self.arc.at(x))
             found = held(self.vehicle, r, f, Q, at, cells.bracket.front)
             found = replace(found, turn=found.turn + cells.own_turn)
-            good &= np.all([np.isfinite(getattr(found, name).size) for name in FIELDS], axis=0)
+            good &= np.all([np.isfinite(getattr(found, name).size) for name in self.fields], axis=0)
             values, radii = self._spread(found, good, rows, columns, wanted.shape)
         unknown = np.zeros(wanted.shape, bool)
         unknown[rows, columns] = ~good
@@ -413,7 +423,7 @@ class Surveyor:
         self, found: Held, good: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple
     ) -> tuple[dict[str, np.ndarray], dict[str, float]]:
         values, radii = {}, {}
-        for name in FIELDS:
+        for name in self.fields:
             of: Interval = getattr(found, name)
             grid = np.zeros(shape)
             grid[rows, columns] = np.where(good, of.middle, 0.0)
@@ -431,15 +441,16 @@ class Surveyor:
         problem = self.problem
         slack = 2 * FEASIBLE * float(weight_of(self.vehicle).hi)
         out = np.zeros(cells.alive.shape, bool)
-        F = cells.range_of("F")
-        for name, mu in zip(("N_rear", "N_front"), self.friction[k].tolist(), strict=True):
-            N = -cells.at_least(name, -1)
+        known = np.ones(out.shape, bool)
+        for wheel, mu in zip(cells.wheels, self.friction[k].tolist(), strict=True):
+            F, N = cells.range_of(wheel[0]), -cells.at_least(wheel[1], -1)
+            known &= np.isfinite(F.size)
             out |= float(problem.min_normal) - slack > N
             # mu N - |F| is below this in all of the cell.
             for sign in (1, -1):
-                out |= cells.grip_at_most(name, sign, mu) < float(problem.min_grip) - slack
+                out |= cells.grip_at_most(wheel, sign, mu) < float(problem.min_grip) - slack
             out |= mu * N - F.least_size < float(problem.min_grip) - slack
-        return out & np.isfinite(F.size)
+        return out & known
 
 
 def _boxes(rear: Axis, front: Axis, alive: np.ndarray) -> Interval:

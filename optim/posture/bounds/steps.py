@@ -1,9 +1,10 @@
 """Costs of steps between the cells of two waypoints: what they are not below.
 
-A term of a step from a to b is max(0, p), p = (X_a + X_b) (Y_b - Y_a) / 2: torque and turn of the
-wheels, or of a leg; or p^2 / dx, p = X_b - X_a, where Y is None. Both lie above
+A term of a step from a to b is max(down p, up p), p = (X_a + X_b) (Y_b - Y_a) / 2: torque and turn
+of the wheels, or of a leg. Where Y is None it is p^2 / dx, p = X_b - X_a; or, of the legs' heat,
+heat dx (X_a^2 + X_b^2) / 2, which is heat dx p^2, p = (X_a + X_b) / 2, or more. They lie above
 
-    s p, s from 0 to 1,    or    (2 s p - s^2) / dx, any s,
+    s p, s from down to up,    or    (2 s p - s^2) / per, any s, per = dx or 1 / (heat dx),
 
 and the best s, the slope, gives them. The moves from a point of one cell to one of another are, for
 each leg, a square of the two or a triangle of it (cells.py). There p lies above its interpolant
@@ -34,13 +35,21 @@ if TYPE_CHECKING:
 
 
 class Term(NamedTuple):
-    """max(0, p), or p^2 / dx where Y is None."""
+    """max(down p, up p), or p^2 / per where Y is None."""
 
     X: str
     Y: str | None
+    up: float = 1.0
+    down: float = 0.0
+    heat: float = 0.0
+
+    def per(self, dx: float) -> float:
+        return 1 / (self.heat * dx) if self.heat else dx
 
     def cost(self, p: Array, dx: float) -> Array:
-        return np.maximum(p, 0.0) if self.Y is not None else p**2 / dx
+        if self.Y is not None:
+            return np.maximum(self.up * p, self.down * p)
+        return p**2 / self.per(dx)
 
     def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:
         """A function below what is paid, were p less by kappa, either way; its derivative by the
@@ -49,13 +58,13 @@ class Term(NamedTuple):
             p = p - kappa
             return slope * p, p
         size, sign = np.abs(slope), np.sign(slope)
-        value = (2 * slope * p - 2 * size * kappa - slope**2) / dx
-        return value, 2 * (p - sign * kappa - slope) / dx
+        value = (2 * slope * p - 2 * size * kappa - slope**2) / self.per(dx)
+        return value, 2 * (p - sign * kappa - slope) / self.per(dx)
 
     def slopes(self, p: Array) -> tuple[Array, Array]:
         """The least and the largest that may be best; p: [n, corners]."""
         if self.Y is not None:
-            return np.zeros(len(p)), np.ones(len(p))
+            return np.full(len(p), self.down), np.full(len(p), self.up)
         return np.min(p, axis=1), np.max(p, axis=1)
 
 
@@ -72,7 +81,13 @@ def terms_of(criterion: Criterion) -> list[Term]:
         raise ValueError(
             f"criterion = {criterion.name}; accepted: {', '.join(PAIRS)}, and worst stations"
         )
-    return [Term(X, Y) for X, Y in PAIRS[criterion.name]]
+    terms = [Term(X, Y) for X, Y in PAIRS[criterion.name]]
+    if criterion.rates is None:
+        return terms
+    ups, downs = np.asarray(criterion.rates, float).tolist()
+    rated = [term._replace(up=u, down=d) for term, u, d in zip(terms, ups, downs, strict=False)]
+    heats = zip(("leg_rear", "leg_front"), ups[len(terms) :], strict=False)
+    return rated + [Term(leg, None, heat=heat) for leg, heat in heats if heat]
 
 
 FOUR = ((0, 0), (0, 1), (1, 0), (1, 1))
@@ -173,7 +188,8 @@ def kappas(
             _least(of.second.size, of.first.size, side, at)
             for of, side, at in zip((X, U), ends, cells, strict=True)
         )
-        return sum(each, np.zeros(len(cells[0]))) * (1 + SLACK)
+        total = sum(each, np.zeros(len(cells[0]))) * (1 + SLACK)
+        return total / 2 if term.heat else total
     Y, V = (side.fields[term.Y].of(at) for side, at in zip(ends, cells, strict=True))
     change, mean = V.over - Y.over, (X.over + U.over) * 0.5
     before = _high(X.second * change * 0.5 - X.first * Y.first - mean * Y.second)

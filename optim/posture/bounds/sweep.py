@@ -73,12 +73,23 @@ class Step:
         X, U = one.fields[term.X].corners[pairs.a], other.fields[term.X].corners[pairs.b]
         if term.Y is None:
             p = U[:, None, :] - X[:, :, None]
+            if term.heat:
+                p = (U[:, None, :] + X[:, :, None]) / 2
         else:
             Y, V = one.fields[term.Y].corners[pairs.a], other.fields[term.Y].corners[pairs.b]
             p = (X[:, :, None] + U[:, None, :]) * (V[:, None, :] - Y[:, :, None]) / 2
         kappa = kappas(term, self.ends, (pairs.a, pairs.b), pairs.cut)
         kappa = kappa + roundings(term, self.ends)
         return np.where(known[:, None, None], p, 0.0), np.where(known, kappa, 0.0)
+
+    def largest(self, term: Term) -> float:
+        """|p| at most."""
+        X, U = (float(np.max(of.fields[term.X].over.size)) for of in self.ends)
+        if term.Y is None:
+            return X + U
+        Y, V = (of.fields[term.Y].over for of in self.ends)
+        change = float(max(np.max(V.hi) - np.min(Y.lo), np.max(Y.hi) - np.min(V.lo)))
+        return (X + U) * change / 2
 
     def moves(self) -> Iterator[tuple[tuple, tuple, tuple]]:
         """Cells before, cells after and the shapes of their pairs, by leg; short moves first."""
@@ -107,10 +118,11 @@ def swept(
     found = np.full((here.alive.size, 4), cap)
     reached = np.zeros(here.alive.size, bool)
     least = np.min(given, axis=1).reshape(there.alive.shape)
+    recovered = sum(term.down * step.largest(term) for term in step.terms)
     for exactly in (False, True):
         for before, after, shape in step.moves():
             mine, theirs = (after, before) if ahead else (before, after)
-            pairs = _worth(here, there, mine, theirs, shape, (found, least, reached))
+            pairs = _worth(here, there, mine, theirs, shape, (found, least - recovered, reached))
             if not len(pairs[0]):
                 continue
             given_pairs = _pairs(*pairs, ahead)
@@ -121,8 +133,7 @@ def swept(
 def _worth(
     here: Side, there: Side, mine: tuple, theirs: tuple, shape: tuple, known: tuple
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The pairs of cells by which anything may be lowered, and their shapes [2, n]; costs are not
-    below 0."""
+    """The pairs of cells by which anything may be lowered, and their shapes [2, n]."""
     found, least, reached = known
     ok = here.alive[mine] & there.alive[theirs]
     ok &= (shape[0] != NONE)[:, None] & (shape[1] != NONE)
@@ -186,7 +197,7 @@ def best_charges(
 
     parts: terms with p [n, 16] and kappa [n, 1]. One slope after the other; any are a bound.
     """
-    slopes = [np.where(np.mean(p, axis=1) > 0, 1.0, 0.0) if term.Y is not None
+    slopes = [np.where(np.mean(p, axis=1) > 0, term.up, term.down) if term.Y is not None
               else np.mean(p, axis=1) for term, p, _ in parts]  # fmt: skip
     charges = [term.below(s[:, None], p, kappa, dx)[0]
                for (term, p, kappa), s in zip(parts, slopes, strict=True)]  # fmt: skip
@@ -278,7 +289,8 @@ class Sums:
         self.problem = problem
         self.x = np.zeros(0) if x is None else np.asarray(x, float)
         """The best drive known; none, and nothing is asked of it: see `least`."""
-        self.terms = terms_of(problem.criterion)
+        self.terms = terms_of(problem.posture.criterion)
+        self.recovers = any(term.down for term in self.terms)
         names = {name for term in self.terms for name in (term.X, term.Y) if name}
         self.fields = tuple(sorted(names - {"rear", "front"}))
 
@@ -293,6 +305,8 @@ class Sums:
         if not all(np.any(of.alive) for of in cells):
             return np.inf, dead, every
         sides = [Side.of(one, self.terms) for one in cells]
+        if self.recovers and any(np.any(side.alive.ravel() & ~side.known) for side in sides):
+            return -np.inf, cells, every  # nothing is known of what is recovered there
         steps = [
             Step.of(self.problem, self.terms, k, a, b) for k, (a, b) in enumerate(pairwise(sides))
         ]
@@ -333,15 +347,10 @@ class Sums:
         size = 0.0
         for step in steps:
             for term in step.terms:
-                X, U = (float(np.max(of.fields[term.X].over.size)) for of in step.ends)
-                change = X + U
-                if term.Y is not None:
-                    Y, V = (of.fields[term.Y].over for of in step.ends)
-                    change = float(max(np.max(V.hi) - np.min(Y.lo), np.max(Y.hi) - np.min(V.lo)))
-                size += float(
-                    term.cost(np.asarray((X + U) * change / 2 if term.Y else change), step.dx)
-                )
-        return least + CAP * least + 1e-6 * size if np.isfinite(least) else 1.0 + 2 * size
+                size += float(term.cost(np.asarray(step.largest(term)), step.dx))
+        if not np.isfinite(least) or self.recovers:
+            return 1.0 + 2 * size
+        return least + CAP * least + 1e-6 * size
 
 
 @float64_program

@@ -221,6 +221,8 @@ class Held(Generic[Z]):
     leg_rear: Z
     leg_front: Z
     F: Z
+    """Of the rear wheel, and of the front one where there is no rolling resistance."""
+    F_front: Z
     N_rear: Z
     N_front: Z
 
@@ -246,7 +248,7 @@ def wheelbase_squared(v: UGVParams, rear: Z, front: Z) -> Z:
 
 def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wheel) -> Held[Z]:
     """Forces, torques and turn of one wheel and the other together."""
-    l, r, g, weight = v.leg_length, v.wheel_radius, v.gravity, weight_of(v)
+    l, r, g = v.leg_length, v.wheel_radius, v.gravity
     cr, sr, cf, sf = rear_angle.cos(), rear_angle.sin(), front_angle.cos(), front_angle.sin()
     cos_f = front.q.reciprocal()
     sin_f = front.slope * cos_f
@@ -271,23 +273,48 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     sin_d = cos_r * sin_f - sin_r * cos_f
     lever_F = at.height * cos_f - at.behind * sin_f
     lever_N = -(at.behind * cos_f + at.height * sin_f)
-    det = (cos_d + 1.0) * lever_N + sin_d * lever_F
-    along = sin_r * weight
-    F = (along * lever_N + sin_d * moment) / det
-    N_front = ((cos_d + 1.0) * moment - along * lever_F) / det
-    N_rear = cos_r * weight - F * sin_d - N_front * cos_d
+    F, drive, F_front, N_rear, N_front = _forces(
+        v, (cos_r, sin_r), (cos_d, sin_d), (lever_F, lever_N), moment
+    )
 
     carried = (interval(v.wheel_mass) + interval(v.leg_mass) * 0.5) * g
     vx, vy = (C * cr + S * sr) * l, (S * cr - C * sr) * l
     across = vx * (F * sin_r + N_rear * cos_r) - vy * (F * cos_r - N_rear * sin_r)
-    leg_rear = F * r + across - vx * carried
+    leg_rear = drive * r + across - vx * carried
     vx, vy = (S * sf - C * cf) * l, -(S * cf + C * sf) * l
-    across = vx * (F * sin_f + N_front * cos_f) - vy * (F * cos_f - N_front * sin_f)
-    leg_front = -(F * r + across - vx * carried)
+    across = vx * (F_front * sin_f + N_front * cos_f)
+    across = across - vy * (F_front * cos_f - N_front * sin_f)
+    leg_front = -(drive * r + across - vx * carried)
 
     pitch = (S / C).arctan()
     turn = at.slope.arctan() - pitch * 2.0 + rear_angle - front_angle - at.rolled / r
-    return Held(F * (-r), turn, leg_rear, leg_front, F, N_rear, N_front)
+    return Held(drive * (-r), turn, leg_rear, leg_front, F, F_front, N_rear, N_front)
+
+
+def _forces(
+    v: UGVParams, slope: tuple[Z, Z], between: tuple[Z, Z], lever: tuple[Z, Z], moment: Z
+) -> tuple[Z, Z, Z, Z, Z]:
+    """F_rear, -torque / r, F_front, N_rear, N_front: see `ground_forces`.
+
+    slope, between: cosine and sine of the slope at the rear contact, and from there to the front
+    one; lever: of F_front and N_front about it; moment: of the weights.
+    """
+    (cos_r, sin_r), (cos_d, sin_d), (lever_F, lever_N) = slope, between, lever
+    r, weight = v.wheel_radius, weight_of(v)
+    along, of_F, of_N = sin_r * weight, cos_d + 1.0, sin_d
+    if (c := v.rolling_resistance) is not None:  # see ground_forces
+        level, cr = cos_r * weight, interval(c) * r
+        of_F, of_N = of_F + sin_d * c, sin_d - of_F * c
+        lever_F, lever_N = lever_F - sin_d * cr, lever_N + (-cos_d + 1.0) * cr
+        along, moment = along + level * c, moment - level * cr
+    det = of_F * lever_N + of_N * lever_F
+    F_front = (along * lever_N + of_N * moment) / det
+    N_front = (of_F * moment - along * lever_F) / det
+    N_rear = cos_r * weight - F_front * sin_d - N_front * cos_d
+    F = drive = F_front
+    if c is not None:
+        F, drive = F_front + (N_front - N_rear) * c, F_front + N_front * c
+    return F, drive, F_front, N_rear, N_front
 
 
 def angle_jets(angles: Interval) -> tuple[Jet, Jet]:
