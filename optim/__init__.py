@@ -11,6 +11,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 
 GENERAL_METHODS: dict[str, str] = {
     "gradient": "nonlinear programming by scipy on exact derivatives",
+    "cma": "evolution by the package cma, where it is installed",
 }
 """Methods for all problems by name."""
 

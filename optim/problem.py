@@ -142,6 +142,11 @@ class Problem(ABC, Generic[R]):
         then; NotImplementedError for a problem that is not convex."""
         raise NotImplementedError(f"{type(self).__name__} is not written in cvxpy")
 
+    def sample(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B"]]:
+        """Values of a batch, and the sum of each point's violated scaled margins."""
+        values, margins = self.evaluate_all(X)
+        return values, shortfall(margins)
+
     def residuals(self, x: Vector) -> Mapping[str, float]:
         """Largest violation of each kind of constraint: see Evaluation."""
         return self.evaluate(x).residuals
@@ -315,8 +320,8 @@ def _in_numpy(leaf: Any) -> Any:
 
 
 GENERAL = {
-    name: Method(words, f"stickslip.optim.methods:solve_{name}", frozenset({Structure.SMOOTH}))
-    for name, words in GENERAL_METHODS.items()
+    name: Method(GENERAL_METHODS[name], f"stickslip.optim.methods:solve_{name}", frozenset(needs))
+    for name, needs in (("gradient", {Structure.SMOOTH}), ("cma", set[Structure]()))
 }
 """The methods for every problem that has what they need."""
 
@@ -344,11 +349,6 @@ def solve(
     """
     require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
     known = methods_of(problem)
-    if not known:
-        raise ValueError(
-            f"no method fits a {type(problem).__name__}, which has no slopes; accepted: a problem "
-            "with gradient, jacobian and Structure.SMOOTH"
-        )
     if method is None:
         method = problem.default_method or next(iter(known))
     require_choice("method", method, tuple(known))

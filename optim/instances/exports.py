@@ -19,6 +19,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.optim.instances.objective import PENALTY, Objective
+from stickslip.optim.methods import own_draws
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -100,18 +101,6 @@ def as_cma(objective: Objective, seed: int = 1) -> dict[str, External]:
         "sigma0": SIGMA,
         "options": {"bounds": [0, 1], **own_draws(seed), "verbose": -9},
     }
-
-
-def own_draws(seed: int) -> dict[str, object]:
-    """Options of cma with which it draws of the seed alone and leaves NumPy's global state alone.
-
-    By itself it takes the seed 0 for the time of day.
-    """
-    return {"seed": np.nan, "randn": partial(_normal, np.random.default_rng(seed))}
-
-
-def _normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
-    return rng.standard_normal(shape)
 
 
 def as_nevergrad(objective: Objective) -> tuple[External, Callable[[External], float]]:

@@ -36,7 +36,9 @@ TREATMENTS: dict[str, str] = {
         "points are sorted by x (of a GPX track they stay in their order), and neighbours within "
         "this distance become one at their mean; 0: points at one place"
     ),
-    "smooth": "waves of this length are halved, shorter ones are damped more",
+    "gaps": "longer gaps are filled with points on a straight line",
+    "noise": "the smoothest curve that misses the points by this root mean square",
+    "smooth": "instead: this wavelength is halved, shorter ones are damped more",
     "envelope": (
         "hollows that a disc of this radius cannot enter are filled up to it (default of a "
         "command: 1.1 wheel radii)"

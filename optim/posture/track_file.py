@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 from xml.parsers import expat
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_known, require_memory, shown
+from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.ugv.track import Surface, Track
 from stickslip.optim.columns import (
     MOST_IN_A_LINE,
@@ -20,117 +20,19 @@ from stickslip.optim.columns import (
     read_text,
     shown_path,
 )
-from stickslip.optim.posture import TREATMENTS
-from stickslip.optim.problem import require_scalar
+from stickslip.optim.posture.survey import (
+    Survey,
+    checked,
+    enveloped,
+    filled,
+    groups,
+    outlying,
+    smoothed,
+    wavelength_of,
+)
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float, Int
-
-
-FEWEST = 5
-"""Points that a smoothing spline, and the search for outliers, need."""
-FINENESS = 32
-"""Knots for each radius of an envelope."""
-BYTES_A_KNOT = 600
-"""Memory for each knot of enveloped ground, about [bytes]."""
-
-
-class Survey(NamedTuple):
-    """A track, the points that were read and those that it goes through [n, 2] (x, y) [m]."""
-
-    track: Track
-    raw: Float[np.ndarray, "n 2"]
-    used: Float[np.ndarray, "m 2"]
-    changes: dict[str, float]
-    """What the treatments did. Counts: points read, dropped, reordered, merged, knots used. Lengths
-    [m]: largest_change and rms_change of the height at the points that were neither dropped nor
-    merged."""
-
-
-def checked(given: dict[str, Any]) -> dict[str, float]:
-    """The treatments [m] that are not None. ValueError for unknown names and bad lengths."""
-    require_known(given, TREATMENTS, "treatment of a track")
-    found = {name: value for name, value in given.items() if value is not None}
-    for name, value in found.items():
-        strict = name != "merge"
-        accepted = f"a length {'>' if strict else '>='} 0 [m]"
-        require_scalar(name, value, low=0.0, strict=strict, accepted=accepted)
-    return found
-
-
-def outlying(y: Float[np.ndarray, "n"], limit: float) -> Bool[np.ndarray, "n"]:
-    """True where y is further than `limit` from the median of the two neighbours on each side.
-
-    The ends are continued by point reflection, so that slopes are no outliers, nor is an end.
-    """
-    if len(y) < FEWEST:
-        raise ValueError(f"{len(y)} points; accepted: {FEWEST} or more for outliers")
-    beyond = np.pad(y, 2, mode="reflect", reflect_type="odd")
-    about = np.stack([beyond[k : len(y) + k] for k in (0, 1, 3, 4)])
-    return np.abs(y - np.median(about, axis=0)) > limit
-
-
-def groups(places: Float[np.ndarray, "n d"], length: float) -> Int[np.ndarray, "groups"]:
-    """Index of the first point of each group: the points after it within `length` [m] of it."""
-    first, found = None, []
-    for i, place in enumerate(places.tolist()):
-        if first is None or math.dist(first, place) > length:
-            first = place
-            found.append(i)
-    return np.array(found, dtype=int)
-
-
-def smoothed(
-    x: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], wavelength: float
-) -> Float[np.ndarray, "n"]:
-    """Heights of the smoothing spline that halves waves of that length [m] and damps shorter ones.
-
-    SciPy minimises sum w (y - f)^2 + c int f''^2. With each point's share of x as its weight w, a
-    wave of angular frequency k is multiplied by 1 / (1 + c k^4).
-    """
-    from scipy.interpolate import make_smoothing_spline
-
-    if len(x) < FEWEST:
-        raise ValueError(f"{len(x)} points; accepted: {FEWEST} or more for smooth")
-    lam = (wavelength / (2 * np.pi)) ** 4
-    return make_smoothing_spline(x, y, np.gradient(x), lam=lam)(x)
-
-
-def enveloped(
-    x: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], radius: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """The ground that a disc feels: the polyline, its hollows filled up to the disc, at even x.
-
-    The disc's centre runs along the greyscale dilation of the polyline by the disc; the erosion of
-    that path is the ground (a closing). Knots are `radius` / FINENESS apart. The heights there are
-    coefficients of a uniform cubic B-spline, so that no second derivative exceeds that of the
-    closing. Its values at the knots are returned; a natural spline through them is the same curve.
-    """
-    from scipy.ndimage import grey_dilation, grey_erosion
-
-    pieces = math.ceil((x[-1] - x[0]) / radius * FINENESS)
-    require_memory(f"envelope = {shown(radius)}", "knots", pieces, BYTES_A_KNOT)
-    h, margin = (x[-1] - x[0]) / pieces, 2 * FINENESS + 2
-    at = x[0] + h * np.arange(-margin, pieces + margin + 1)
-    reach = int(radius / h)
-    disc = np.sqrt(np.maximum(radius**2 - (h * np.arange(-reach, reach + 1)) ** 2, 0.0))
-    centre = grey_dilation(_straight_on(x, y, at), structure=disc)
-    nearest = np.rint((x - at[0]) / h).astype(int)
-    for k in range(-reach, reach + 1):  # on the points themselves, which lie between the knots
-        square = radius**2 - (at[nearest + k] - x) ** 2
-        over = y + np.sqrt(np.maximum(square, 0.0))
-        np.maximum.at(centre, nearest + k, np.where(square >= 0, over, -np.inf))
-    ground = grey_erosion(centre, structure=disc)
-    curve = (ground[:-2] + 4 * ground[1:-1] + ground[2:]) / 6
-    return at[margin:-margin], curve[margin - 1 : 1 - margin]
-
-
-def _straight_on(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Heights of the polyline at `at`, straight on past its ends."""
-    before = y[0] + (at[0] - x[0]) * (y[1] - y[0]) / (x[1] - x[0])
-    after = y[-1] + (at[-1] - x[-1]) * (y[-1] - y[-2]) / (x[-1] - x[-2])
-    return np.interp(at, [at[0], *x, at[-1]], [before, *y, after])
-
+    from jaxtyping import Float
 
 EARTH_RADIUS = 6_371_008.8
 """Mean radius [m]."""
@@ -235,10 +137,21 @@ def _sorted_out(
 def _reshaped(
     places: np.ndarray, y: np.ndarray, given: dict[str, float], changes: dict[str, float]
 ) -> Float[np.ndarray, "m 2"]:
-    """Points of the track after `smooth` and `envelope`."""
+    """Points of the track after `gaps`, `noise` or `smooth`, and `envelope`."""
     x = _along(places)
     _require_advance(x)
-    at, height = x, smoothed(x, y, given["smooth"]) if "smooth" in given else y
+    at, height = x, y
+    if "gaps" in given:
+        gap = np.diff(x)
+        changes["filled"] = int(np.sum(gap > given["gaps"]))
+        changes["longest_gap"] = float(np.max(gap))
+        at, height = filled(x, y, given["gaps"])
+    wavelength = given.get("smooth")
+    if "noise" in given:
+        wavelength = wavelength_of(at, height, given["noise"])
+    if wavelength is not None:
+        changes["damped_below"] = wavelength
+        height = smoothed(at, height, wavelength)
     if places.shape[1] > 1:
         _require_slopes(at, height)
     if "envelope" in given:
@@ -351,6 +264,6 @@ def _require_slopes(x: np.ndarray, y: np.ndarray) -> None:
     for i in np.flatnonzero(np.abs(np.diff(y)) > STEEPEST * np.diff(x))[:1]:
         raise ValueError(
             f"track point {i + 2}: elevation {y[i + 1]:.6g} m, {y[i + 1] - y[i]:+.6g} m in "
-            f"{x[i + 1] - x[i]:.3g} m (--ground outliers=1 drops such points, smooth=20 damps "
+            f"{x[i + 1] - x[i]:.3g} m (--ground outliers=1 drops such points, noise=0.5 smooths "
             f"them); accepted: {ACCEPTED_GPX}, slopes up to {STEEPEST:g} m a metre"
         )

@@ -43,6 +43,7 @@ EXTRAS = {
     "torch": "sb3",
     "optax": "train",
     "tqdm": "train",
+    "cma": "optim",
     "matplotlib": "viz",
     "PIL": "viz",
     "pygame": "viz",

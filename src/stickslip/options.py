@@ -112,7 +112,7 @@ class TrackOptions(VehicleOptions):
     )
     ground: str | None = option(
         None,
-        "treatments of the file's points: merge,outliers=1,smooth=4m,envelope; see below",
+        "treatments of the file's points: merge,outliers=1,noise=0.2m,envelope; see below",
         metavar="NAME=LENGTH,...",
     )
     friction: float = option(0.8, "under the wheels where the track has no mu [-]")
@@ -206,6 +206,7 @@ class PostureOptions(TrackOptions, ResultFiles):
 
     criterion: str = option("wheel_energy", "objective, see below", metavar="NAME")
     method: str = option("dp", "see below", metavar="NAME")
+    seed: int | None = option(None, "of the method cma")
     out: str | None = option(None, "directory (default: runs/ugv-TRACK-CRITERION-METHOD)")
     overlap: bool = set_option(False, "let the wheels overlap, as the chapter does; no vehicle can")
     start_angles: tuple[float, float] | None = set_option(

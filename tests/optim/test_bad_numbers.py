@@ -55,6 +55,7 @@ def test_options_of_methods(bad):
         "branch": ("start",),
         "scp": ("iterations", "radius", "tolerance", "start"),
         "gradient": ("iterations", "tolerance", "start"),
+        "cma": ("seed", "evaluations", "sigma", "population", "penalty", "start"),
     }
     for method, names in options.items():
         for name in names:

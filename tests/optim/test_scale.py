@@ -25,12 +25,19 @@ def raised(unit, x, draw):
     return unit * (1e6 + (x[0] - 1) ** 2 + (x[1] - 1) ** 2), 1.5 - x[0] - x[1]
 
 
+@pytest.fixture(params=["gradient", "cma"])
+def method(request) -> str:
+    if request.param == "cma":
+        pytest.importorskip("cma")
+    return request.param
+
+
 @pytest.mark.parametrize("start", [None, [1e-7, 0.0]], ids=["zero", "tiny"])
 @pytest.mark.parametrize(
     ("function", "least"), [(line, -0.5), (bowl, 0.1875), (raised, 1e6 + 0.125)]
 )
-def test_the_optimum_is_found_in_any_unit_from_any_value(function, least, start):
+def test_the_optimum_is_found_in_any_unit_from_any_value(method, function, least, start):
     for unit in (1e-9, 1e9):
-        found = solve(FunctionProblem(function, unit, LOW, HIGH), start=start)
+        found = solve(FunctionProblem(function, unit, LOW, HIGH), method, start=start)
         assert found.status is OptimStatus.FEASIBLE
         assert found.value / unit == pytest.approx(least, rel=1e-12, abs=2e-6)

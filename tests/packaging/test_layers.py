@@ -20,7 +20,7 @@ FRONT = "stickslip"
 RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
     "records": ("src/stickslip/records", set(), {"numpy"}),
     "dynamics": ("dynamics", {"records"}, {"jax", "numpy", "scipy", "pint"}),
-    "optim": ("optim", {"records", "dynamics"}, {"jax", "numpy", "cvxpy", "scipy", "tqdm"}),
+    "optim": ("optim", {"records", "dynamics"}, {"jax", "numpy", "cvxpy", "scipy", "cma", "tqdm"}),
     "envs": ("envs", {"records", "dynamics", "optim"}, None),
     "agents": ("agents", {"records", "dynamics", "optim", "envs"}, None),
     FRONT: ("src/stickslip", {"records", "dynamics", "optim", "envs", "agents"}, None),

@@ -17,7 +17,8 @@ from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
 from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 from stickslip.optim.columns import UNITS, is_number
 from stickslip.optim.posture import TREATMENTS
-from stickslip.optim.posture.track_file import Survey, read_survey
+from stickslip.optim.posture.survey import Survey
+from stickslip.optim.posture.track_file import read_survey
 from stickslip.records.table import Column, Table
 from stickslip.report import one_row
 
@@ -118,7 +119,7 @@ def treatments_of(text: str | None, params: UGVParams) -> dict[str, float]:
 
 def ground_table(survey: Survey) -> Table:
     """One row: what the treatments did to the points."""
-    whole = ("points", "reordered", "dropped", "merged", "knots")
+    whole = ("points", "reordered", "dropped", "merged", "filled", "knots")
     units = {name: "-" if name in whole else "m" for name in survey.changes}
     return one_row({Column(name, units[name]): of for name, of in survey.changes.items()})
 

@@ -15,6 +15,7 @@ from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
+from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.machine import (
     finite,
     ground_table,
@@ -71,6 +72,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     problem = problem_of(given, survey.track, vehicle, max_torque)
     if given.pictures:
         require("matplotlib.figure")
+    if given.method == "cma":
+        import cma  # noqa: F401  (where it is missing, nothing is computed in vain)
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
     summary, tables, x = result_summary(problem, result), {}, result.x
     motor = {"max_torque": problem.max_torque}
@@ -115,10 +118,15 @@ def _drive_files(
 
 
 def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
-    """Options of the method; `solve` refuses one that it does not take."""
-    angles: dict[str, Any] = {} if given.angles is None else {"angles": given.angles}
+    """Options of the method. ValueError for one that it does not take."""
+    asked = {"angles": given.angles, "seed": given.seed}
+    options: dict[str, Any] = {name: one for name, one in asked.items() if one is not None}
+    taken = options_of_method(methods_of(problem)[given.method])
+    for name in options:
+        if name not in taken:
+            raise ValueError(f"--{name} with --method {given.method}; accepted: without it")
     polish = given.polish
-    return angles | {"polish": len(problem.x) <= POLISHED if polish is None else polish}
+    return options | {"polish": len(problem.x) <= POLISHED if polish is None else polish}
 
 
 def problem_of(

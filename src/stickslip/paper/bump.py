@@ -13,7 +13,6 @@ from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.problem import refined
-from stickslip.optim.problem import shortfall
 from stickslip.paper.result import (
     Claim,
     Result,
@@ -162,8 +161,7 @@ def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]
     angles = np.linspace(low, high, HELD_ANGLES).round(9)
     pairs = np.stack(np.meshgrid(angles, angles, indexing="ij"), -1).reshape(-1, 2)
     trajectories = np.tile(np.radians(pairs), len(problem.x))
-    variation, margins = problem.evaluate_all(trajectories)
-    violation = shortfall(margins)
+    variation, violation = problem.sample(trajectories)
     if np.all(violation > 0):
         raise ValueError("no posture held passes the bump; accepted: a vehicle that does")
     best = int(np.argmin(np.where(violation > 0, np.inf, variation)))

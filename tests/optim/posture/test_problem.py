@@ -190,8 +190,9 @@ def test_bad_decision_vectors_are_refused():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("method", ["dp", "scp", "gradient"])
+@pytest.mark.parametrize("method", ["dp", "scp", "gradient", "cma"])
 def test_where_no_angle_is_free_every_method_returns_the_given_ones(method: str):
+    pytest.importorskip("cma")
     ends = {"start_angles": (1.5, 1.6), "end_angles": (1.6, 1.5)}
     only = replace(over_bump("torque_variation", **ends), x=np.array([3.3, 3.7]))
     assert only.free.n == 0

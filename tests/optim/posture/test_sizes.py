@@ -23,6 +23,7 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
                 ("dp", {"angles": 10**6}, "angles = 1000000 x 1000000 at 10 waypoints"),
+                ("cma", {"population": 10**9}, "population = 1000000000 of 20 numbers"),
             )
         ),
     ],
@@ -37,6 +38,11 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
     ("method", "options", "said"),
     [
         ("scp", {"start": np.full(20, 1.5)}, "method = 'scp' with 10 waypoints"),
+        (
+            "cma",
+            {"start": np.full(20, 1.5), "population": 20},
+            "X of 20 drives makes 320 stations",
+        ),
         ("dp", {}, "polish = True with 10 waypoints"),
         (
             "dp",

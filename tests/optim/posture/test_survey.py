@@ -5,8 +5,13 @@ import re
 import numpy as np
 import pytest
 
-from stickslip.optim.posture.track_file import enveloped, read_survey, read_track
+from stickslip.optim.posture.survey import enveloped
+from stickslip.optim.posture.track_file import read_survey, read_track
 from tests.optim.posture.test_track_file import gpx, write
+
+
+def profile(x):
+    return 0.5 * np.sin(2 * np.pi * x / 40) + 0.15 * np.sin(2 * np.pi * x / 11 + 1)
 
 
 def surveyed(folder, x, y, **treatments):
@@ -45,6 +50,33 @@ def test_outliers_are_dropped_and_slopes_are_not(tmp_path):
     found = surveyed(tmp_path, X, y, outliers=2.5)
     np.testing.assert_array_equal(found.used, np.stack([X, X], 1)[np.arange(50) != 20])
     assert found.changes["dropped"] == 1
+
+
+def test_a_gap_is_filled_by_a_straight_line(tmp_path):
+    kept = (X < 30) | (X >= 50)
+    found = surveyed(tmp_path, X[kept], profile(X[kept]), gaps=5.0)
+    assert (found.changes["filled"], found.changes["longest_gap"]) == (1, 22.0)
+    np.testing.assert_allclose(found.used[:, 0], X, rtol=1e-12)
+    within = np.interp(X[15:25], X[kept], profile(X[kept]))
+    np.testing.assert_allclose(found.used[15:25, 1], within, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("noise", "spacing", "merge"), [(0.4, 2.0, None), (0.5, 2.0, None), (0.02, 0.003, 0.05)]
+)
+def test_noise_of_a_stated_level_is_removed(noise, spacing, merge, tmp_path):
+    """The residual is the stated level, and the true ground is nearer than that. A lidar line is
+    out of order within its noise, and merging divides the noise by the root of the count."""
+    rng = np.random.default_rng(3)
+    x = np.arange(0.0, 60.0 if merge else 200.0, spacing)
+    x = x[np.argsort(x + 5 * spacing * rng.standard_normal(len(x)))] if merge else x
+    stated = noise * np.sqrt(spacing / merge) if merge else noise
+    y = profile(x) + noise * rng.standard_normal(len(x))
+    found = surveyed(tmp_path, x, y, noise=stated, **({"merge": merge} if merge else {}))
+    assert found.changes["rms_change"] == pytest.approx(stated, rel=0.01)
+    at, height = found.used.T
+    assert np.sqrt(np.mean((height - profile(at)) ** 2)) < stated
+    assert found.changes["largest_change"] >= found.changes["rms_change"]
 
 
 def test_the_named_wavelength_is_halved(tmp_path):
@@ -91,12 +123,14 @@ def test_the_envelope_is_what_a_disc_feels(kind):
 @pytest.mark.parametrize(
     ("treatments", "text"),
     [
-        ({"noise": 1.0}, "noise"),
-        ({"smooth": 0.0}, "smooth = 0.0 is not accepted; accepted: a length > 0 [m]"),
+        ({"nois": 1.0}, "nois"),
+        ({"noise": 0.0}, "noise = 0.0 is not accepted; accepted: a length > 0 [m]"),
         ({"merge": -1.0}, "merge = -1.0 is not accepted; accepted: a length >= 0 [m]"),
-        ({"smooth": 1.0}, "track.csv: 3 points; accepted: 5 or more for smooth"),
+        ({"noise": 1.0, "smooth": 1.0}, "noise = 1.0 and smooth = 1.0; accepted: one of them"),
+        ({"smooth": 1.0}, "track.csv: 3 points; accepted: 5 or more for noise and smooth"),
         ({"merge": 9.0}, "track.csv: 1 points are left; accepted: 2 or more"),
         ({"envelope": 1e-9}, "track.csv: envelope = 1e-09"),
+        ({"gaps": 1e-9}, "track.csv: gaps = 1e-09"),
     ],
 )
 def test_treatments_that_cannot_be_are_refused(treatments, text, tmp_path):
