@@ -11,7 +11,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, inverse_dynamics, reduced_inertia
 from stickslip.envs.rendering import sheet, theme
 from stickslip.optim import GaitProblem, solve
-from stickslip.paper.steady import friction_use
+from stickslip.optim.gait.gait import friction_uses
 from stickslip.records.files import write_whole
 
 PICTURE = Path(__file__).parents[1] / "docs" / "walks.png"
@@ -33,7 +33,8 @@ def walk(params: BipedParams, theta: np.ndarray, rate: np.ndarray) -> Walk:
     """The walk with a crank rate [rad/s] at increasing crank angles [rad]."""
     acceleration = rate * np.gradient(rate, theta, edge_order=2)
     forces = jax.vmap(lambda *state: inverse_dynamics(params, *state))(theta, rate, acceleration)
-    return Walk(rate, momenta(params, theta) * rate, friction_use(forces))
+    ratio = np.asarray(friction_uses(forces.friction_force, forces.normal_force))
+    return Walk(rate, momenta(params, theta) * rate, ratio)
 
 
 def momenta(params: BipedParams, theta: np.ndarray) -> np.ndarray:

@@ -18,9 +18,8 @@ from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.ugv import TRACKS, Track
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture import CRITERIA_IN_WORDS
-from stickslip.options import TRACK_OPTIONS, PostureOptions, WalkOptions
+from stickslip.options import TRACK_OPTIONS
 from stickslip.paper.figure import FIGURES
-from stickslip.parser import options_of
 
 
 def help_of(capsys: pytest.CaptureFixture[str], *command: str) -> str:
@@ -133,22 +132,21 @@ def test_each_machine_has_flags_of_its_own(capsys):
             )
 
 
-def options(kind: type, line: str):
+def given(line: str) -> dict:
     words = shlex.split(line)
-    return options_of(kind, vars(make_parser(words).parse_args(words)))
+    return vars(make_parser(words).parse_args(words))
 
 
-def test_flags_and_settings_fill_the_dataclass_that_declares_them():
+def test_flags_and_settings_are_read_by_their_types():
     line = "optimise ugv --track-option height=0.2 --track-option width=2 --no-pictures"
-    asked = options(PostureOptions, f"{line} --set start_angles=1,2 polish=true --set end=-3")
-    assert asked == PostureOptions(
-        track_options=["height=0.2", "width=2"],
-        pictures=False,
-        start_angles=[1.0, 2.0],  # type: ignore[arg-type]
-        polish=True,
-        end=-3.0,
-    )
-    line = "simulate biped --torque -crank_rate --mu-static 0.5 0.1 --edges -1e-3"
-    assert options(WalkOptions, line) == WalkOptions(
-        torque="-crank_rate", mu_static=[0.5, 0.1], edges=[-0.001]
+    asked = given(f"{line} --set start_angles=1,2 overlap=true --set end=-3 vehicle.leg_mass=1")
+    assert asked["track_options"] == ["height=0.2", "width=2"]
+    assert (asked["pictures"], asked["overlap"], asked["end"]) == (False, True, -3.0)
+    assert (asked["start_angles"], asked["end_angles"], asked["leg_rate"]) == ([1.0, 2.0], None, 1)
+    assert asked["changes"] == {"vehicle.leg_mass": "1"}
+    asked = given("simulate biped --torque -crank_rate --mu-static 0.5 0.1 --edges -1e-3")
+    assert (asked["torque"], asked["mu_static"], asked["edges"]) == (
+        "-crank_rate",
+        [0.5, 0.1],
+        [-0.001],
     )

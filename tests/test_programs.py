@@ -43,11 +43,12 @@ def run(store: Path) -> tuple[bytes, int]:
     return np.asarray(result).tobytes(), len(hits)
 
 
-def test_what_one_command_compiles_the_next_one_finds(store):
+def test_what_one_command_compiles_the_next_one_finds(store, capsys):
     before = CONFIG.jax_compilation_cache_dir
     first, hits = run(store)
     assert hits == 0
     assert run(store) == (first, 1)
+    assert capsys.readouterr().err.count("compiling programs") == 1
     assert len(list(store.iterdir())) == 1
     assert CONFIG.jax_compilation_cache_dir == before
 
@@ -125,30 +126,3 @@ def test_a_cache_that_the_user_has_set_stays_as_it_is(tmp_path, monkeypatch):
             assert (tmp_path / "mine").exists() == used
     finally:
         jax.config.update("jax_compilation_cache_dir", before)
-
-
-@pytest.mark.parametrize(("patience", "times"), [(0.0, 1), (600.0, 0)])
-def test_long_compilation_is_said_once(patience, times, monkeypatch, capsys):
-    monkeypatch.setattr(programs, "PATIENCE", patience)
-    monkeypatch.setattr(programs, "Timer", Immediate)
-    with compiled_programs(keep=False):
-        for factor in (2.5, 3.5):
-            jax.jit(lambda x, factor=factor: jnp.sin(factor * x))(1.0)
-    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("compiling")]
-    assert len(said) == times
-
-
-class Immediate:
-    """A timer that fires at once where its interval is zero, and never otherwise."""
-
-    daemon = False
-
-    def __init__(self, interval: float, function: Any):
-        self.interval, self.function = interval, function
-
-    def start(self) -> None:
-        if not self.interval:
-            self.function()
-
-    def cancel(self) -> None:
-        pass

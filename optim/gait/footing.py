@@ -56,6 +56,17 @@ class Footing:
         nodes = self.profiles.nodes
         return CubicSpline(nodes.theta[0], nodes.fall[0]).antiderivative()
 
+    @property
+    def start_torque(self) -> float:
+        """The least constant torque that walks from rest at pi/2 [N m].
+
+        From rest, M b / 2 = T (theta - pi/2) - (V - V(pi/2)): the crank gets past every angle if T
+        is above the greatest mean slope of V.
+        """
+        theta = self.profiles.nodes.theta[0]
+        rise = self.height(theta[1:]) - self.height(theta[0])
+        return peak_of(rise / (theta[1:] - theta[0]))[1]
+
     def at_rate(self, crank_rate: float) -> Need:
         """The need of a constant crank rate [rad/s]."""
         ends = np.array([SUPPORT_START, SUPPORT_START + np.pi])

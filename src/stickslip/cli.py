@@ -10,7 +10,7 @@ import argparse
 import os
 import sys
 from contextlib import redirect_stdout
-from typing import IO, TYPE_CHECKING, Any, NoReturn
+from typing import IO, TYPE_CHECKING, Any
 
 from stickslip.commands import (
     COMMANDS,
@@ -30,7 +30,6 @@ from stickslip.records.signals import Interrupted, complain, discard_output, han
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from stickslip.records.table import Content
 
 __all__ = ["COMMANDS", "NOTHING_FOUND", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
 ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."
@@ -100,7 +99,11 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
         usage="stickslip COMMAND ...",
         description="\n\n".join((ABOUT, examples_text(EXAMPLES), tables_text(tables))),
     )
-    parser.add_argument("--version", action=_Version, nargs=0, help="show the version and exit")
+    about, version = "show the version and exit", ""
+    if "--version" in arguments:  # it is read from the installed package's metadata
+        from stickslip import __version__ as version
+    shown = f"stickslip {version}"
+    parser.add_argument("--version", action="version", version=shown, help=about)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     parser._action_groups.pop()  # the description lists them
     for name, one in COMMANDS.items():
@@ -151,24 +154,22 @@ def _described(command: Command, examples: Mapping[str, str]) -> str:
 def _run(given: argparse.Namespace) -> int:
     """Run the command that was named; with --json all that it prints for people is left out."""
     flags = vars(given)
-    if not flags.get("json"):
-        found = _found(flags)
+    name, as_json = flags.pop("command"), flags.pop("json", False)
+    if not as_json:
+        found = _found(COMMANDS[name], flags)
         return OK if found is None else found.status
     with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        found = _found(flags)
-    if found is None:
-        return OK
-    if found.status != WRONG_INPUT:
-        print(found.json(flags["command"]), end="")
+        found = _found(COMMANDS[name], flags)
+    print(found.json(name), end="")
     return found.status
 
 
-def _found(flags: dict[str, Any]) -> Content | None:
-    command = COMMANDS[flags["command"]]
+def _found(command: Command, flags: dict[str, Any]) -> Any:
+    """What a command returns: a Content, or None."""
     run = command.run.format(part=flags.get("machine"))
     if not command.compiles:
         return function_of(run)(flags)
-    with compiled_programs(keep=flags["keep_programs"]):
+    with compiled_programs(keep=flags.pop("keep_programs")):
         return function_of(run)(flags)
 
 
@@ -181,16 +182,6 @@ def prepare_streams() -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
         elif getattr(stream, "errors", None) == "strict" and hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue]
-
-
-class _Version(argparse.Action):
-    """Looks the version up only when asked."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        from stickslip import __version__
-
-        print(f"stickslip {__version__}")
-        raise SystemExit(OK)
 
 
 def _complain(message: str) -> None:

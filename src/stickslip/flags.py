@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from stickslip.agents.machine import machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_titles
 from stickslip.envs.tasks.definition import TASKS
-from stickslip.parser import flag_of, truth
+from stickslip.parser import add_overwrite, flag_of, truth
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -106,8 +106,8 @@ def view_flags(parser: Parser, _: object) -> None:
     _add_policies(parser, nargs="+")
     about = "a page to play in a browser, with curves; of one or several"
     add("--html", metavar="FILE", help=about)
-    add("--seed", type=int, default=0, help="of the episode (default: %(default)s)")
-    add("--seconds", type=float, default=6.0, help="to show (default: %(default)s)")
+    add("--seed", type=int, default=0, help="of the episode")
+    add("--seconds", type=float, default=6.0, help="to show")
     add("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
     add("--plot", metavar="FILE", help="also a .png of the episode over time")
     add_overwrite(parser)
@@ -121,7 +121,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     add("--policy", nargs="+", required=True, metavar="POLICY", help=about)
     about = "a parameter of the task and its values, see below; repeatable"
     add("--axis", action="append", default=[], metavar="NAME=VALUES", help=about)
-    add("--episodes", type=int, default=32, help="of each point (default: %(default)s)")
+    add("--episodes", type=int, default=32, help="of each point")
     add("--out", metavar="DIR", required=True, help="directory of the sweep")
     add("--resume", action="store_true", help="continue the sweep in --out")
     add("--no-pictures", action="store_true", help="neither sweep.png nor endings.png")
@@ -183,20 +183,15 @@ def reproduce_flags(parser: Parser, _: object) -> None:
     add = parser.add_argument
     about = f"one or more of those below, or {EVERYTHING}"
     add("figures", nargs="+", metavar="FIGURE", help=about)
-    about = "where files go (default: %(default)s)"
+    about = "where files go"
     add("--out", metavar="DIR", default="figures", help=about)
     add_overwrite(parser, "files in --out")
-    about = "points a step; of fig24 along the bump (default: %(default)s)"
+    about = "points a step; of fig24 along the bump"
     add("--samples", type=int, default=240, metavar="N", help=about)
     for name in ("robot", "vehicle"):
         add(f"--{name}", metavar="FILE", help=f"a {name} of one's own, for its figures")
     parser.add_parts("changes", ("robot", "bars", "vehicle"))
     parser.tables = {"figures": {name: one.title for name, one in FIGURES.items()}}
-
-
-def add_overwrite(parser: Parser, what: str = "the files") -> None:
-    """--overwrite, without which nothing that exists is replaced."""
-    parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")
 
 
 def _add_names(parser: Parser, tables: dict[str, Mapping[str, str]]) -> None:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from stickslip.dynamics.names import SCENES, TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS, TREATMENTS
-from stickslip.parser import add_options, changes_option, limit, option, set_option
+from stickslip.parser import add_overwrite, limit, truth
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -38,9 +37,6 @@ SETTINGS = {
     "exact": "every switch located by an adaptive method in double precision",
 }
 """The presets of stickslip.dynamics.PRESETS."""
-FIDELITIES = ("joint", "reduced", "table", "chebyshev", "paper")
-INTEGRATORS = ("euler", "rk4_split", "event_exact")
-"""The names of stickslip.dynamics.biped.FIDELITIES and INTEGRATORS; docs/design.md."""
 NAMES = {
     "t": "time [s]",
     "phase": "crank angle of the supporting leg, pi/2 to 3 pi/2 [rad]",
@@ -53,215 +49,161 @@ NAMES = {
 
 def simulate_flags(parser: Parser, machine: str) -> None:
     """Add the flags of a simulation of the machine."""
+    add = parser.add_argument
     if machine == "biped":
-        add_options(parser, WalkOptions)
-        parser.tables = {"names in a torque": NAMES, "settings": SETTINGS}
+        _add_walk(parser)
     else:
-        add_options(parser, DriveOptions)
-        parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS}
+        about = "stations.csv of `stickslip optimise ugv`, or its directory"
+        add("--posture", help=about)
+        about = "instead: rear and front leg, held [degrees]; 90: straight down, more: outwards"
+        add("--angles", type=float, nargs=2, help=about)
+        _add_track(parser)
+    rows = "walk.csv" if machine == "biped" else "drive.csv"
+    add("--out", default=rows, help="rows with units, .csv")
+    add("--plot", help="also a .png of the numbers")
+    add("--film", help="also a film: .gif, .png (animated), .webp or .mp4")
+    add_overwrite(parser)
+
+
+def _add_walk(parser: Parser) -> None:
+    """A walk of the biped under a torque."""
+    add, put = parser.add_argument, parser.add_setting
+    about = (
+        "of the motor [N m], held for each --period: a number, a .csv of times and torques, or "
+        "arithmetic, see below"
+    )
+    add("--torque", metavar="TORQUE", help=about)
+    about = (
+        "instead: crank rate [rad/s], a number or a .csv over time or crank angle, straight "
+        "between the ends of each --period"
+    )
+    add("--rate", metavar="RATE", help=about)
+    about = "to walk (default: 6, or the length of a file over time)"
+    add("--seconds", type=float, help=about)
+    about = "between two rows, for which a torque is held [s]"
+    add("--period", type=float, default=0.02, help=about)
+    add("--crank-rate", type=float, help="at the start [rad/s] (default: 0)")
+    about = f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})"
+    add("--scene", choices=SCENES, metavar="NAME", help=about)
+    several: dict[str, Any] = {"type": float, "nargs": "+"}
+    add("--mu-static", **several, help="one floor instead, or one for each patch")
+    add("--mu-kinetic", **several, help="kinetic friction (default: the static one)")
+    add("--edges", **several, help="of patches, where friction changes [m]")
+    add("--payload", type=float, help="mass on the hip, beside the robot's own [kg]")
+    about = "fidelity, integrator, step and precision, see below"
+    add("--setting", choices=tuple(SETTINGS), default="exact", metavar="NAME", help=about)
+    put("phase", type=float, help="crank angle at the start [rad] (default: pi/2)")
+    put("foot_velocity", type=float, default=0.0, help="at the start [m/s]")
+    about = "also the 68 components of the joints' forces"
+    put("joints", type=truth, default=False, help=about)
+    add_machine(parser, "robot", "bars")
+    parser.tables = {"names in a torque": NAMES, "settings": SETTINGS}
+
+
+def _add_track(parser: Parser) -> None:
+    """Ground, waypoints and limits of a drive."""
+    add, put = parser.add_argument, parser.add_setting
+    about = f"{', '.join(TRACKS)}, or a file of x and y or GPX"
+    add("--track", default="bump", metavar="TRACK", help=about)
+    about = "of the track, as often as needed: height=0.2; see below"
+    how: dict[str, Any] = {"action": "append", "default": [], "metavar": "NAME=VALUE"}
+    add("--track-option", dest="track_options", **how, help=about)
+    about = "treatments of the file's points: merge,outliers=1,noise=0.2m,envelope; see below"
+    add("--ground", metavar="NAME=LENGTH,...", help=about)
+    about = "under the wheels where the track has no mu [-]"
+    add("--friction", type=float, default=0.8, help=about)
+    about = "of each wheel's motor [N m], or none (default: of the vehicle's file)"
+    add("--max-torque", type=limit, help=about)
+    put("leg_rate", type=limit, default=1.0, help="of a leg along the way [rad/m], or none")
+    put("spacing", type=float, help="of waypoints [m] (default: 0.1)")
+    put("start", type=float, help="first place of the front wheel [m]")
+    put("end", type=float, help="last place of the front wheel [m]")
+    add_machine(parser, "vehicle")
+    parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS}
+
+
+def add_machine(parser: Parser, name: str, *parts: str) -> None:
+    """A machine of one's own, and changes of it. parts: of its file besides its own and motor."""
+    about = f"file in TOML; --set {name}.NAME=VALUE changes a number"
+    parser.add_argument(f"--{name}", help=about)
+    parser.add_parts("changes", (name, *parts, "motor"))
 
 
 def optimise_flags(parser: Parser, machine: str) -> None:
     """Add the flags of an optimisation of the machine."""
     if machine == "biped":
-        add_options(parser, GaitOptions)
-        parser.tables = {"objectives": OBJECTIVES, "methods": GAIT_METHODS}
+        _add_gait(parser)
+        out = "runs/biped-OBJECTIVE"
     else:
-        add_options(parser, PostureOptions)
-        parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS, "methods": METHODS}
+        _add_posture(parser)
+        out = "runs/ugv-TRACK-CRITERION-METHOD"
+    parser.add_argument("--out", metavar="DIR", help=f"directory (default: {out})")
+    parser.add_argument("--no-pictures", dest="pictures", action="store_false", help="no plot")
+    add_overwrite(parser, "the result in --out")
+
+
+def _add_posture(parser: Parser) -> None:
+    """A posture problem and the method that solves it."""
+    add, put = parser.add_argument, parser.add_setting
+    add("--criterion", default="wheel_energy", metavar="NAME", help="objective, see below")
+    add("--method", default="dp", metavar="NAME", help="see below")
+    add("--seed", type=int, help="of the method cma")
+    _add_track(parser)
+    about = "let the wheels overlap, as the chapter does; no vehicle can"
+    put("overlap", type=truth, default=False, help=about)
+    for name, place in (("start_angles", "first"), ("end_angles", "last")):
+        about = f"rear and front leg at the {place} waypoint [rad] (default: any)"
+        put(name, type=float, nargs=2, help=about)
+    about = "of each leg on the grid (default: a grid that uses the leg rate)"
+    put("angles", type=int, help=about)
+    about = "let scp follow the grid's path (default: up to 2000 waypoints)"
+    put("polish", type=truth, help=about)
+    parser.tables |= {"methods": METHODS}
+
+
+def _add_gait(parser: Parser) -> None:
+    """A gait problem."""
+    add, put = parser.add_argument, parser.add_setting
+    about = "see below, or a sum: time=1,energy=0.2"
+    add("--objective", default="time", metavar="NAME", help=about)
+    about = "static friction, one number or one a step (default: the foot never slips)"
+    add("--mu", type=float, nargs="+", help=about)
+    add("--mean-rate", type=float, help="least mean crank rate [rad/s] (default: any)")
+    about = "of the motor [N m], or none (default: of the robot's file, else 4)"
+    add("--torque-limit", type=limit, help=about)
+    add("--payload", type=float, default=0.0, help="on the hip, beside the robot's own [kg]")
+    add("--steps", type=int, help="of a walk (default: one periodic step)")
+    put("min_normal", type=float, default=0.0, help="least normal force [N]")
+    about = "keep the zero-moment point inside the foot"
+    put("zmp", type=truth, default=False, help=about)
+    about = "for the energy [W/(N m)^2] (default: of the robot's file, else 0.5)"
+    put("copper_loss", type=float, help=about)
+    about = "share of friction left unused; 0.02 lets the replay walk without a slip"
+    put("reserve", type=float, default=0.0, help=about)
+    put("start", type=float, help="crank rate when a walk begins [rad/s] (default: 0)")
+    put("end", type=float, help="crank rate when it ends, 0: a stop (default: any)")
+    put("cells", type=int, default=200, help="of the grid in each step")
+    about = "of the second replay [1/rad]; the first one has none"
+    put("feedback", type=float, default=2.0, help=about)
+    add_machine(parser, "robot", "bars")
+    parser.tables = {"objectives": OBJECTIVES, "methods": GAIT_METHODS}
 
 
 def bench_flags(parser: Parser, part: str) -> None:
     """Add the flags of a race, or of a report of races."""
-    if part == "run":
-        add_options(parser, RaceOptions)
-    elif part == "report":
-        parser.add_argument("source", nargs="+", help="directories of races, tables of others")
-        parser.add_argument("--out", required=True, metavar="DIR", help="a new directory")
-
-
-@dataclass(frozen=True)
-class RobotOptions:
-    """A robot of one's own."""
-
-    robot: str | None = option(None, "file in TOML; --set robot.NAME=VALUE changes a number")
-    changes: dict[str, str] = changes_option("robot", "bars", "motor")
-
-
-@dataclass(frozen=True)
-class VehicleOptions:
-    """A vehicle of one's own."""
-
-    vehicle: str | None = option(None, "file in TOML; --set vehicle.NAME=VALUE changes a number")
-    changes: dict[str, str] = changes_option("vehicle", "motor")
-
-
-@dataclass(frozen=True)
-class TrackOptions(VehicleOptions):
-    """Ground, waypoints and limits of a drive."""
-
-    track: str = option(
-        "bump", f"{', '.join(TRACKS)}, or a file of x and y or GPX", metavar="TRACK"
-    )
-    track_options: list[str] = option(
-        [],
-        "of the track, as often as needed: height=0.2; see below",
-        flag="--track-option",
-        action="append",
-        metavar="NAME=VALUE",
-    )
-    ground: str | None = option(
-        None,
-        "treatments of the file's points: merge,outliers=1,noise=0.2m,envelope; see below",
-        metavar="NAME=LENGTH,...",
-    )
-    friction: float = option(0.8, "under the wheels where the track has no mu [-]")
-    max_torque: float | None = option(
-        None, "of each wheel's motor [N m], or none (default: of the vehicle's file)", type=limit
-    )
-    leg_rate: float | None = set_option(1.0, "of a leg along the way [rad/m], or none", type=limit)
-    spacing: float | None = set_option(None, "of waypoints [m] (default: 0.1)")
-    start: float | None = set_option(None, "first place of the front wheel [m]")
-    end: float | None = set_option(None, "last place of the front wheel [m]")
-
-
-@dataclass(frozen=True)
-class SimulationFiles:
-    """Files of a simulation."""
-
-    out: str = option("simulation.csv", "rows with units, .csv")
-    plot: str | None = option(None, "also a .png of the numbers")
-    film: str | None = option(None, "also a film: .gif, .png (animated), .webp or .mp4")
-    overwrite: bool = option(False, "replace the files")
-
-
-@dataclass(frozen=True)
-class WalkOptions(RobotOptions, SimulationFiles):
-    """A walk of the biped under a torque."""
-
-    torque: str | None = option(
-        None,
-        "of the motor [N m], held for each --period: a number, a .csv of times and torques, or "
-        "arithmetic, see below",
-        metavar="TORQUE",
-    )
-    rate: str | None = option(
-        None,
-        "instead: crank rate [rad/s], a number or a .csv over time or crank angle, straight "
-        "between the ends of each --period",
-        metavar="RATE",
-    )
-    out: str = option("walk.csv", "rows with units, .csv")
-    seconds: float | None = option(None, "to walk (default: 6, or the length of a file over time)")
-    period: float = option(0.02, "between two rows, for which a torque is held [s]")
-    crank_rate: float | None = option(None, "at the start [rad/s] (default: 0)")
-    scene: str | None = option(
-        None,
-        f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})",
-        choices=SCENES,
-        metavar="NAME",
-    )
-    mu_static: list[float] | None = option(None, "one floor instead, or one for each patch")
-    mu_kinetic: list[float] | None = option(None, "kinetic friction (default: the static one)")
-    edges: list[float] | None = option(None, "of patches, where friction changes [m]")
-    payload: float | None = option(None, "mass on the hip, beside the robot's own [kg]")
-    setting: str = option(
-        "exact",
-        "fidelity, integrator, step and precision, see below",
-        choices=tuple(SETTINGS),
-        metavar="NAME",
-    )
-    phase: float | None = set_option(None, "crank angle at the start [rad] (default: pi/2)")
-    foot_velocity: float = set_option(0.0, "at the start [m/s]")
-    fidelity: str | None = set_option(None, ", ".join(FIDELITIES), choices=FIDELITIES)
-    integrator: str | None = set_option(None, ", ".join(INTEGRATORS), choices=INTEGRATORS)
-    step: float | None = set_option(
-        None, "longest step [s] (default: the setting's; with integrator= 0.005)"
-    )
-    joints: bool = set_option(False, "also the 68 components of the joints' forces")
-
-
-@dataclass(frozen=True)
-class DriveOptions(TrackOptions, SimulationFiles):
-    """A drive of the UGV with given leg angles, from a file or held (with waypoints)."""
-
-    posture: str | None = option(None, "stations.csv of `stickslip optimise ugv`, or its directory")
-    angles: tuple[float, float] | None = option(
-        None, "instead: rear and front leg, held [degrees]; 90: straight down, more: outwards"
-    )
-    out: str = option("drive.csv", "rows with units, .csv")
-
-
-@dataclass(frozen=True)
-class ResultFiles:
-    """Files of an optimisation."""
-
-    overwrite: bool = option(False, "replace the result in --out")
-    pictures: bool = option(True, "no plot")
-
-
-@dataclass(frozen=True)
-class PostureOptions(TrackOptions, ResultFiles):
-    """A posture problem and the method that solves it."""
-
-    criterion: str = option("wheel_energy", "objective, see below", metavar="NAME")
-    method: str = option("dp", "see below", metavar="NAME")
-    seed: int | None = option(None, "of the method cma")
-    out: str | None = option(None, "directory (default: runs/ugv-TRACK-CRITERION-METHOD)")
-    overlap: bool = set_option(False, "let the wheels overlap, as the chapter does; no vehicle can")
-    start_angles: tuple[float, float] | None = set_option(
-        None, "rear and front leg at the first waypoint [rad] (default: any)"
-    )
-    end_angles: tuple[float, float] | None = set_option(
-        None, "rear and front leg at the last waypoint [rad] (default: any)"
-    )
-    angles: int | None = set_option(
-        None, "of each leg on the grid (default: a grid that uses the leg rate)"
-    )
-    polish: bool | None = set_option(
-        None, "let scp follow the grid's path (default: up to 2000 waypoints)"
-    )
-
-
-@dataclass(frozen=True)
-class GaitOptions(RobotOptions, ResultFiles):
-    """A gait problem."""
-
-    objective: str = option("time", "see below, or a sum: time=1,energy=0.2", metavar="NAME")
-    mu: list[float] | None = option(
-        None, "static friction, one number or one a step (default: the foot never slips)"
-    )
-    mean_rate: float | None = option(None, "least mean crank rate [rad/s] (default: any)")
-    torque_limit: float | None = option(
-        None, "of the motor [N m], or none (default: of the robot's file, else 4)", type=limit
-    )
-    payload: float = option(0.0, "on the hip, beside the robot's own [kg]")
-    steps: int | None = option(None, "of a walk (default: one periodic step)")
-    out: str | None = option(None, "directory (default: runs/biped-OBJECTIVE)")
-    min_normal: float = set_option(0.0, "least normal force [N]")
-    zmp: bool = set_option(False, "keep the zero-moment point inside the foot")
-    copper_loss: float | None = set_option(
-        None, "for the energy [W/(N m)^2] (default: of the robot's file, else 0.5)"
-    )
-    reserve: float = set_option(
-        0.0, "share of friction left unused; 0.02 lets the replay walk without a slip"
-    )
-    start: float | None = set_option(None, "crank rate when a walk begins [rad/s] (default: 0)")
-    end: float | None = set_option(None, "crank rate when it ends, 0: a stop (default: any)")
-    cells: int = set_option(200, "of the grid in each step")
-    feedback: float = set_option(2.0, "of the second replay [1/rad]; the first one has none")
-
-
-@dataclass(frozen=True)
-class RaceOptions:
-    """Options of a race, see agents.optimisers.racing.race."""
-
-    out: str = option(about="directory of the race", metavar="DIR")
-    methods: list[str] | None = option(None, "names (default: all)", metavar="NAME")
-    instances: list[str] | None = option(None, "ids of the suite (default: all)", metavar="ID")
-    budget: int | None = option(None, "values and gradients of a run")
-    seconds: float | None = option(None, "processor time of a run")
-    seeds: int = option(3, "of each method on each instance")
-    limit: float = option(120.0, "time on the clock, after which a run is killed [s]")
-    resume: bool = option(False, "continue the race in --out")
-    workers: int | None = option(None, "processes (default: cores)")
+    add = parser.add_argument
+    if part == "report":
+        add("source", nargs="+", help="directories of races, tables of others")
+        add("--out", required=True, metavar="DIR", help="a new directory")
+    if part != "run":
+        return
+    add("--out", required=True, metavar="DIR", help="directory of the race")
+    add("--methods", nargs="+", metavar="NAME", help="names (default: all)")
+    add("--instances", nargs="+", metavar="ID", help="ids of the suite (default: all)")
+    add("--budget", type=int, help="values and gradients of a run")
+    add("--seconds", type=float, help="processor time of a run")
+    add("--seeds", type=int, default=3, help="of each method on each instance")
+    about = "time on the clock, after which a run is killed [s]"
+    add("--limit", type=float, default=120.0, help=about)
+    add("--resume", action="store_true", help="continue the race in --out")
+    add("--workers", type=int, help="processes (default: cores)")

@@ -1,7 +1,6 @@
 """The parser of the command line: flags, settings, refusals as ValueError.
 
-A command has flags for what is often asked and settings for the rest: `--set name=value`. A
-dataclass whose fields are made by `option` and `set_option` declares both.
+A command has flags for what is often asked and settings for the rest: `--set name=value`.
 """
 
 from __future__ import annotations
@@ -12,88 +11,23 @@ import re
 import shutil
 import textwrap
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, field, fields
-from functools import partial
-from typing import Any, NoReturn, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, NoReturn
 
 from stickslip.dynamics.checks import nearest, require_known, shown
 
-T = TypeVar("T")
-METAVARS = {float: "NUMBER", int: "N", str: "PATH", bool: "BOOL"}
-"""Values in the help, by type."""
 Tables = Mapping[str, Mapping[str, str]]
 """Tables of names and meanings, by title."""
 
 
-def option(default: Any = MISSING, about: str = "", **how: Any) -> Any:
-    """A field of a dataclass of options, see `add_options`.
-
-    how: flag: where it is not the field's name; and options of `add_argument`.
-    """
-    metadata = {"about": about, "how": how}
-    if isinstance(default, list):
-        return field(default_factory=list, metadata=metadata, kw_only=True)
-    return field(default=default, metadata=metadata, kw_only=True)
-
-
-set_option = partial(option, setting=True)
-"""A field that is set by `--set name=value`."""
-
-
-def changes_option(*parts: str) -> Any:
-    """A field with the texts of `--set PART.NAME=VALUE` by dotted names; {} without any."""
-    return field(default_factory=dict, metadata={"parts": parts}, kw_only=True)
-
-
-def add_options(parser: Parser, kind: type) -> None:
-    """Add a flag or a setting for each field of a dataclass of options.
-
-    bool: a switch, --no-NAME where it is true by default. list[X]: one or more values. tuple[X, X]:
-    two values. X | None: a value. A default that is not None ends the help.
-    """
-    hints = get_type_hints(kind)
-    for one in fields(kind):
-        if "parts" in one.metadata:
-            parser.add_parts(one.name, one.metadata["parts"])
-            continue
-        how: dict[str, Any] = dict(one.metadata["how"])
-        setting = how.pop("setting", False)
-        flag = how.pop("flag", flag_of(one.name))
-        default = [] if one.default_factory is list else one.default
-        how = _form(hints[one.name], default, setting) | {"help": one.metadata["about"]} | how
-        if how.get("action") == "append":
-            del how["nargs"]
-        if isinstance(default, int | float | str) and not isinstance(default, bool):
-            how["help"] += f" (default: {default})"
-        if setting:
-            parser.add_setting(one.name, **how)
-            continue
-        how["help"] = how["help"].replace("%", "%%")
-        if default is True:
-            flag = f"--no-{flag[2:]}"
-        parser.add_argument(flag, dest=one.name, **how)
-
-
-def options_of(kind: type[T], flags: Mapping[str, Any]) -> T:
-    """The dataclass of options from parsed flags by name."""
-    return kind(**{one.name: flags[one.name] for one in fields(kind)})  # type: ignore[arg-type]
-
-
-def _form(hint: Any, default: Any, setting: bool) -> dict[str, Any]:
-    """Options of `add_argument` for a type."""
-    if hint is bool and not setting:
-        return {"action": "store_false" if default is True else "store_true"}
-    found: dict[str, Any] = {"required": True} if default is MISSING else {"default": default}
-    inner = next((one for one in get_args(hint) if one is not type(None)), hint)
-    kind = inner if get_origin(hint) not in (list, tuple) else hint
-    if get_origin(kind) in (list, tuple):
-        found["nargs"] = "+" if get_origin(kind) is list else len(get_args(kind))
-        inner = get_args(kind)[0]
-    return found | {"type": truth if inner is bool else inner, "metavar": METAVARS[inner]}
-
-
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Breaks no name at its hyphens."""
+    """Names values by their type, ends with a default that is a number or a name, and breaks no
+    name at its hyphens."""
+
+    def _get_default_metavar_for_optional(self, action: argparse.Action) -> str:
+        return metavar_of(action)
+
+    def _get_help_string(self, action: argparse.Action) -> str:
+        return help_of(action).replace("%", "%%")
 
     def _split_lines(self, text: str, width: int) -> list[str]:
         return textwrap.wrap(" ".join(text.split()), width, break_on_hyphens=False)
@@ -117,8 +51,6 @@ class Parser(argparse.ArgumentParser):
     def add_setting(self, name: str, **options: Any) -> None:
         """Add a setting with the options of `add_argument`; nargs: values between commas."""
         self._add_set()
-        if options.get("type") is truth:
-            options["metavar"] = "BOOL"
         action = argparse._StoreAction([name], dest=name, **options)
         self.settings[name] = action
         if action.default is not argparse.SUPPRESS:
@@ -191,7 +123,7 @@ class Parser(argparse.ArgumentParser):
 
     def format_help(self) -> str:
         """Format the help with settings and tables behind the flags."""
-        rows = {_setting_in_words(one): one.help or "" for one in self.settings.values()}
+        rows = {_setting_in_words(one): help_of(one) for one in self.settings.values()}
         settings = {"settings, as --set NAME=VALUE": rows} if rows else {}
         self.epilog = tables_text(settings | self.tables)
         return super().format_help()
@@ -203,16 +135,36 @@ class Parser(argparse.ArgumentParser):
 
 def _setting_in_words(action: argparse.Action) -> str:
     """name=VALUE with as many values as it takes."""
-    values = action.metavar or action.dest.upper()
+    values = action.metavar or metavar_of(action)
     if isinstance(values, str):
         count = action.nargs if isinstance(action.nargs, int) else 1
         values = (*[values] * count, *(["..."] if action.nargs == "+" else []))
     return f"{action.dest}={','.join(values)}"
 
 
+def metavar_of(action: argparse.Action) -> str:
+    """Name of an action's values in the help, by their type."""
+    kind = action.type or str
+    return {int: "N", float: "NUMBER", limit: "NUMBER", truth: "BOOL"}.get(kind, "FILE")
+
+
+def help_of(action: argparse.Action) -> str:
+    """An action's description, which ends with a default that is a number or a name."""
+    text, default = action.help or "", action.default
+    given = isinstance(default, int | float | str) and not isinstance(default, bool)
+    if not given or default == argparse.SUPPRESS or "(default" in text:
+        return text
+    return f"{text} (default: {default})"
+
+
 def flag_of(name: str) -> str:
     """The flag of a name: --na-me of na_me."""
     return "--" + name.replace("_", "-")
+
+
+def add_overwrite(parser: Parser, what: str = "the files") -> None:
+    """--overwrite, without which nothing that exists is replaced."""
+    parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")
 
 
 def truth(text: str) -> bool:

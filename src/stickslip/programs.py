@@ -1,5 +1,4 @@
-"""JAX's compilation cache for the command line, with files that are checked, and a line on
-standard error where compilation takes long.
+"""JAX's compilation cache for the command line, with files that are checked.
 
 JAX writes its files in place and never looks whether they are whole. Here each begins with the
 digest of the rest and is renamed into place; one with another digest is deleted and compiled again.
@@ -13,7 +12,6 @@ import os
 import platform
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from threading import Timer
 from typing import TYPE_CHECKING, Any
 
 from stickslip.optim.progress import say_stage
@@ -31,15 +29,11 @@ SHORTEST = 0.1
 """Least compile time of a kept program [s]."""
 DIGEST = 32
 """Bytes of a file's digest."""
-COMPILED = "/jax/core/compile/backend_compile_duration"
-"""JAX's event: a scalar when a compilation begins, a duration when it ends."""
-PATIENCE = 2.0
-"""Compile time of a command after which it says so [s]."""
 
 
 @contextmanager
 def compiled_programs(keep: bool = True) -> Iterator[None]:
-    """Inside, JAX finds the programs that earlier commands compiled, and long compilation is told.
+    """Inside, JAX finds the programs that earlier commands compiled.
 
     Nothing is kept with keep=False, where the user has set a cache of JAX's, where STICKSLIP_CACHE
     is "off" and where no folder of the user's can be written; that is never an error.
@@ -50,50 +44,11 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
     own = bool(config.jax_compilation_cache_dir)
     folder = programs_folder(os.environ) if keep and not own else None
     store = None if folder is None else prepared(folder)
-    later = " (later commands reuse them)" if store or own else ""
-    with announced(f"compiling programs{later}"):
-        if store is None:
-            yield
-        else:
-            with kept_programs(store):
-                yield
-
-
-@contextmanager
-def announced(line: str) -> Iterator[None]:
-    """Inside, say a line once, as soon as JAX has compiled for PATIENCE seconds in all."""
-    from jax import monitoring
-
-    left, running, said = PATIENCE, [], False
-
-    def say() -> None:
-        nonlocal said
-        if not said:
-            said = True
-            say_stage(line)
-
-    def begun(event: str, value: Any, **_: Any) -> None:
-        if event == COMPILED and not said:
-            timer = Timer(max(left, 0.0), say)
-            timer.daemon = True
-            running.append(timer)
-            timer.start()
-
-    def ended(event: str, duration_secs: float, **_: Any) -> None:
-        nonlocal left
-        if event == COMPILED and running:
-            running.pop().cancel()
-            left -= duration_secs
-
-    monitoring.register_scalar_listener(begun)
-    monitoring.register_event_duration_secs_listener(ended)
-    try:
+    if store is None:
         yield
-    finally:
-        monitoring.unregister_scalar_listener(begun)
-        monitoring.unregister_event_duration_listener(ended)
-        for timer in running:
-            timer.cancel()
+    else:
+        with kept_programs(store):
+            yield
 
 
 def programs_folder(environment: Mapping[str, str]) -> Path | None:
@@ -167,6 +122,8 @@ def checked_files() -> type:
     from jax._src.lru_cache import LRUCache
 
     class CheckedFiles(LRUCache):
+        said = False
+
         def get(self, key: str) -> bytes | None:
             path = self.path / f"{key}-cache"
             with suppress(OSError):
@@ -174,6 +131,9 @@ def checked_files() -> type:
                 if _digest(content[DIGEST:]) == content[:DIGEST]:
                     return content[DIGEST:]
                 path.unlink()
+            if not self.said and not any(self.path.iterdir()):
+                self.said = True
+                say_stage("compiling programs, which later commands reuse,")
             return None
 
         def put(self, key: str, value: bytes) -> None:

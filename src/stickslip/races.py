@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,8 +11,6 @@ from stickslip.agents.optimisers.report import counted_text, draw_ecdfs, report_
 from stickslip.agents.optimisers.runs import read_results, write_results
 from stickslip.agents.sweeps.cells import StoppedError
 from stickslip.optim import suite
-from stickslip.options import RaceOptions
-from stickslip.parser import options_of
 from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
@@ -22,21 +19,24 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
+ASKED = ("out", "budget", "seconds", "seeds", "limit", "resume", "workers")
+"""Flags that `race` takes by their names."""
+
 
 def run_command(flags: Mapping[str, Any]) -> Content:
     """Run methods on instances into a directory."""
-    given = asdict(options_of(RaceOptions, flags))
-    require_folder(given["out"])
-    methods, names = given.pop("methods") or list(METHODS), given.pop("instances") or list(suite())
+    require_folder(flags["out"])
+    methods, names = flags["methods"] or list(METHODS), flags["instances"] or list(suite())
+    given = {name: flags[name] for name in ASKED}
     with stoppable() as stop:
         try:
             runs = race(methods, names, **given, progress=True, stop=stop)
         except StoppedError:
-            message = f"Stopped; go on with the same command and --resume ({given['out']})"
+            message = f"Stopped; go on with the same command and --resume ({flags['out']})"
             raise stop.interrupted(message) from None
     print(counted_text(runs), end="")
-    print(f"Compare them: stickslip bench report {given['out']} --out DIR")
-    return Content({"runs": runs_table(runs)}, {"directory": given["out"]})
+    print(f"Compare them: stickslip bench report {flags['out']} --out DIR")
+    return Content({"runs": runs_table(runs)}, {"directory": flags["out"]})
 
 
 def report_command(flags: Mapping[str, Any]) -> Content:

@@ -20,11 +20,10 @@ from stickslip.records.files import (
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
+    from argparse import Namespace
     from collections.abc import Callable, Iterable, Mapping
 
     from matplotlib.figure import Figure
-
-    from stickslip.options import SimulationFiles
 
 Maker: TypeAlias = "Callable[[Path], object]"
 """Writes a file to the path that it is given."""
@@ -33,7 +32,7 @@ LONGEST_FILM = 600.0
 """Seconds of motion."""
 
 
-def require_files(given: SimulationFiles, seconds: float) -> None:
+def require_files(given: Namespace, seconds: float) -> None:
     """Check the paths that are asked for; seconds: of the film.
 
     ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
@@ -58,11 +57,11 @@ def require_files(given: SimulationFiles, seconds: float) -> None:
     require_writable(written)
 
 
-def _paths(given: SimulationFiles) -> tuple[str, str | None, str | None]:
+def _paths(given: Namespace) -> tuple[str, str | None, str | None]:
     return given.out, given.plot, given.film
 
 
-def write_simulation(given: SimulationFiles, table: Table, plot: Maker, film: Maker) -> list[str]:
+def write_simulation(given: Namespace, table: Table, plot: Maker, film: Maker) -> list[str]:
     """Write the rows and the pictures that are asked for; return their names."""
     makers = (lambda path: write_whole(path, table.csv(), overwrite=given.overwrite), plot, film)
     pairs = zip(_paths(given), makers, strict=True)

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedParams,
+    exchange_mismatch,
+    step_length,
+)
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.machine_file import machine_in
 from stickslip.dynamics.status import Status
@@ -26,8 +32,6 @@ from stickslip.optim.gait.profile import MISMATCH
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.biped import TORQUE_LIMIT
 from stickslip.optimise.picture import vehicles_drawing
-from stickslip.paper.start import torque_by_work
-from stickslip.paper.steady import phases
 from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 from stickslip.records.table import Column, Content, Table
 
@@ -39,14 +43,10 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).parent / "templates"
 RATES = np.arange(0.5, 10.01, 0.5)
 """Constant crank rates of the curve of friction [rad/s]."""
-CELLS = 400
-"""Crank angles of a step."""
 MOST_RATE = 40.0
 POSES = 4
 """Drawn of a robot or a vehicle."""
 SLOPES = np.linspace(0.0, 1.0, 21)
-HEIGHTS = (0.05, 0.1, 0.15, 0.2)
-"""Heights of steps of the default length, 0.5 m [m]."""
 ANGLES = 31
 """Angles of each leg that are tried on a slope."""
 AMPLE = 10.0
@@ -93,20 +93,25 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
         robot, motor = BipedParams.with_motor(path, changes)
         motor = {"torque_limit": TORQUE_LIMIT} | motor
         jolt = float(exchange_mismatch(robot))
-        footing, facts = Footing.of(robot), facts_of(robot, jolt, motor["torque_limit"])
+        footing = Footing.of(robot)
+        facts = facts_of(robot, jolt, footing.start_torque, motor["torque_limit"])
     rates = friction_by_rate(footing)
     fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
     apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
-    frames = BipedFrame(np.asarray(phases(POSES)[:-1]), (), 1.0, floor_position=apart)
+    frames = BipedFrame(
+        np.linspace(SUPPORT_START, SUPPORT_END, POSES, endpoint=False),
+        (),
+        1.0,
+        floor_position=apart,
+    )
     drawing = biped_drawing(frames, Mechanism(robot))
     needed = np.array([row[1] for row in rates.rows])
     tables = {"friction": rates, "fastest": fastest}
     return Page(facts, tables, drawing, RATES, needed, "constant crank rate [rad/s]")
 
 
-def facts_of(robot: BipedParams, jolt: float, limit: float) -> dict[str, str]:
+def facts_of(robot: BipedParams, jolt: float, start: float, limit: float) -> dict[str, str]:
     """Mass, step, start torque and whether it walks, in words. limit: of the motor [N m]."""
-    start = torque_by_work(robot, CELLS)
     weak = f", more than the motor's {limit:g} N m" if start > limit else ""
     walks = f"no, with a jolt of {jolt:.2g} crank lengths (or rad)" if jolt >= MISMATCH else "yes"
     return {
@@ -162,27 +167,17 @@ def fastest_rate(footing: Footing, mu: float) -> float:
 
 
 def vehicle_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
-    """What is told of a vehicle: the slopes and steps that it can pass, and at what friction."""
+    """What is told of a vehicle: the slopes that it can climb, and at what friction."""
     vehicle, motor = UGVParams.with_motor(path, changes)
     limit = motor.get("max_torque")
     slopes = np.array([slope_friction(vehicle, float(one), limit) for one in SLOPES])
     climbs = [[mu, steepest(slopes, mu)] for mu in frictions]
-    steps = []
-    for height in HEIGHTS:
-        say_stage(f"step of {100 * height:g} cm")
-        steps.append([height, step_friction(vehicle, height, limit)])
-    tables = {
-        "slopes": Table((Column("friction"), Column("steepest_slope")), climbs),
-        "steps": Table((Column("step", "m"), Column("least_friction")), steps),
-    }
+    tables = {"slopes": Table((Column("friction"), Column("steepest_slope")), climbs)}
     low, high = (float(one) for one in (vehicle.leg_angle_min, vehicle.leg_angle_max))
-    passed = [height for height, mu in steps if mu is not None]
-    tried = f"{passed[-1]:g} m" if passed else "none"
     facts = {
         "total mass, one side": f"{float(vehicle.weight / vehicle.gravity):.4g} kg",
         "leg angles": f"{np.degrees(low):.4g} to {np.degrees(high):.4g} degrees",
         "motor": "no limit" if limit is None else f"{limit:g} N m at each wheel",
-        "highest of the steps tried": f"{tried}, smoothed over 0.5 m",
     }
     places = 4.0 + 2 * float(vehicle.body_length + 2 * vehicle.leg_length) * np.arange(POSES)
     middle = (low + high) / 2
@@ -217,16 +212,6 @@ def steepest(needed: np.ndarray, mu: float) -> float | None:
     if last == len(needed) or not np.isfinite(needed[last]):
         return float(SLOPES[last - 1])
     return float(np.interp(mu, needed[last - 1 : last + 1], SLOPES[last - 1 : last + 1]))
-
-
-def step_friction(vehicle: UGVParams, height: float, limit: float | None) -> float | None:
-    """The least friction of a drive over a smoothed step, by dynamic programming over leg angles;
-    None where no drive passes."""
-    given: dict[str, Any] = {"friction": AMPLE, "max_torque": limit}
-    track = Track.step(height)
-    problem = PostureProblem.along(track, "friction_demand", vehicle, 0.05, **given)
-    found = solve(problem, "dp", polish=False)
-    return None if found.x is None else float(found.value)
 
 
 @styled

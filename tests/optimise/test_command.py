@@ -11,7 +11,7 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optimise.machine import track_of, track_options_of, treatments_of
+from stickslip.optimise.machine import survey_of, track_options_of, treatments_of
 
 SMALL = ["optimise", "ugv", "--set", "spacing=1", "leg_rate=none", "angles=4", "polish=false"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""
@@ -122,9 +122,11 @@ def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.M
 
 
 def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
-    assert float(track_of("bump", ["height=0.2", "centre=3"]).height(3.0)) == pytest.approx(0.2)
+    assert float(survey_of("bump", ["height=0.2", "centre=3"]).track.height(3.0)) == pytest.approx(
+        0.2
+    )
     Path("hill.txt").write_text("0 0\n1 0.5\n2 0\n")
-    ground = track_of("hill.txt", ["interpolation=linear"])
+    ground = survey_of("hill.txt", ["interpolation=linear"]).track
     assert float(ground.height(0.5)) == pytest.approx(0.25)
     assert track_options_of(["a=1", "b=-2.5", "c=x", "a=3"]) == {"a": 3, "b": -2.5, "c": "x"}
 

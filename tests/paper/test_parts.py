@@ -8,8 +8,7 @@ import pytest
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.optim.gait.footing import peak_of
 from stickslip.paper.figure import FIGURES, figures_of
-from stickslip.paper.slides import Slide, Walk
-from stickslip.paper.steady import residuals
+from stickslip.paper.slip import Slide, Walk
 
 
 def test_a_peak_between_samples_is_found_to_third_order():
@@ -47,15 +46,6 @@ def test_names_come_in_the_chapters_order_and_all_means_all():
     assert list(figures_of(["all"])) == list(figures_of(["fig12", "all"])) == list(FIGURES)
     with pytest.raises(ValueError, match=r"'fig1'.*accepted: fig11, .*fig25, all"):
         figures_of(["fig1"])
-
-
-def test_a_force_left_out_leaves_a_residual():
-    ground, tibia = np.array([[1.0, 83.0]]), np.array([[-1.0, -70.0]])
-    bar, pin = np.array([[0.0, -10.0]]), np.array([[0.06, 0.0]])
-    whole, zmp = {"ground": ground, "tibia": tibia, "bar": bar}, np.array([0.6 / 83])
-    assert residuals(whole, zmp, pin, 3.0) == pytest.approx((0, 0), abs=1e-12)
-    linear, moment = residuals(whole | {"bar": 0 * bar}, zmp, pin, 3.0)
-    assert (linear, moment) == (pytest.approx(10), pytest.approx(0.6))
 
 
 def test_a_figure_of_another_robot_has_no_statement_of_the_chapter(tmp_path, capsys):

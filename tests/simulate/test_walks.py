@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import jax
@@ -13,11 +14,8 @@ from stickslip import options
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics import PRESETS, Scene, Status
 from stickslip.dynamics.biped import (
-    FIDELITIES,
-    INTEGRATORS,
     BipedParams,
     BipedState,
-    Euler,
     floor_position,
     prepare,
     simulate,
@@ -25,11 +23,9 @@ from stickslip.dynamics.biped import (
 from stickslip.envs.rendering.scene import paint
 from stickslip.simulate import biped
 from stickslip.simulate.torque import Expression
-from stickslip.simulate.walk import STATUS
 
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
-HOW = ["--set", "integrator=euler", "step=0.0025"]  # the quickest to compile
-WALK += [*HOW, "--seconds=0.3", "--period=0.01"]
+WALK += ["--seconds=0.3", "--period=0.01"]
 LAW = "8 * (3 - crank_rate)"
 
 
@@ -57,7 +53,7 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     found = rows("walk.csv")
     robot = prepare(BipedParams.from_bars(), fidelity=PRESETS["balanced"].fidelity)
     start, scene, period = BipedState(crank_rate=3.0), Scene.named("wet"), 0.3 / 30
-    spec = Euler(substeps=4, record_events=True)
+    spec = replace(PRESETS["balanced"].integrator_over(period), record_events=True)
     path = simulate(robot, scene, start, Expression(LAW), 30 * period, period, integrator=spec)
     shown = [np.float32(row["crank rate [rad/s]"]) for row in found]
     np.testing.assert_array_equal(shown, path.states.crank_rate)
@@ -107,11 +103,10 @@ def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkey
 
 def test_a_fall_ends_the_rows_and_says_so(capsys):
     arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
-    arguments += [*HOW, "--seconds=0.3", "--torque=4", "--crank-rate=3"]
+    arguments += ["--seconds=0.3", "--torque=4", "--crank-rate=3"]
     assert main(arguments) == NOTHING_FOUND
     said = capsys.readouterr().out
     assert re.search(r"status +TOPPLE\n", said)
-    assert "it falls: the zero-moment point leaves the foot" in said
     found = rows("walk.csv")
     assert found[-1]["status"] == "TOPPLE"
     assert len(found) < 31
@@ -148,15 +143,12 @@ def test_no_file_is_replaced_unasked(capsys):
 
 def test_names_in_the_help_are_those_of_the_library():
     assert tuple(options.SETTINGS) == tuple(PRESETS)
-    assert tuple(options.FIDELITIES) == tuple(FIDELITIES)
-    assert tuple(options.INTEGRATORS) == tuple(INTEGRATORS)
-    assert tuple(STATUS) == tuple(status.name for status in Status)
 
 
 def test_a_walk_whose_first_torque_is_no_number_is_refused_and_the_file_kept(capsys):
     Path("walk.csv").write_text("good")
     assert main([*WALK, "--torque=log(t - 1)", "--overwrite"]) == WRONG_INPUT
-    assert "a number overflowed or is none" in capsys.readouterr().err
+    assert "not finite in the first period" in capsys.readouterr().err
     assert Path("walk.csv").read_text() == "good"
     assert main([*WALK, "--torque=1 + 0 * log(0.1 - t)", "--overwrite"]) == NOTHING_FOUND
     found = rows("walk.csv")

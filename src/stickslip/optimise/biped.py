@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from stickslip.commands import NOTHING_FOUND, OK
+from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optimise.machine import finite, own_files, robot_of
+from stickslip.optimise.machine import finite, own_files
 from stickslip.optimise.picture import draw_gait
-from stickslip.options import GaitOptions
-from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
@@ -41,7 +41,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     Writes DIR/gait.csv, result.json and gait.png atomically; without a gait only result.json. Wrong
     input is refused before anything is computed or written.
     """
-    given = options_of(GaitOptions, flags)
+    given = Namespace(**flags)
     problem = gait_problem_of(given)
     default = f"runs/biped-{given.objective.replace('=', '').replace(',', '-')}"
     out = result_folder(given.out or default, given.overwrite)
@@ -60,18 +60,18 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
             title = f"Least {problem.goal.words}: {with_unit(result.value, unit_of(problem), 4)}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
-    facts = {"asked": asdict(given) | limits, **gait_content(problem, result, replays)}
+    facts = {"asked": vars(given) | limits, **gait_content(problem, result, replays)}
     files = {RESULT: lambda: json_text(facts), **files}
     written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)
     status = OK if found and result.feasible else NOTHING_FOUND
     return Content(tables, facts | {"files": written}, status=status)
 
 
-def gait_problem_of(given: GaitOptions) -> GaitProblem:
+def gait_problem_of(given: Namespace) -> GaitProblem:
     """The problem that the flags describe."""
     share = "a share from 0 to below 1"
     require_scalar("reserve", given.reserve, low=0.0, high=0.999, accepted=share)
-    robot, motor = robot_of(given)
+    robot, motor = BipedParams.with_motor(given.robot, given.changes)
     robot = robot.replace(payload=float(robot.payload) + given.payload)
     mu: list[float] | float | None = None
     if given.mu is not None:
@@ -109,7 +109,7 @@ def _objective(text: str) -> str | dict[str, float]:
         raise ValueError(f"--objective {shown(text)}; accepted: {accepted}") from None
 
 
-def _replays(problem: GaitProblem, result: GaitResult, given: GaitOptions) -> dict[str, Replay]:
+def _replays(problem: GaitProblem, result: GaitResult, given: Namespace) -> dict[str, Replay]:
     """The gait walked open loop and with feedback, on a floor of the friction asked for; of several
     frictions the foot is held, and the replay says how much it used."""
     if result.gait is None or not result.best.duration < float("inf"):

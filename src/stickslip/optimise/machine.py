@@ -23,35 +23,36 @@ from stickslip.records.table import Column, Table
 from stickslip.report import one_row
 
 if TYPE_CHECKING:
+    from argparse import Namespace
     from collections.abc import Callable, Iterable, Mapping
-
-    from stickslip.options import RobotOptions, TrackOptions, VehicleOptions
 
 ROLLS = 1.1
 """Radius of the default envelope in wheel radii: at 1 a wheel would touch whole arcs at once."""
 LENGTH = re.compile(r"(.*\d\.?)\s*(mm|cm|m|km)?")
 
 
-def robot_of(given: RobotOptions) -> tuple[BipedParams, dict[str, float]]:
-    """The robot of --robot and --set, by default the reference robot, and its motor's numbers."""
-    return BipedParams.with_motor(given.robot, given.changes)
+def vehicle_on_track(
+    given: Namespace,
+) -> tuple[UGVParams, Survey, dict[str, float | None]]:
+    """Vehicle, ground and limits of a drive: those that PostureProblem takes by name.
 
-
-def vehicle_of(given: TrackOptions) -> tuple[UGVParams, float | None]:
-    """The vehicle of --vehicle and --set, by default the chapter's, and the torque limit of each
-    wheel's motor [N m]: --max-torque, or the file's; None without one."""
+    The motors' torque limit is --max-torque, else that of the vehicle's file.
+    """
     vehicle, motor = UGVParams.with_motor(given.vehicle, given.changes)
-    asked = given.max_torque
-    return vehicle, motor.get("max_torque") if asked is None else finite(asked)
+    treatments = treatments_of(given.ground, vehicle)
+    survey = survey_of(given.track, given.track_options, treatments)
+    torque = motor.get("max_torque", math.inf) if given.max_torque is None else given.max_torque
+    limits = {"leg_rate": finite(given.leg_rate), "max_torque": finite(torque)}
+    return vehicle, survey, limits | {"friction": given.friction}
 
 
-def finite(limit: float | None) -> float | None:
+def finite(limit: float) -> float | None:
     """A limit, None where it is infinite."""
     return None if limit == math.inf else limit
 
 
 def own_files(
-    given: RobotOptions | VehicleOptions,
+    given: Namespace,
     machine: BipedParams | UGVParams,
     motor: Mapping[str, float | None],
 ) -> dict[str, Callable[[], str]]:
@@ -65,11 +66,6 @@ def own_files(
         own = {name: value for name, value in motor.items() if value is not None}
         return {"robot.toml": lambda: robot_text(vars(machine), own)}
     return {"vehicle.toml": lambda: vehicle_text(vars(machine), motor["max_torque"])}
-
-
-def track_of(name: str, options: Iterable[str] = ()) -> Track:
-    """`survey_of` without treatments: the track alone."""
-    return survey_of(name, options).track
 
 
 def survey_of(
@@ -103,7 +99,7 @@ def treatments_of(text: str | None, params: UGVParams) -> dict[str, float]:
     """The lengths [m] in --ground's "name=length,name", by the treatments' names."""
     found: dict[str, float] = {}
     defaults = {"merge": 0.0, "envelope": ROLLS * float(params.wheel_radius)}
-    for word in (text or "").split(",") if text is not None else ():
+    for word in [] if text is None else text.split(","):
         name, sign, value = map(str.strip, word.partition("="))
         require_choice("--ground", name, tuple(TREATMENTS))
         length = LENGTH.fullmatch(value)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields, replace
+from argparse import Namespace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,23 +12,18 @@ import numpy as np
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv import PoseSolver
 from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.machine import (
-    finite,
     ground_table,
     own_files,
-    survey_of,
     track_options_of,
-    treatments_of,
-    vehicle_of,
+    vehicle_on_track,
 )
 from stickslip.optimise.picture import draw_drive, draw_ground
-from stickslip.options import PostureOptions
-from stickslip.parser import options_of
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
@@ -61,15 +57,24 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     Writes DIR/stations.csv, result.json and drive.png atomically; without a drive only result.json.
     Wrong input is refused before anything is computed or written.
     """
-    given = options_of(PostureOptions, flags)
+    given = Namespace(**flags)
     default = f"runs/ugv-{Path(given.track).stem}-{given.criterion}-{given.method}"
     out = result_folder(given.out or default, given.overwrite)
     require_choice("criterion", given.criterion, tuple(CRITERIA))
     require_choice("method", given.method, tuple(METHODS))
-    vehicle, max_torque = vehicle_of(given)
-    treatments = treatments_of(given.ground, vehicle)
-    survey = survey_of(given.track, given.track_options, treatments)
-    problem = problem_of(given, survey.track, vehicle, max_torque)
+    vehicle, survey, limits = vehicle_on_track(given)
+    problem = PostureProblem.along(
+        survey.track,
+        given.criterion,
+        vehicle,
+        spacing=SPACING if given.spacing is None else given.spacing,
+        start=given.start,
+        end=given.end,
+        start_angles=given.start_angles,
+        end_angles=given.end_angles,
+        solver=PoseSolver(overlap=given.overlap),
+        **limits,
+    )
     if given.pictures:
         require("matplotlib.figure")
     if given.method == "cma":
@@ -80,14 +85,14 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     files = own_files(given, problem.params, motor) | _drive_files(given, problem, result)
     if x is not None:
         tables["criteria"] = criteria_table(problem, x)
-    if treatments:
+    if given.ground:
         tables["ground"] = ground_table(survey)
         files[GROUND[0]] = Table([Column("x", "m"), Column("y", "m")], survey.used.tolist()).csv
         files[GROUND[1]] = picture(lambda: draw_ground(survey), f"Ground of {given.track}")
     if not given.pictures:
         files = {name: make for name, make in files.items() if not name.endswith(".png")}
     show(summary, *tables.values())
-    asked = asdict(given) | {"track_options": track_options_of(given.track_options)}
+    asked = vars(given) | {"track_options": track_options_of(given.track_options)}
     facts: dict[str, object] = {"asked": asked, **result_content(problem, result)}
     rows = {name: one.records() for name, one in tables.items()}
     files = {RESULT: lambda: json_text(facts | rows), **files}
@@ -99,7 +104,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
 
 
 def _drive_files(
-    given: PostureOptions, problem: PostureProblem, result: PostureResult
+    given: Namespace, problem: PostureProblem, result: PostureResult
 ) -> dict[str, Any]:
     """Files of the drive, or of the one that misses least where none meets the constraints."""
     x, names = result.x, (STATIONS, PICTURE)
@@ -117,7 +122,7 @@ def _drive_files(
     return {names[0]: stations, names[1]: picture(lambda: draw_drive(problem, x), title)}
 
 
-def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str, Any]:
+def _method_options(given: Namespace, problem: PostureProblem) -> dict[str, Any]:
     """Options of the method. ValueError for one that it does not take."""
     asked = {"angles": given.angles, "seed": given.seed}
     options: dict[str, Any] = {name: one for name, one in asked.items() if one is not None}
@@ -127,26 +132,6 @@ def _method_options(given: PostureOptions, problem: PostureProblem) -> dict[str,
             raise ValueError(f"--{name} with --method {given.method}; accepted: without it")
     polish = given.polish
     return options | {"polish": len(problem.x) <= POLISHED if polish is None else polish}
-
-
-def problem_of(
-    given: PostureOptions, track: Track, vehicle: UGVParams, max_torque: float | None
-) -> PostureProblem:
-    """The problem that the flags describe."""
-    return PostureProblem.along(
-        track,
-        given.criterion,
-        vehicle,
-        spacing=SPACING if given.spacing is None else given.spacing,
-        start=given.start,
-        end=given.end,
-        leg_rate=finite(given.leg_rate),
-        friction=given.friction,
-        max_torque=max_torque,
-        start_angles=given.start_angles,
-        end_angles=given.end_angles,
-        solver=PoseSolver(overlap=given.overlap),
-    )
 
 
 def result_summary(problem: PostureProblem, result: PostureResult) -> Table:

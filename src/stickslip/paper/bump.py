@@ -13,12 +13,7 @@ from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.problem import refined
-from stickslip.paper.result import (
-    Claim,
-    Result,
-    claim,
-    curves,
-)
+from stickslip.paper.result import Claim, Result, claim, curves
 
 STEP = 10
 """Between the angles of all pairs, over the vehicle's whole range [degrees]."""
@@ -83,7 +78,11 @@ def statics(vehicle: UGVParams, samples: int) -> Result:
     every = all_pairs(problem)
     named = {name_of(pair): torque for pair, torque in zip(drawn, torques, strict=True)}
     panel = curves("torque on each wheel", "N m", named, (0.0,))
-    return Result(WHEEL, problem.x, [panel], [exists(every), passes(every)])
+    at = every.stations
+    fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
+    count = f"{int(np.sum(fine))} of {len(every.pairs)} pairs pass"
+    passes = claim("fig24", "passes", f"{count}: {_needs(at)} above the ground or more")
+    return Result(WHEEL, problem.x, [panel], [passes])
 
 
 def all_pairs(problem: PostureProblem) -> Held:
@@ -120,22 +119,6 @@ def _needs(at: Station) -> str:
     return f"|F| / N up to {use:.3f}, normal forces {load:.0f} N or more, {clearance:.0f} mm"
 
 
-def exists(held: Held) -> Claim:
-    """Every posture has a torque."""
-    finite = np.all(np.isfinite(held.stations.torque), axis=1)
-    measured = f"{int(np.sum(finite))} of {len(held.pairs)} pairs have one"
-    return claim("fig24", "exists", measured)
-
-
-def passes(held: Held) -> Claim:
-    """The ground can give what these torques need."""
-    at = held.stations
-    fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
-    count = f"{int(np.sum(fine))} of {len(held.pairs)} pairs pass"
-    measured = f"{count}: {_needs(at)} above the ground or more"
-    return claim("fig24", "passes", measured)
-
-
 def least_variation(vehicle: UGVParams, samples: int) -> Result:
     """Fig. 25; its points are WAYPOINTS, whatever samples is."""
     del samples
@@ -151,11 +134,10 @@ def least_variation(vehicle: UGVParams, samples: int) -> Result:
     torques = {name: of.torque for name, of in at.items()}
     panels.append(curves("torque on each wheel", "N m", torques, (0.0,)))
     panels.append(curves("least grip margin", "N", {name: of.grip for name, of in at.items()}))
-    claims = [varies_less(drives, degrees), between(drives), passes_turning(drives[LIMITED])]
-    return Result(WHEEL, np.asarray(at[HELD].x), panels, claims)
+    return Result(WHEEL, np.asarray(at[HELD].x), panels, turning(drives, degrees))
 
 
-def best_held(problem: PostureProblem) -> tuple[np.ndarray, tuple[float, float]]:
+def best_held(problem: PostureProblem) -> tuple[np.ndarray, Pair]:
     """The feasible fixed posture of HELD_ANGLES with the least variation; its angles [degrees]."""
     low, high = (float(np.degrees(end[0])) for end in problem.bounds)
     angles = np.linspace(low, high, HELD_ANGLES).round(9)
@@ -182,34 +164,24 @@ def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
     return Drive(fine.stations(between), free.objective(x), fine.objective(between))
 
 
-def varies_less(drives: Mapping[str, Drive], degrees: tuple[float, float]) -> Claim:
-    """degrees: of the best posture held."""
-    held, *others = (one.variation for one in drives.values())
-    below = [1 - one / held for one in others]
-    each = ", ".join(f"{one.variation:.0f} ({name})" for name, one in drives.items())
-    measured = (
-        f"∫(dM/dx)² dx {each} N² m at the points: "
-        f"{' and '.join(f'{100 * of:.0f}' for of in below)} % below the best posture held "
-        f"({degrees[0]:g}/{degrees[1]:g}°)"
+def turning(drives: Mapping[str, Drive], degrees: Pair) -> list[Claim]:
+    """Variation at the planner's points and between them, and whether the limited trajectory holds
+    there. degrees: of the best posture held."""
+    held, *others = drives.values()
+    below = " and ".join(f"{100 * (1 - one.variation / held.variation):.0f}" for one in others)
+    less = [100 * (1 - one.between / held.between) for one in others]
+    shown = " and ".join(f"{abs(of):.0f} % {'below' if of > 0 else 'above'}" for of in less)
+    points, dense = (
+        ", ".join(f"{getattr(one, kind):.0f} ({name})" for name, one in drives.items())
+        for kind in ("variation", "between")
     )
-    return claim("fig25", "varies_less", measured)
-
-
-def between(drives: Mapping[str, Drive]) -> Claim:
-    """Variation between the points of the planner."""
-    held, *others = (one.between for one in drives.values())
-    below = [1 - one / held for one in others]
-    shown = [f"{abs(100 * of):.0f} % {'below' if of > 0 else 'above'}" for of in below]
-    each = ", ".join(f"{one.between:.0f} ({name})" for name, one in drives.items())
-    measured = (
-        f"legs turning evenly between the points: {each} N² m: {' and '.join(shown)} the legs held"
-    )
-    return claim("fig25", "between", measured)
-
-
-def passes_turning(drive: Drive) -> Claim:
-    """The trajectory holds between its points."""
-    at = drive.stations
+    at = drives[LIMITED].stations
     fails = int(np.sum(np.asarray(at.status) != Status.OK))
-    measured = f"{LIMITED}, between the points, too: {_needs(at)} of clearance or more"
-    return claim("fig25", "passes", measured + f", {fails} of them fail" * (fails > 0))
+    measured = {
+        "varies_less": f"∫(dM/dx)² dx {points} N² m at the points: {below} % below the best "
+        f"posture held ({name_of(degrees)})",
+        "between": f"legs turning evenly between the points: {dense} N² m: {shown} the legs held",
+        "passes": f"{LIMITED}, between the points, too: {_needs(at)} of clearance or more"
+        + f", {fails} of them fail" * (fails > 0),
+    }
+    return [claim("fig25", name, words) for name, words in measured.items()]

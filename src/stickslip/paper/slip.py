@@ -1,26 +1,157 @@
 """Figs. 16 to 19: how the supporting foot slides at a constant crank rate.
 
-Claims are about the second step: the first begins with the foot at rest.
+A slide runs from an instant of slip to the next instant of stick, always in one direction. Claims
+are about the second step: the first begins with the foot at rest.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.dynamics.biped import BODIES, BipedParams
-from stickslip.optim.gait.footing import peak_of
-from stickslip.optim.progress import say_stage
-from stickslip.paper.result import (
-    Claim,
-    Result,
-    claim,
-    curves,
-    each,
+from stickslip.dynamics.biped import (
+    BODIES,
+    BipedParams,
+    BipedState,
+    RK4Split,
+    Trajectory,
+    simulate_inverse,
 )
-from stickslip.paper.slides import PERIODS, SAME_INSTANT, Slide, Walk, walk
-from stickslip.paper.steady import TIME, alike_rates, friction_use, phases, poses, steady
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.status import Status
+from stickslip.optim.gait.footing import Footing, peak_of
+from stickslip.optim.progress import say_stage
+from stickslip.paper.result import Claim, Result, claim, curves, each
+from stickslip.paper.steady import TIME, alike_rates, phases, poses
+
+PERIODS = 4
+"""Steps that the walks of Figs. 16 to 19 last."""
+SAME_INSTANT = 1e-6
+"""A slide that starts this close to an exchange of support starts with it [T]."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """One slide of the foot, or the part of it in one step. start, end: in steps, t / T.
+    displacement: of the foot, forwards positive [m]."""
+
+    start: float
+    end: float
+    displacement: float
+
+    @property
+    def step(self) -> int:
+        """The step in which it starts, counted from 0. An exchange of support starts a step."""
+        return int(np.floor(self.start + SAME_INSTANT))
+
+    @property
+    def onset(self) -> float:
+        """Share of its step at which the slide starts [-]."""
+        return max(self.start - self.step, 0.0)
+
+    @property
+    def stop(self) -> float:
+        """The end counted from the start of the step in which the slide starts [-]."""
+        return self.end - self.start + self.onset
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A walk at constant crank rate. period: T = pi / rate [s]. time: in T [n + 1].
+    place: of the foot, x1, forwards positive [n + 1, m]."""
+
+    period: float
+    time: np.ndarray
+    place: np.ndarray
+    slides: tuple[Slide, ...]
+
+    @property
+    def displacement(self) -> float:
+        """Displacement of the foot over the whole walk, forwards positive [m]."""
+        return float(self.place[-1] - self.place[0])
+
+    def starting_in(self, step: int) -> tuple[Slide, ...]:
+        """The slides that start in a step, counted from 0; they may end in the next one."""
+        return tuple(one for one in self.slides if one.step == step)
+
+    def within(self, step: int) -> tuple[Slide, ...]:
+        """The slides of a step, counted from 0, cut off where the step begins and ends."""
+        parts, origin = [], float(self.place[0])
+        for one in self.slides:
+            start, end = max(one.start, float(step)), min(one.end, step + 1.0)
+            reached = origin + one.displacement
+            if end - start > SAME_INSTANT:
+                left = origin if start == one.start else self._at(start)
+                right = reached if end == one.end else self._at(end)
+                parts.append(Slide(start, end, right - left))
+            origin = reached
+        return tuple(parts)
+
+    def distance(self, step: int) -> float:
+        """Distance slid within a step, forwards and backwards added up [m]."""
+        return sum(abs(one.displacement) for one in self.within(step))
+
+    def _at(self, time: float) -> float:
+        """The foot's place at an exchange of support, where a sample is [m]."""
+        return float(np.interp(time, self.time, self.place))
+
+
+def walk(
+    params: BipedParams,
+    crank_rate: float,
+    mu_static: float,
+    mu_kinetic: float | None = None,
+    *,
+    samples: int,
+) -> Walk:
+    """Walk from the exchange of support with the foot at rest, as in the chapter.
+
+    crank_rate [rad/s]. samples: time steps in each of the PERIODS steps of the biped. The motor
+    gives the torque that the motion needs.
+    """
+    period = np.pi / crank_rate
+    trajectory = simulate_inverse(
+        params,
+        Scene.uniform(mu_static, mu_kinetic, outputs="state"),
+        BipedState(crank_rate=crank_rate),
+        0.0,
+        PERIODS * period,
+        period / samples,
+        integrator=RK4Split(record_events=True),
+    )
+    if (status := Status(int(trajectory.status))).terminal:
+        raise ValueError(
+            f"crank_rate = {crank_rate:g} rad/s with friction {mu_static:g} leaves the model "
+            f"({status.name}); accepted: walks inside it"
+        )
+    time = np.asarray(trajectory.states.time) / period
+    place = np.asarray(trajectory.states.foot_position)
+    return Walk(period, time, place, slides_of(trajectory, period))
+
+
+def slides_of(trajectory: Trajectory, period: float) -> tuple[Slide, ...]:
+    """Pair the instants of slip and stick in a recorded trajectory; times in `period` [s].
+
+    Between two slides the foot rests, so each starts where the one before it ended.
+    """
+    events = trajectory.events()
+    times, places = (
+        np.asarray(of) for of in (trajectory.states.time, trajectory.states.foot_position)
+    )
+    slips, stops = ([time for time, of, _ in events if of == kind] for kind in ("slip", "stick"))
+    slides, place = [], float(places[0])
+    following = [*slips[1:], np.inf]
+    for start, stop, later in zip(slips, [*stops, times[-1]], following, strict=False):
+        after = min(int(np.searchsorted(times, stop)), len(times) - 1)
+        rests = times[after] <= later  # else no sample is at rest
+        reached = float(places[after] if rests else np.interp(stop, times, places))
+        if stop - start > SAME_INSTANT * period:
+            slides.append(Slide(start / period, stop / period, reached - place))
+        place = reached
+    return tuple(slides)
+
 
 SLOW, CHART_FRICTION = 3.0, 0.05
 FRICTIONS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.075, 0.079, 0.08, 0.1)
@@ -38,60 +169,52 @@ SECOND = 1
 Walks = Mapping[float, Walk]
 """Walks by the number that varies."""
 
-State = tuple[str, float, float]
-"""A state of the flow chart, its start and end in steps, t / T."""
-
 
 def states(params: BipedParams, samples: int) -> Result:
     """Fig. 16."""
     (rate,) = alike_rates(params, SLOW)
     one = walk(params, rate, CHART_FRICTION, samples=samples)
-    states = timeline(one)
     shown = one.time <= STEPS
     time, place = one.time[shown], 1e3 * one.place[shown]
-    named = {name: np.full(len(time), np.nan) for name in (RESTS, FORWARDS, BACKWARDS)}
-    for name, start, end in states:
-        inside = (time >= start - SAME_INSTANT) & (time <= end + SAME_INSTANT)
-        named[name][inside] = place[inside]
-    return Result(TIME, time, [curves("foot position", "mm", named)], [flow(states, rate)])
-
-
-def timeline(one: Walk) -> list[State]:
-    """The states of the first STEPS steps, in order, without gaps."""
-    found, at = [], 0.0
-    for slide in one.slides:
-        if slide.start >= STEPS - SAME_INSTANT:
-            break
-        if slide.start > at + SAME_INSTANT:
-            found.append((RESTS, at, slide.start))
-        at = min(slide.end, float(STEPS))
-        found.append((FORWARDS if slide.displacement > 0 else BACKWARDS, slide.start, at))
-    if at < STEPS:
-        found.append((RESTS, at, float(STEPS)))
-    return found
-
-
-def flow(located: list[State], rate: float) -> Claim:
-    """Fig. 16 has every state of the flow chart."""
-    shown = ", ".join(
-        f"{state} to {end:.3f}" for state, start, end in located if start < 1 - SAME_INSTANT
-    )
-    measured = f"first step at {rate:g} rad/s, μ = {CHART_FRICTION:g}, in T: {shown}"
-    return claim("fig16", "flow", measured)
+    begun = [of for of in one.slides if of.start < STEPS - SAME_INSTANT]
+    rests, named = np.ones(len(time), bool), {}
+    for name, sign in ((FORWARDS, 1), (BACKWARDS, -1)):
+        slides = np.zeros(len(time), bool)
+        for slide in (of for of in begun if of.displacement * sign > 0):
+            start, end = slide.start - SAME_INSTANT, slide.end + SAME_INSTANT
+            slides |= (time >= start) & (time <= end)
+            rests &= (time <= start + 2 * SAME_INSTANT) | (time >= end - 2 * SAME_INSTANT)
+        named[name] = np.where(slides, place, np.nan)
+    named = {RESTS: np.where(rests, place, np.nan)} | named
+    return Result(TIME, time, [curves("foot position", "mm", named)])
 
 
 def frictions(params: BipedParams, samples: int) -> Result:
     """Fig. 17."""
     (rate,) = alike_rates(params, SLOW)
     walks = inside({mu: (rate, mu) for mu in FRICTIONS}, params, samples)
-    use = friction_use(steady(params, phases(samples), rate))
-    claims = [
-        least_friction(walks, use),
-        onset(walks),
-        end(walks, swing_heights(params, samples)),
-        second(walks),
-        repeatedly(walks),
-    ]
+    slips = max((mu for mu, one in walks.items() if one.slides), default=0.0)
+    stays = min((mu for mu, one in walks.items() if not one.slides), default=np.inf)
+    least = (
+        f"{Footing.of(params).at_rate(rate).friction:.5f} = largest |f| / N; the walks slip up to "
+        f"{slips:g} and not from {stays:g} on"
+    )
+    main = {mu: _main(one) for mu, one in walks.items() if one.slides}
+    onsets = (f"{s.onset:.3f} ({mu:g})" if s else f"none ({mu:g})" for mu, s in main.items())
+    others = ", ".join(
+        f"{s.onset:.3f} to {s.stop:.3f} ({mu:g})"
+        for mu, one in walks.items()
+        for s in one.starting_in(SECOND)
+        if s is not main[mu]
+    )
+    measured = {
+        "least_friction": least,
+        "onset": f"onset, in T: {', '.join(onsets)}",
+        "end": ends({mu: s.stop for mu, s in main.items() if s}, swing_heights(params, samples)),
+        "second": f"the other slides, in T: {others or 'none'}",
+        "repeatedly": repeatedly(walks[min(walks)]),
+    }
+    claims = [claim("fig17", name, words) for name, words in measured.items()]
     return _result("μ = {:g}", walks, claims)
 
 
@@ -103,13 +226,19 @@ def speeds(params: BipedParams, samples: int) -> Result:
 
 
 def kinetic(params: BipedParams, samples: int) -> Result:
-    """Fig. 19."""
+    """Fig. 19; walks by falling kinetic friction."""
     (rate,) = alike_rates(params, FAST)
     walks = inside({mu: (rate, STATIC, mu) for mu in KINETIC}, params, samples)
+    onsets = {mu: [f"{s.onset:.3f}" for s in one.starting_in(SECOND)] for mu, one in walks.items()}
+    shown = "; ".join(f"{', '.join(at) or 'none'} for {mu:g}" for mu, at in onsets.items())
+    slid = each("{:.2f} mm for {:g}", {mu: 1e3 * w.distance(SECOND) for mu, w in walks.items()})
+    net = ", ".join(f"{1e3 * one.displacement:+.2f}" for one in walks.values())
+    smaller = (
+        f"distance slid in the second step {slid}; displacement after {PERIODS} steps {net} mm"
+    )
     claims = [
-        first_onset(walks),
-        later_onsets(walks),
-        smaller_slide(walks),
+        claim("fig19", "later_onsets", f"onsets in the second step, in T: {shown}"),
+        claim("fig19", "smaller_slide", smaller),
     ]
     return _result("μk = {:g}", walks, claims)
 
@@ -146,86 +275,27 @@ def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:
     return {name: peak_of(height)[0] for name, height in heights.items()}
 
 
-def least_friction(walks: Walks, use: np.ndarray) -> Claim:
-    """use: |f| / N over a step without slip [n]."""
-    least = peak_of(use)[1]
-    slips = max((mu for mu, one in walks.items() if one.slides), default=0.0)
-    stays = min((mu for mu, one in walks.items() if not one.slides), default=np.inf)
-    measured = (
-        f"{least:.5f} = largest |f| / N; the walks slip up to {slips:g} and not from {stays:g} on"
-    )
-    return claim("fig17", "least_friction", measured)
-
-
-def onset(walks: Walks) -> Claim:
-    """Fig. 17: onset of the slide nearest to mid-step."""
-    found = {mu: _main(one) for mu, one in walks.items() if one.slides}
-    shown = (f"{s.onset:.3f} ({mu:g})" if s else f"none ({mu:g})" for mu, s in found.items())
-    return claim("fig17", "onset", f"onset, in T: {', '.join(shown)}")
-
-
-def end(walks: Walks, high: Mapping[str, float]) -> Claim:
-    """high: where in the step parts of the swinging leg are highest, by name [T]."""
-    ends = {mu: s.stop for mu, one in walks.items() if (s := _main(one)) is not None}
-    near = {name: [abs(at - when) < NEAR for at in ends.values()] for name, when in high.items()}
+def ends(at: Mapping[float, float], high: Mapping[str, float]) -> str:
+    """Ends of slides by friction, and where in the step parts of the swinging leg are highest, by
+    name, in words; both [T]."""
+    near = {name: sum(abs(one - when) < NEAR for one in at.values()) for name, when in high.items()}
     heights = ", ".join(
-        f"{name} at {when:.3f} T ({sum(near[name])} of {len(ends)} slides end near)"
+        f"{name} at {when:.3f} T ({near[name]} of {len(at)} slides end near)"
         for name, when in high.items()
     )
-    ended = each("{:.3f} ({:g})", ends)
-    measured = f"ends at {ended} T; highest are the swinging leg's {heights}"
-    return claim("fig17", "end", measured)
+    ended = each("{:.3f} ({:g})", at)
+    return f"ends at {ended} T; highest are the swinging leg's {heights}"
 
 
-def second(walks: Walks) -> Claim:
-    """Fig. 17: the slides that are not nearest to mid-step."""
-    starts = [(mu, s, _main(one)) for mu, one in walks.items() for s in one.starting_in(SECOND)]
-    others = [(mu, slide) for mu, slide, main in starts if slide is not main]
-    shown = ", ".join(f"{s.onset:.3f} to {s.stop:.3f} ({mu:g})" for mu, s in others)
-    return claim("fig17", "second", f"the other slides, in T: {shown or 'none'}")
-
-
-def repeatedly(walks: Walks) -> Claim:
-    """Fig. 17: slides of the least friction."""
-    found = walks[min(walks)].within(SECOND)
-    sliding = sum(s.end - s.start for s in found)
+def repeatedly(one: Walk) -> str:
+    """The slides in the second step of a walk, in words."""
+    found = one.within(SECOND)
+    share = 100 * sum(s.end - s.start for s in found)
     shown = ", ".join(
         f"{s.onset:.3f} to {s.stop:.3f} T {'forwards' if s.displacement > 0 else 'backwards'}"
         for s in found
     )
-    measured = f"{len(found)} slides in the second step, {100 * sliding:.0f} % of its time: {shown}"
-    return claim("fig17", "repeatedly", measured)
-
-
-def first_onset(walks: Walks) -> Claim:
-    """Fig. 19: before the first slide kinetic friction does not enter."""
-    first = [one.slides[0].start if one.slides else np.inf for one in walks.values()]
-    spread = float(np.ptp(first)) if np.all(np.isfinite(first)) else np.inf
-    measured = f"first onset at {min(first):.4f} T, apart by {spread:.1g} T"
-    return claim("fig19", "first_onset", measured)
-
-
-def later_onsets(walks: Walks) -> Claim:
-    """Fig. 19: where slides start when the foot has slid before."""
-    onsets = {mu: [s.onset for s in one.starting_in(SECOND)] for mu, one in walks.items()}
-    shown = "; ".join(
-        f"{', '.join(f'{at:.3f}' for at in found) or 'none'} for {mu:g}"
-        for mu, found in onsets.items()
-    )
-    return claim("fig19", "later_onsets", f"onsets in the second step, in T: {shown}")
-
-
-def smaller_slide(walks: Walks) -> Claim:
-    """Fig. 19: distance slid and displacement; walks by falling kinetic friction."""
-    net = [one.displacement for one in walks.values()]
-    shown = each(
-        "{:.2f} mm for {:g}", {mu: 1e3 * one.distance(SECOND) for mu, one in walks.items()}
-    )
-    measured = (
-        f"distance slid in the second step {shown}; displacement after {PERIODS} steps "
-        f"{', '.join(f'{1e3 * at:+.2f}' for at in net)} mm"
-    )
-    return claim("fig19", "smaller_slide", measured)
+    return f"{len(found)} slides in the second step, {share:.0f} % of its time: {shown}"
 
 
 def _main(walk: Walk) -> Slide | None:

@@ -1,8 +1,10 @@
-"""Figs. 11, 12 and 15: torque and forces on the foot at a constant crank rate, without slip."""
+"""Figs. 11 to 15: torque and forces on the foot at a constant crank rate without slip, and walks
+from rest at pi/2 under a constant torque."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
 
@@ -16,27 +18,26 @@ from stickslip.dynamics.biped import (
     SUPPORT_END,
     SUPPORT_START,
     BipedParams,
+    BipedState,
     InverseDynamics,
     Kinematics,
+    Trajectory,
     inverse_dynamics,
     kinematics,
     own_time,
+    simulate,
     step_length,
 )
-from stickslip.optim.gait.footing import peak_of
-from stickslip.optim.gait.gait import friction_uses
-from stickslip.paper.result import (
-    Claim,
-    Result,
-    claim,
-    curves,
-    each,
-)
+from stickslip.dynamics.scene import Scene
+from stickslip.dynamics.status import Status
+from stickslip.optim.gait.footing import Footing, peak_of
+from stickslip.paper.result import Claim, Result, claim, curves, each
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
     from stickslip.dynamics.pytrees import Number
+
 
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)
@@ -82,12 +83,6 @@ def steady(
     )
 
 
-def friction_use(motion: InverseDynamics) -> np.ndarray:
-    """|F| / N along a motion without slip [n]: the friction that rest needs; inf where N <= 0."""
-    forces = np.asarray(motion.friction_force), np.asarray(motion.normal_force)
-    return np.asarray(friction_uses(*forces))
-
-
 @jax.jit
 def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
     """Kinematics along an array of crank angles."""
@@ -103,66 +98,42 @@ def speeds(params: BipedParams, samples: int) -> Result:
     alike = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in rates}
     named = {f"{w:g} rad/s": curve for w, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
-    return Result(TIME, _time(samples), [panel], [hardly(gap), same_shape(alike)])
+    gaps, shapes = _percent(gap), each("{:.3f} at {:g}", alike)
+    about = "the quasi-static curve"
+    claims = [
+        claim("fig11", "hardly", f"largest gap to {about}, of its range: {gaps} rad/s"),
+        claim("fig11", "same_shape", f"correlation with {about}: {shapes} rad/s"),
+    ]
+    return Result(TIME, _time(samples), [panel], claims)
 
 
 def loads(params: BipedParams, samples: int) -> Result:
     """Fig. 12."""
-    angles, masses, (speed,) = (
-        phases(samples),
-        alike_masses(params, *LOADS),
-        alike_rates(params, RATE),
-    )
+    angles, masses = phases(samples), alike_masses(params, *LOADS)
+    (speed,) = alike_rates(params, RATE)
     loads = {m: jnp.asarray(params.payload + m, angles.dtype) for m in masses}
     robots = {m: params.replace(payload=one) for m, one in loads.items()}
     torques, still = (
         {m: np.asarray(steady(one, angles, rate).torque) for m, one in robots.items()}
         for rate in (speed, 0.0)
     )
-    rise = {m: peak_of(torques[m])[1] / peak_of(torques[0.0])[1] - 1 for m in masses[1:]}
+    peak = {m: peak_of(torque)[1] for m, torque in torques.items()}
+    rise = each("{:+.1f} % with {:g} kg", {m: 100 * (peak[m] / peak[0.0] - 1) for m in masses[1:]})
     heights = np.asarray(poses(params, angles).centres)[:, BODIES.index("13"), 1]
-    step, mass = float(step_length(params)), float(params.total_mass)
-    claims = [
-        slightly(rise, _gaps(torques), mass, speed),
-        level(float(np.ptp(heights)), step, _gaps(still)),
-    ]
+    load, share = list(_gaps(still).items())[-1]
+    slightly = (
+        f"at {speed:g} rad/s peak torque {rise} (robot: {float(params.total_mass):.2f} kg); "
+        f"largest gap of the range: {_percent(_gaps(torques))} kg"
+    )
+    level = (
+        f"the hip moves {1e3 * float(np.ptp(heights)):.2f} mm up and down in a step of "
+        f"{1e3 * float(step_length(params)):.0f} mm; without inertia {load:g} kg change the torque "
+        f"by {100 * share:.1f} % of its range"
+    )
+    claims = [claim("fig12", "slightly", slightly), claim("fig12", "level", level)]
     named = {f"{m:g} kg": curve for m, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
     return Result(TIME, _time(samples), [panel], claims)
-
-
-def hardly(gap: Mapping[float, float]) -> Claim:
-    """gap: largest distance to the quasi-static curve over its range, by speed."""
-    measured = f"largest gap to the quasi-static curve, of its range: {_percent(gap)} rad/s"
-    return claim("fig11", "hardly", measured)
-
-
-def same_shape(alike: Mapping[float, float]) -> Claim:
-    """alike: correlation with the quasi-static curve, by speed."""
-    shown = each("{:.3f} at {:g}", alike)
-    return claim("fig11", "same_shape", f"correlation with the quasi-static curve: {shown} rad/s")
-
-
-def slightly(
-    rise: Mapping[float, float], gap: Mapping[float, float], mass: float, rate: float
-) -> Claim:
-    """rise, gap: of the peak torque and of the curve, by load [-]; mass: of the robot [kg]."""
-    shown = each("{:+.1f} % with {:g} kg", {m: 100 * share for m, share in rise.items()})
-    measured = (
-        f"at {rate:g} rad/s peak torque {shown} (robot: {mass:.2f} kg); largest gap of the range: "
-        f"{_percent(gap)} kg"
-    )
-    return claim("fig12", "slightly", measured)
-
-
-def level(height: float, step: float, still: Mapping[float, float]) -> Claim:
-    """height: by which the hip moves up and down in a step [m]. still: gap by load at rest."""
-    load, share = list(still.items())[-1]
-    measured = (
-        f"the hip moves {1e3 * height:.2f} mm up and down in a step of {1e3 * step:.0f} mm; "
-        f"without inertia {load:g} kg change the torque by {100 * share:.1f} % of its range"
-    )
-    return claim("fig12", "level", measured)
 
 
 def _gaps(torques: Mapping[float, np.ndarray]) -> dict[float, float]:
@@ -187,19 +158,27 @@ def forces(params: BipedParams, samples: int) -> Result:
     """Fig. 15."""
     angles, (rate,) = phases(samples), alike_rates(params, RATE)
     motion = steady(params, angles, rate, outputs="joints")
-    on_foot, zmp, placed = foot_forces(motion), np.asarray(motion.zmp), poses(params, angles)
-    bar_pin = np.asarray(placed.pins.ankle_bar)[:, 0]
-    gravity = float(params.gravity)
-    own = gravity * float(params.mass[BODIES.index(FOOT)])
+    on_foot, placed = foot_forces(motion), poses(params, angles)
     panels = [
         curves(f"{side} force on the foot", "N", {name: of[:, i] for name, of in on_foot.items()})
         for i, side in enumerate(("horizontal", "vertical"))
     ]
+    zmp = np.asarray(motion.zmp)
     panels.append(curves("zero-moment point from the ankle", "m", {"point": zmp}))
-    weight = gravity * float(params.total_mass)
-    off = residuals(on_foot, zmp, bar_pin, own)
-    claims = [*equations(*off, weight, zmp, rate), pinned(placed)]
-    return Result(TIME, _time(samples), panels, claims)
+    foot, *ends = (
+        np.asarray(of)[:, 0]
+        for of in (placed.pins.ankle_bar, placed.pins.knee_bar, placed.pins.C_bar)
+    )
+    far = {
+        link: 1e3 * np.linalg.norm(end - foot, axis=-1)
+        for link, end in zip((11, 12), ends, strict=True)
+    }
+    shown = "; ".join(
+        f"to link {link}'s other end {of.min():.1f} to {of.max():.1f} mm"
+        for link, of in far.items()
+    )
+    pinned = claim("fig15", "pinned", f"over a step, from the foot's second pin {shown}")
+    return Result(TIME, _time(samples), panels, [pinned])
 
 
 def foot_forces(motion: InverseDynamics) -> Forces:
@@ -221,49 +200,77 @@ def foot_forces(motion: InverseDynamics) -> Forces:
     }
 
 
-def residuals(
-    on_foot: Forces, zmp: np.ndarray, bar_pin: np.ndarray, weight: float
-) -> tuple[float, float]:
-    """Largest residual force [N] and moment about the ankle [N m] of a foot at rest.
+TORQUES = (0.70, 0.80, 0.84, 0.845, 0.90, 1.0, 1.2)
+DURATION = 4.0
+"""Seconds drawn."""
+TORQUE = 1.0
+WEIGHTS = (6.0, 7.0, 8.0, 9.0, 10.0, 10.5)
+"""Total masses of Fig. 14 [kg]."""
+SCENE = Scene.grip(outputs="state")
 
-    The ankle is at ground level, is the tibia's pin and the foot's centre of mass, so neither the
-    friction, nor the tibia, nor the foot's weight has a moment about it. zmp [n] and bar_pin, link
-    11's pin [n, 2]: from the ankle [m]. weight: of the foot [N].
+
+def torques(params: BipedParams, samples: int) -> Result:
+    """Fig. 13."""
+    drawn = alike_torques(params, *TORQUES)
+    walks = {torque: from_rest(params, torque, DURATION, samples) for torque in drawn}
+    starts = [torque for torque, walk in walks.items() if np.isfinite(first_step(walk))]
+    measured = (
+        f"{Footing.of(params).start_torque:.4f} N m by the balance of work; of the walks drawn "
+        f"those with {', '.join(f'{torque:g}' for torque in starts)} N m end the first step"
+    )
+    found = claim("fig13", "starts_at", measured)
+    return _result({f"{torque:g} N m": walk for torque, walk in walks.items()}, found)
+
+
+def alike_torques(params: BipedParams, *torques: float) -> list[float]:
+    """The chapter's torques in proportion to the robot's start torque [N m], to three digits."""
+    own, usual = (Footing.of(one).start_torque for one in (params, BipedParams.from_bars()))
+    factor = own / usual
+    return [float(f"{factor * torque:.3g}") for torque in torques]
+
+
+def weights(params: BipedParams, samples: int) -> Result:
+    """Fig. 14, with all densities, so masses and moments of inertia, scaled alike."""
+    own, walks, (torque,) = float(params.total_mass), {}, alike_torques(params, TORQUE)
+    for mass in alike_masses(params, *WEIGHTS):
+        factor, scaled = mass / own, ("mass", "inertia", "payload")
+        denser = replace(params, **{name: getattr(params, name) * factor for name in scaled})
+        walks[mass] = from_rest(denser, torque, DURATION, samples)
+    step = {mass: first_step(walk) for mass, walk in walks.items()}
+    ended = ", ".join(f"{t:.3f} s ({mass:g} kg)" for mass, t in step.items() if np.isfinite(t))
+    least = Footing.of(params).start_torque
+    measured = (
+        f"first step in {ended}; walks up to {own * torque / least:.2f} kg = {own:.2f} kg x "
+        f"{torque:g} N m / {least:.4f} N m"
+    )
+    found = claim("fig14", "heavier", measured)
+    return _result({f"{mass:g} kg": walk for mass, walk in walks.items()}, found)
+
+
+def from_rest(params: BipedParams, torque: float, duration: float, samples: int) -> Trajectory:
+    """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2, no slip.
+
+    As in the chapter, toppling is not checked.
     """
-    ground, _, bar = on_foot.values()
-    force = sum(on_foot.values()) - np.array([0.0, weight])
-    moment = zmp * ground[:, 1] + bar_pin[:, 0] * bar[:, 1] - bar_pin[:, 1] * bar[:, 0]
-    return float(np.abs(force).max()), float(np.abs(moment).max())
+    return simulate(params, SCENE, BipedState(), torque, duration, duration / (4 * samples))
 
 
-def equations(
-    linear: float, moment: float, weight: float, zmp: np.ndarray, rate: float
-) -> list[Claim]:
-    """linear, moment: residuals of eqs. (29) and (30); weight: of the robot [N]; zmp [n, m]."""
-    force = f"residual {_below(linear)} N of a weight of {weight:.1f} N, at {rate:g} rad/s"
-    about = (
-        f"residual {_below(moment)} N m; the point moves from {zmp.min():.3f} to "
-        f"{zmp.max():.3f} m from the ankle"
-    )
-    return [claim("fig15", "forces", force), claim("fig15", "moment", about)]
+def first_step(walk: Trajectory) -> float:
+    """End of the first step [s], interpolated between samples; infinite if it does not end."""
+    angle, time = np.asarray(walk.states.crank_angle), np.asarray(walk.states.time)
+    past = np.nonzero(angle >= 3 * np.pi / 2)[0]
+    if len(past) == 0:
+        return float("inf")
+    i = int(past[0])
+    share = (3 * np.pi / 2 - angle[i - 1]) / (angle[i] - angle[i - 1])
+    return float(time[i - 1] + share * (time[i] - time[i - 1]))
 
 
-def pinned(placed: Kinematics) -> Claim:
-    """A bar can hold the foot's second pin if its other end stays equally far away."""
-    foot, *ends = (
-        np.asarray(of)[:, 0]
-        for of in (placed.pins.ankle_bar, placed.pins.knee_bar, placed.pins.C_bar)
-    )
-    far = {
-        link: np.linalg.norm(end - foot, axis=-1) for link, end in zip((11, 12), ends, strict=True)
-    }
-    shown = "; ".join(
-        f"to link {link}'s other end {1e3 * of.min():.1f} to {1e3 * of.max():.1f} mm"
-        for link, of in far.items()
-    )
-    return claim("fig15", "pinned", f"over a step, from the foot's second pin {shown}")
-
-
-def _below(residual: float) -> str:
-    """A bound in powers of ten: the rounding differs from machine to machine."""
-    return f"below {10 ** np.ceil(np.log10(max(residual, 1e-300))):.0e}"
+def _result(walks: Mapping[str, Trajectory], found: Claim) -> Result:
+    """Crank angles by name, NaN after the walk has left the model."""
+    angles = {}
+    for name, walk in walks.items():
+        angles[name] = np.array(walk.states.crank_angle)
+        angles[name][1:][np.asarray(walk.contacts.status) > Status.SLIP_ONSET] = np.nan
+    time = DURATION * np.linspace(0, 1, len(next(iter(angles.values()))))
+    return Result("time [s]", time, [curves("crank angle", "rad", angles, (np.pi / 2,))], [found])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from dataclasses import replace
 from functools import partial
 from textwrap import shorten
@@ -15,27 +16,16 @@ from stickslip.agents.pictures.film import write_pictures
 from stickslip.agents.pictures.plots import plot_panels
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene
-from stickslip.dynamics.biped import (
-    FIDELITIES,
-    INTEGRATORS,
-    SUPPORT_START,
-    BipedState,
-    EventExact,
-)
+from stickslip.dynamics.biped import SUPPORT_START, BipedParams, BipedState, EventExact
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import SceneOptions
 from stickslip.envs.biped.picture import BipedFrame, biped_picture, slipping, stretches_of
 from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
-from stickslip.optimise.machine import robot_of
-from stickslip.options import WalkOptions
-from stickslip.parser import options_of
 from stickslip.records.table import Content
 from stickslip.report import require_files, show, write_simulation
-from stickslip.simulate.rate import rate_of
-from stickslip.simulate.torque import Recorded, torque_of
+from stickslip.simulate.torque import Recorded, rate_of, torque_of
 from stickslip.simulate.walk import (
-    STATUS,
     WHOLE,
     Rates,
     Torque,
@@ -68,11 +58,12 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     Wrong input is refused before anything is computed. A walk that ends early is written as far as
     it went.
     """
-    given = options_of(WalkOptions, flags)
+    given = Namespace(**flags)
     law = law_of(given)
-    setting, state = setting_of(given), state_of(given)
+    setting, state = PRESETS[given.setting], state_of(given)
     with precision(setting.dtype):  # or the floor's and the robot's numbers would be rounded
-        scene, (robot, motor) = scene_of(given), robot_of(given)
+        scene = scene_of(given)
+        robot, motor = BipedParams.with_motor(given.robot, given.changes)
     seconds = given.seconds
     if seconds is None:
         file = law.rate if isinstance(law, Rates) else law
@@ -88,8 +79,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     walk = again(scene)
     if not walk.count:
         raise ValueError(
-            f"{_law_in_words(given)}: {STATUS[walk.status.name]}; accepted: one whose first "
-            "period is finite; nothing is written"
+            f"{_law_in_words(given)} is not finite in the first period; accepted: finite numbers"
         )
     held = held_walk(walk, lambda grip: again(replace(grip, payload=scene.payload)))
     summary = walk_summary(walk, held, seconds, motor.get("efficiency"))
@@ -105,7 +95,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
 
 
-def law_of(given: WalkOptions) -> Torque | Rates:
+def law_of(given: Namespace) -> Torque | Rates:
     """What moves the crank. ValueError for neither or both of --torque and --rate."""
     if (given.torque is None) == (given.rate is None):
         raise ValueError("accepted: one of --torque TORQUE and --rate RATE")
@@ -116,12 +106,12 @@ def law_of(given: WalkOptions) -> Torque | Rates:
     return Rates(rate_of(str(given.rate)))
 
 
-def _law_in_words(given: WalkOptions) -> str:
+def _law_in_words(given: Namespace) -> str:
     name = "rate" if given.torque is None else "torque"
     return f"--{name} {shorten(str(getattr(given, name)), 60)}"
 
 
-def scene_of(given: WalkOptions) -> Scene:
+def scene_of(given: Namespace) -> Scene:
     """The floor, the load and the outputs. ValueError for flags that contradict each other."""
     static, kinetic, edges = given.mu_static, given.mu_kinetic, given.edges
     options = SceneOptions(
@@ -147,24 +137,7 @@ def scene_of(given: WalkOptions) -> Scene:
     return Scene.uniform(static[0], kinetic[0] if kinetic else None, **options)
 
 
-def setting_of(given: WalkOptions) -> Setting:
-    """Setting of the walk. ValueError for flags that contradict each other."""
-    found = PRESETS[given.setting]
-    if given.fidelity is not None:
-        found = replace(found, fidelity=FIDELITIES[given.fidelity])
-    if given.integrator is not None:
-        found = replace(found, integrator=INTEGRATORS[given.integrator], dt=PRESETS["fast"].dt)
-    if given.step is not None:
-        if isinstance(found.integrator, EventExact):
-            raise ValueError(
-                "step with the integrator event_exact, which chooses its own steps; accepted: "
-                "another integrator"
-            )
-        found = replace(found, dt=given.step)
-    return found
-
-
-def state_of(given: WalkOptions) -> BipedState:
+def state_of(given: Namespace) -> BipedState:
     """Initial state of the walk."""
     return BipedState(
         phase=np.float64(SUPPORT_START if given.phase is None else given.phase),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -20,7 +21,7 @@ from stickslip.envs.ugv.picture import station_frames
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined
-from stickslip.optimise.machine import finite, ground_table, survey_of, treatments_of, vehicle_of
+from stickslip.optimise.machine import ground_table, vehicle_on_track
 from stickslip.optimise.picture import draw_drive
 from stickslip.optimise.ugv import (
     FRONT_LEG,
@@ -31,12 +32,9 @@ from stickslip.optimise.ugv import (
     criteria_table,
     stations_table,
 )
-from stickslip.options import DriveOptions
-from stickslip.parser import options_of
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
 from stickslip.report import one_row, require_files, show, write_simulation
-from stickslip.simulate.walk import STATUS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -64,11 +62,11 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     Wrong input is refused before anything is computed; a drive that cannot be driven is written all
     the same, each waypoint with its status.
     """
-    given = options_of(DriveOptions, flags)
+    given = Namespace(**flags)
     problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
-    summary, criteria = drive_summary(problem, stations, found.feasible), criteria_table(problem, x)
+    summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
     tables = {"summary": summary, "criteria": criteria}
     tables |= {"ground": ground_table(survey)} if given.ground else {}
     show(*tables.values())
@@ -88,21 +86,14 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 
-def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray, Survey]:
+def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
     """The problem whose constraints the drive is held to, its leg angles, flat, and the ground.
 
     ValueError for flags that contradict each other, and for angles beyond the legs' range.
     """
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    vehicle, max_torque = vehicle_of(given)
-    treatments = treatments_of(given.ground, vehicle)
-    survey = survey_of(given.track, given.track_options, treatments)
-    limits: dict[str, Any] = {
-        "leg_rate": finite(given.leg_rate),
-        "max_torque": max_torque,
-        "friction": given.friction,
-    }
+    vehicle, survey, limits = vehicle_on_track(given)
     places = {"start": given.start, "end": given.end}
     if given.posture is not None:
         for name, value in (("spacing", given.spacing), *places.items()):
@@ -111,8 +102,8 @@ def drive_of(given: DriveOptions) -> tuple[PostureProblem, np.ndarray, Survey]:
         x, angles = read_posture(given.posture)
         return PostureProblem(vehicle, survey.track, x, **limits), angles.reshape(-1), survey
     spacing = SPACING if given.spacing is None else given.spacing
-    limits |= {"params": vehicle, "spacing": spacing} | places
-    problem = PostureProblem.along(survey.track, **limits)
+    about: dict[str, Any] = {"params": vehicle, "spacing": spacing, **places, **limits}
+    problem = PostureProblem.along(survey.track, **about)
     return problem, np.tile(_held(given.angles or (), problem), len(problem.x)), survey
 
 
@@ -128,21 +119,16 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
     return angles
 
 
-def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table:
-    """One row. status: the first one that is not OK; feasible: within every limit. slips,
-    rollovers: waypoints at which a wheel slips or the vehicle rolls over."""
+def drive_summary(problem: PostureProblem, at: Station) -> Table:
+    """One row. status: the first one that is not OK. slips, rollovers: waypoints at which a
+    wheel slips or the vehicle rolls over."""
     codes = np.asarray(at.status)
     bad = np.flatnonzero(codes != Status.OK)
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
     counts = Counter(Status(int(code)).name for code in codes)
-    drives = (
-        "the whole way can be driven" if feasible else "stands everywhere, beyond a limit below"
-    )
-    meaning = STATUS[status] if bad.size else drives
     return one_row(
         {
             Column("status", words=True): status,
-            Column("meaning", words=True): meaning,
             Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
             Column("waypoints"): len(problem.x),
             Column("distance", "m"): float(problem.x[-1] - problem.x[0]),

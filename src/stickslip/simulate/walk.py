@@ -33,8 +33,7 @@ from stickslip.envs.biped.state import centre_of_mass
 from stickslip.optim.gait.footing import Footing, Need
 from stickslip.records.table import Column, Table
 from stickslip.report import one_row
-from stickslip.simulate.rate import PhaseRates, Rate, rates_at
-from stickslip.simulate.torque import Expression, Recorded
+from stickslip.simulate.torque import Expression, PhaseRates, Rate, Recorded, rates_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -44,26 +43,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics import Scene, Setting
     from stickslip.dynamics.scene import Floor
 
-STATUS = {
-    "OK": "the whole time was walked",
-    "SLIP_ONSET": "the whole time was walked; the foot slipped",
-    "TOPPLE": "it falls: the zero-moment point leaves the foot",
-    "LIFT_OFF": "it falls: the ground would have to pull at the foot",
-    "RUNAWAY": "the crank turns faster than the greatest rate that was given",
-    "NO_SOLUTION": "the equations have no unique solution here (Painlevé), or the linkage does not "
-    "close",
-    "NON_FINITE": "a number overflowed or is none, the torque's perhaps",
-    "STEP_COMPLETE": "the one step was walked to the exchange of support",
-    "NO_EXCHANGE": "support cannot be handed over without an impact",
-    "NOT_CONVERGED": "the integrator's steps are too few or too long; the numbers end there",
-    "HOLLOW_GROUND": "the ground is hollower than a wheel",
-    "ROLLOVER": "it rolls over: the ground would have to pull at a wheel",
-    "GROUNDED": "the body or a leg touches the ground",
-    "WHEEL_SLIP": "a wheel slips: it needs more friction than there is",
-    "OVERLOAD": "a wheel needs more torque than its motor gives",
-    "OVERLAP": "the wheels overlap: the legs are folded too far",
-}
-"""Meaning of each Status for a simulation."""
 BYTES = 3000
 """Memory of a row of a table."""
 NO_LIMITS: Mapping[str, float] = {}
@@ -313,7 +292,6 @@ def walk_summary(walk: Walk, held: Walk, seconds: float, efficiency: float | Non
     need = need_of(held)
     row: dict[Column, object] = {
         Column("status", words=True): walk.status.name,
-        Column("meaning", words=True): STATUS[walk.status.name],
         Column("asked", "s"): float(seconds),
         Column("time", "s"): time,
         Column("distance", "m"): distance,

@@ -22,7 +22,7 @@ from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BODIES, BipedParams, BipedState, kinematics, simulate
 from stickslip.dynamics.biped.links import LINK_OF_BODY
-from stickslip.paper.start import torque_by_work
+from stickslip.optim.gait.footing import Footing
 from tests.precision import mostly_single
 
 START = np.pi / 2
@@ -95,7 +95,7 @@ def test_a_pose_is_differentiated_in_both_precisions(dtype):
 
 def test_the_robot_starts_with_the_torque_of_our_equations(float64):
     robot = BipedParams.from_bars()
-    needed = torque_by_work(robot, 400)
+    needed = Footing.of(robot).start_torque
     assert needed == pytest.approx(0.84, abs=0.01)
     for torque, starts in ((0.98 * needed, False), (1.02 * needed, True)):
         # the first foot alone touches, held fast: the start is a matter of work
