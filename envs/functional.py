@@ -176,31 +176,22 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         """Return the action saturated to [-1, 1], a traced one unchanged.
 
         action: [*batch, act]; batch: () or (n,). Raises ValueError for another shape and for a
-        number that is not finite, naming the member of the batch.
+        number that is not finite, with its place.
         """
-        if batch and isinstance(action, list | tuple) and len(action) == batch[0]:
-            names = (f"action of member {i} of {batch[0]}" for i in range(batch[0]))
-            return np.stack([self._saturated(*one, ()) for one in zip(names, action, strict=True)])
-        return self._saturated("action", action, batch)
-
-    def _saturated(self, name: str, action: Any, batch: tuple[int, ...]) -> Any:
         plain = type(action) is np.ndarray and action.dtype.kind in "fiu"
         concrete = plain or is_concrete(action)
-        values = as_real(name, action, SATURATES) if concrete and not plain else action
+        values = as_real("action", action, SATURATES) if concrete and not plain else action
         shape = (*batch, len(self.action_names))
         if np.shape(values) != shape:
             raise ValueError(
-                f"{name} has shape {np.shape(values)}; accepted: {shape}, "
+                f"action has shape {np.shape(values)}; accepted: {shape}, "
                 f"one number for each of {', '.join(self.action_names)}"
             )
         if not concrete or (np.abs(values) <= 1).all():  # false for NaN
-            return values if isinstance(action, list | tuple) else action
-        for *member, i in np.argwhere(~np.isfinite(values)):
-            whose = f" of member {member[0]} of {batch[0]}" if member else ""
-            raise ValueError(
-                f"{name}{whose} = {values[(*member, i)]} ({self.action_names[i]}) is not accepted; "
-                f"accepted: {SATURATES}"
-            )
+            return values
+        for place in np.argwhere(~np.isfinite(values)).tolist():
+            given = values[tuple(place)]
+            raise ValueError(f"action{place} = {given} is not accepted; accepted: {SATURATES}")
         return np.clip(values, -1, 1)
 
     def __post_init__(self):

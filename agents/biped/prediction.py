@@ -30,8 +30,7 @@ from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.biped.shield import HOLDS
-from stickslip.envs.biped.state import drawn_robot
+from stickslip.envs.biped.state import HOLDS, drawn_robot
 from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:

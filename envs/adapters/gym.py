@@ -18,12 +18,12 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.envs.adapters.base import RENDER_MODE, Compiled, require_autoreset
-from stickslip.envs.adapters.packed import Results, ending
+from stickslip.envs.adapters.packed import MOST_SEED, Results, ending
 
 if TYPE_CHECKING:
     from stickslip.envs.functional import FunctionalEnv
 
-SEEDS = "None, a whole number >= 0, or a list of such, one an environment"
+SEEDS = f"None, an integer from 0 to {MOST_SEED}, or a list of such, one an environment"
 
 
 class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
@@ -54,11 +54,13 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         compile a reset the first time, and other numbers nothing.
         """
         params = self._episode_params(options)
+        if seed is not None:
+            require_integer("seed", seed, low=0, high=MOST_SEED)
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
             self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])
             self._seeded = True
-        obs = self._envs.reset((np.ones(1, bool), params))[0].astype(np.float32)
+        obs = self._envs.reset(params=params)[0].astype(np.float32)
         self._ending, self._info = None, {}
         return obs, {}
 
@@ -133,8 +135,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             require_known(given, ("reset_mask", *self.functional.option_names), "option of reset")
         params, mask = self._episode_params(given), self._reset_mask(options)
         self._seed(seed, mask)
-        begun = np.ones(self.num_envs, bool) if mask is None else mask
-        obs = self._envs.reset((begun, params)).astype(np.float32)
+        obs = self._envs.reset(mask, params).astype(np.float32)
         if mask is not None and self._obs is not None:
             obs = np.where(mask[:, None], obs, self._obs)
         self._obs = obs.copy()
@@ -198,9 +199,9 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if len(seeds) != self.num_envs:
             raise ValueError(f"{len(seeds)} seeds; accepted: {self.num_envs}, one an environment")
         wanted = np.ones(self.num_envs, bool) if mask is None else mask
+        rule: dict[str, Any] = {"low": 0, "high": MOST_SEED, "accepted": SEEDS}
         given: list[int | None] = [
-            None if one is None else require_integer("seed", one, low=0, accepted=SEEDS)
-            for one in seeds
+            None if one is None else require_integer("seed", one, **rule) for one in seeds
         ]
         given = [one if chosen else None for one, chosen in zip(given, wanted, strict=True)]
         if not self._seeded:

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 MOST_ENVS = 2**31 - 1
 """Most environments of a batch: the range of JAX's index; memory refuses fewer."""
+MOST_SEED = 2**32 - 1
+"""Greatest seed: that of JAX's random keys."""
 COPIES = 4
 """States and results of one step that exist at once, at least."""
 
@@ -264,43 +266,29 @@ class PackedEnvs:
         return _state(self._program, np.asarray(self._carry)[:, index])
 
     def seed(self, seeds: Sequence[int | None]) -> None:
-        """Start the chain of every environment whose seed is not None; others keep theirs.
-
-        A seed >= 0 of any size, every bit of which counts: a key takes the lowest 32, the others
-        are folded in.
-        """
+        """Start the chain of every environment whose seed is not None; others keep theirs. Seeds
+        up to MOST_SEED."""
         given = np.asarray([seed is not None for seed in seeds])
-        numbers = np.asarray([0 if seed is None else seed % 2**32 for seed in seeds], np.uint32)
-        new = np.array(_chains(numbers))
-        for index, seed in enumerate(seeds):
-            rest = 0 if seed is None else seed >> 32
-            while rest > 0:
-                new[index] = _folded(new[index], np.uint32(rest % 2**32))
-                rest >>= 32
+        new = np.array(_chains(np.asarray([seed or 0 for seed in seeds], np.uint32)))
         self._seeded = np.where(given[:, None], new, self._seeded)
         self._pending |= given
 
-    def reset(self, *parts: tuple[np.ndarray, Any]) -> np.ndarray:
-        """Begin episodes where a mask [n] is true, by default and at first everywhere; the
+    def reset(self, mask: np.ndarray | None = None, params: Any = None) -> np.ndarray:
+        """Begin episodes where the mask [n] is true, by default and at first everywhere; the
         observations [n, obs], 0 elsewhere.
 
-        parts: masks that do not overlap, each with the parameters that its episodes start with, as
-        `FunctionalEnv.episode_params` makes them; None for the usual ones. ValueError where they
-        are no parameters of one episode.
+        params: those that the episodes start with, as `FunctionalEnv.episode_params` makes them;
+        None for the usual ones. ValueError where they are no parameters of one episode.
         """
-        everywhere = np.ones(self.num_envs, bool)
-        parts = parts or ((everywhere, None),)
-        wanted = np.any([mask for mask, _ in parts], axis=0)
-        if not (self.begun or wanted.all()):
-            parts, wanted = (*parts, (~wanted, None)), everywhere
-        chains, carry = self._chains(), self._carry
-        obs = np.zeros((self.num_envs, self.columns.width), self.dtype)
-        for mask, params in parts:
-            before = None if mask.all() else carry
-            carry, new = _begin(self._program, chains, params, mask, before)
-            obs[mask] = np.asarray(new)[mask]
-        self._carry, self._pending = carry, self._pending & ~wanted
-        return obs
+        wanted = np.ones(self.num_envs, bool)
+        if mask is not None and not mask.all():
+            if not self.begun:
+                self.reset()
+            wanted = mask
+        before = None if wanted.all() else self._carry
+        self._carry, obs = _begin(self._program, self._chains(), params, wanted, before)
+        self._pending &= ~wanted
+        return np.where(wanted[:, None], obs, 0)
 
     def step(self, actions: np.ndarray) -> Results:
         """One control step of every environment; actions [n, act], checked already."""
@@ -325,13 +313,6 @@ class PackedEnvs:
 @jax.jit
 def _chains(numbers: Integer[Array, " n"]) -> Integer[Array, "n words"]:
     return jax.vmap(lambda number: jax.random.key_data(jax.random.key(number)))(numbers)
-
-
-@jax.jit
-def _folded(
-    chain: Integer[Array, " words"], number: Integer[Array, ""]
-) -> Integer[Array, " words"]:
-    return jax.random.key_data(jax.random.fold_in(jax.random.wrap_key_data(chain), number))
 
 
 @partial(jax.jit, static_argnums=0)

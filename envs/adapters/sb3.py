@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.adapters.base import Compiled, require_autoreset
-from stickslip.envs.adapters.packed import Results, Shared
+from stickslip.envs.adapters.packed import MOST_SEED, Results
 from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ class SB3VecEnv(Compiled, VecEnv):
     `episode` is what SB3's Monitor puts there, so `env_is_wrapped(Monitor)` is true:
     `evaluate_policy` takes its numbers and does not warn, and no Monitor is needed. With
     render_mode "rgb_array", `get_images` gives a picture of each environment and `render` all of
-    them in one. `set_options` gives the options of the next reset, see GymEnv.reset.
+    them in one. `set_options` gives the options of the next reset of all, see GymEnv.reset.
 
     `get_attr` reaches what this environment has (functional, params, spaces, ...), the entries of
     the parameters and the choices of the functional environment; `env_method` calls the methods of
@@ -52,7 +52,7 @@ class SB3VecEnv(Compiled, VecEnv):
         render_mode: str | None = None,
     ):
         require_autoreset(env, "same_step", "as SB3 expects")
-        seed = require_integer("seed", seed, low=0, high=2**32 - 1)
+        seed = require_integer("seed", seed, low=0, high=MOST_SEED)
         self._compile(env, params, num_envs, render_mode)
         num_envs = self._envs.num_envs
         self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
@@ -64,7 +64,9 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def reset(self) -> np.ndarray:
         """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
-        wanted = self._wanted()
+        params = self._episode_params(self._options[0])
+        if any(options != self._options[0] for options in self._options):
+            raise ValueError("options differ; accepted: a dict, for all environments")
         if any(seed is not None for seed in self._seeds):
             self._seeds_given = list(self._seeds)
         if any(seed is not None for seed in self._seeds_given):
@@ -74,7 +76,7 @@ class SB3VecEnv(Compiled, VecEnv):
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._begun, self._results = time.time(), None
-        return self._envs.reset(*wanted).astype(np.float32)
+        return self._envs.reset(params=params).astype(np.float32)
 
     def step_async(self, actions: np.ndarray) -> None:
         """Check the actions and keep them for `step_wait`."""
@@ -138,18 +140,6 @@ class SB3VecEnv(Compiled, VecEnv):
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """True for Monitor, whose statistics every episode has; no other wrapper is inside."""
         return [wrapper_class is Monitor] * len(self._chosen(indices))
-
-    def _wanted(self) -> list[tuple[np.ndarray, Any]]:
-        """Masks of environments with their next episode's parameters; None for the batch's own."""
-        rows: dict[Any, tuple[np.ndarray, Any]] = {}
-        if len(self._options) != self.num_envs:
-            raise ValueError(f"{len(self._options)} options; accepted: {self.num_envs}, or a dict")
-        for i, options in enumerate(self._options):
-            key = Shared(options) if options else None
-            if key not in rows:
-                rows[key] = np.zeros(self.num_envs, bool), self._episode_params(options)
-            rows[key][0][i] = True
-        return list(rows.values())
 
     def _owners(self) -> str:
         return f"SB3VecEnv, {type(self.params).__name__} and {type(self.functional).__name__}"

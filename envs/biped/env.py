@@ -39,7 +39,6 @@ from stickslip.envs.biped.params import (
     ranges_from_plain,
     scene_from_plain,
 )
-from stickslip.envs.biped.shield import shielded
 from stickslip.envs.biped.state import (
     BipedEnvState,
     Totals,
@@ -52,6 +51,7 @@ from stickslip.envs.biped.state import (
     marked,
     outcome_of,
     reward_terms,
+    shielded,
 )
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 

@@ -1,4 +1,4 @@
-"""State of a biped episode, the draws that a reset puts into it, and what a step earns."""
+"""State of a biped episode, the draws that a reset puts into it, what a step earns, the shield."""
 
 from __future__ import annotations
 
@@ -9,8 +9,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel, BipedState
+from stickslip.dynamics.biped import (
+    SUPPORT_END,
+    SUPPORT_START,
+    BipedModel,
+    BipedState,
+    floor_position,
+)
+from stickslip.dynamics.biped.contact import Friction, friction_on, patch_at
 from stickslip.dynamics.biped.model import load
+from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
 from stickslip.dynamics.pytrees import all_finite, register_pytree
 from stickslip.dynamics.scene import Grip, Scene
 from stickslip.dynamics.status import Status
@@ -20,8 +28,10 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped import Contact
     from stickslip.dynamics.pytrees import Number
+    from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.functional import Range
+
 
 T = TypeVar("T")
 
@@ -265,3 +275,38 @@ def ground_force(contact: Contact, status: Int[Array, ""]) -> dict[str, Array]:
     force |= {} if contact.zmp is None else {"zmp": contact.zmp}
     known = status != Status.NON_FINITE
     return {name: jnp.where(known, value, 0.0) for name, value in force.items()}
+
+
+HOLDS = 10.0
+"""Friction coefficient of a floor without slip: no start or stride needs more."""
+
+
+def shielded(
+    params: BipedEnvParams,
+    robot: BipedModel,
+    scene: Scene,
+    state: BipedState,
+    torque: Array,
+    margin: float,
+) -> SafeTorque:
+    """`safe_torque` for one control period on the scene's own floor, the next foothold included.
+
+    A torque that is no number stays one.
+    """
+    dtype = torque.dtype
+    direction = jnp.where(state.crank_rate >= 0, 1.0, -1.0).astype(dtype)
+    place = floor_position(robot, state)
+    here = _friction(scene.floor, place, direction)
+    ahead = _friction(scene.floor, place + direction * robot.step_length, direction)
+    given = margin, params.control_period, params.torque_limit
+    numbers = (jnp.asarray(one, dtype) for one in given)
+    safe = nearest_safe(robot, state, torque, *numbers, here, ahead.mu_static)
+    return safe._replace(torque=jnp.where(jnp.isfinite(torque), safe.torque, torque))
+
+
+def _friction(floor: Floor, place: Array, direction: Array) -> Friction:
+    """Coefficients of the patch at a place of the floor [m], on an edge of the one ahead."""
+    dtype = place.dtype
+    if isinstance(floor, Grip):
+        return Friction(*[jnp.full((), HOLDS, dtype)] * 2)
+    return friction_on(floor, patch_at(floor, place, direction), dtype)

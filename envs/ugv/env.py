@@ -78,11 +78,6 @@ def _ranges(given: Entries) -> UGVRandomisation:
     return UGVRandomisation(**drawn)
 
 
-def _solver(settings: Entries) -> PoseSolver:
-    """A solver from its settings by name."""
-    return PoseSolver(**settings)
-
-
 @dataclass(frozen=True)
 class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     """A UGV drives along a track and moves its legs to minimise a criterion.
@@ -172,7 +167,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
     option_names = OPTIONS
-    readers: ClassVar = {"track": _track, "randomisation": _ranges, "solver": _solver}
+    readers: ClassVar = {"track": _track, "randomisation": _ranges, "solver": lambda of: PoseSolver(**of)}
 
     def __post_init__(self):
         super().__post_init__()
@@ -287,8 +282,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     ) -> Callable[[int], np.ndarray]:
         """See FunctionalEnv (extra `viz`)."""
         from stickslip.envs.rendering.scene import paint
-        from stickslip.envs.rendering.ugv import ugv_picture
-        from stickslip.envs.ugv.picture import ugv_frames
+        from stickslip.envs.ugv.picture import ugv_frames, ugv_picture
 
         frames = ugv_frames(states, infos, params, self.solver, self.preview)
         shown = ugv_picture(frames, params.vehicle, self.criterion, self.measure.unit)

@@ -1,16 +1,21 @@
-"""Conversion of UGVEnv's states into data for the renderer."""
+"""The UGV in pictures: a drive's numbers, from UGVEnv's states too, and their drawing."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
+from itertools import pairwise
+from math import hypot
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, place
-from stickslip.envs.rendering.ugv import UGVFrame
+from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Picture, Stretch
 from stickslip.envs.ugv.state import ground, places_ahead
 
 if TYPE_CHECKING:
@@ -26,6 +31,199 @@ if TYPE_CHECKING:
 
     Array: TypeAlias = jax.Array | np.ndarray
     Sampled: TypeAlias = tuple[Pose, Array, Array, Array, Array | None]
+
+WEIGHT_LENGTH, CONE_LENGTH = 1.5, 0.62
+"""Lengths of the arrow of a force that equals the weight, and of friction cones [m]."""
+SPOKES = 5
+THICK = 0.06
+"""Half the drawn thickness of the body, in its length."""
+LEGEND = (
+    ("hip-edge", "body"),
+    ("mid", "legs"),
+    ("motor", "motors"),
+    ("holds", "wheel grips: cone of friction, force of the ground"),
+    ("slides", "wheel slips"),
+)
+MOST_POINTS = 4000
+"""Points of the ground's profile."""
+
+
+@dataclass(frozen=True)
+class UGVFrame:
+    """The UGV at n stations, every leaf [n] and of NumPy. Nothing is computed but positions.
+
+    at: forces and leg angles; placed: the pose, in the world. turned: each wheel's angle in the
+    world, anticlockwise [n, 2] rad. ground: points [n, k, 2] of the profile about the vehicle, and
+    preview: points [n, m, 2] of it that are observed, without noise [m]. cost: the criterion so
+    far. status: codes of Status. start: where the drive began [m]. ground_mu: at the points of
+    `ground` [n, k], None where it is the same everywhere.
+    """
+
+    at: Station
+    placed: Pose
+    turned: np.ndarray
+    ground: np.ndarray
+    preview: np.ndarray
+    cost: np.ndarray
+    status: np.ndarray
+    start: float
+    ground_mu: np.ndarray | None = None
+
+    def wheels(self, name: str) -> np.ndarray:
+        """An entry of the contacts of the rear and the front wheel [n, 2, ...]."""
+        return np.stack([getattr(side, name) for side in (self.placed.rear, self.placed.front)], 1)
+
+    @property
+    def hinges(self) -> np.ndarray:
+        """Hinges of both legs [n, 2, 2] m."""
+        return np.stack([self.placed.rear_hinge, self.placed.front_hinge], axis=1)
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Friction along the ground, normal force [N] and mu of both wheels [n, 2, 3]."""
+        return np.stack([np.stack(of, axis=-1) for of in self.at.wheels], axis=1)
+
+    @property
+    def mu(self) -> np.ndarray:
+        """Under the wheels, the lesser of them [n]."""
+        return self.forces[..., 2].min(axis=1)
+
+    @property
+    def demand(self) -> np.ndarray:
+        """The greater |F| / N of both wheels [n]; infinite without a load."""
+        friction, normal, _ = np.moveaxis(self.forces, -1, 0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            each = np.where(normal > 0, np.abs(friction) / normal, np.inf)
+        return each.max(axis=1)
+
+    @property
+    def slips(self) -> np.ndarray:
+        """True where a wheel's friction is used up [n]."""
+        return (self.at.grip < 0) | (self.status == Status.WHEEL_SLIP)
+
+    @property
+    def slipping(self) -> np.ndarray:
+        """True for the wheel with the lesser margin, once the friction is used up [n, 2]."""
+        friction, normal, mu = np.moveaxis(self.forces, -1, 0)
+        margin = mu * normal - np.abs(friction)
+        return self.slips[:, None] & (margin <= margin.min(axis=1, keepdims=True))
+
+
+def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
+    """The drawing of one vehicle's drive."""
+    length, radius = float(vehicle.body_length), float(vehicle.wheel_radius)
+    reach = length + 2 * float(vehicle.leg_length)
+    hinge, centre, place = frame.hinges, frame.wheels("centre"), frame.wheels("point")
+    body = np.column_stack([hinge[:, 0], frame.placed.pitch])
+    turned = np.concatenate([centre, frame.turned[..., None]], axis=-1)
+    tangent, slipping = frame.wheels("tangent"), frame.slipping
+    slope = np.arctan2(tangent[..., 1], tangent[..., 0])
+    friction, normal, mu = np.moveaxis(frame.forces, -1, 0)
+    normal = np.where(normal > 0, normal, np.nan)
+    contacts = tuple(
+        GroundContact(
+            place=place[:, i],
+            slope=slope[:, i],
+            friction=friction[:, i],
+            normal=normal[:, i],
+            mu_static=mu[:, i],
+            mu_kinetic=mu[:, i],
+            slips=slipping[:, i],
+        )
+        for i in (0, 1)
+    )
+    ground, stretches = _ground(frame)
+    seen = frame.preview if frame.preview.shape[1] else None
+    words = {} if seen is None else {"motor": "motors; ground seen ahead"}
+    return Drawing(
+        points=np.stack([hinge[:, 0], centre[:, 0], hinge[:, 1], centre[:, 1]], axis=1),
+        bodies=np.concatenate([body[:, None], turned], axis=1),
+        parts=_parts(length, radius),
+        contacts=contacts,
+        ground=ground,
+        stretches=stretches,
+        focus=place.mean(axis=1),
+        span=2.4 * reach,
+        height=1.1 * reach,
+        left=0.45,
+        low=0.22 * reach,
+        reach=CONE_LENGTH,
+        force=WEIGHT_LENGTH,
+        weight=float(vehicle.weight),
+        seen=seen,
+        legend=tuple((role, words.get(role, about)) for role, about in LEGEND),
+    )
+
+
+def ugv_picture(frame: UGVFrame, vehicle: UGVParams, criterion: str, unit: str) -> Picture:
+    """A drive with the numbers above it; vehicle: not a batch. criterion, unit: of the cost."""
+    status = Status(int(frame.status[-1]))
+    return Picture(
+        drawing=ugv_drawing(frame, vehicle),
+        numbers=(
+            ("driven [m]", np.asarray(frame.at.x - frame.start), 2),
+            ("pitch [°]", np.degrees(frame.placed.pitch), 1),
+            ("torque [N m]", np.asarray(frame.at.torque), 1),
+            ("friction / normal", frame.demand, 2),
+            (criterion.replace("_", " ") + ("" if unit == "-" else f" [{unit}]"), frame.cost, 2),
+        ),
+        slips=frame.slips,
+        states=("GRIP", "SLIP"),
+        ended="" if status == Status.OK else status.words,
+    )
+
+
+def _parts(length: float, radius: float) -> tuple[Part, ...]:
+    """Wheels, body and legs, back to front."""
+    turn = np.linspace(0, 2 * np.pi, 49)
+    rim = radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    parts = []
+    for body in (1, 2):
+        parts.append(Part("tyre", outline=rim, body=body))
+        parts.append(Part("rim", outline=0.74 * rim, body=body, edge="tyre"))
+        for angle in 2 * np.pi / SPOKES * np.arange(SPOKES):
+            along = np.array([np.cos(angle), np.sin(angle)])
+            across = 0.03 * radius * np.array([-along[1], along[0]])
+            end = 0.74 * radius * along
+            spoke = np.array([across, end + across, end - across, -across])
+            parts.append(Part("mid", outline=spoke, body=body, edge="mid"))
+    hinges = np.array([[0.0, 0.0], [length, 0.0]])
+    outline = _body_corners(hinges[0], hinges[1], THICK * length)
+    parts.append(Part("hip", outline=outline, body=0, edge="hip-edge"))
+    width = theme.BAR_WIDTH["main"] + 2.0
+    parts += [Part("mid", bars=(pair,), width=width) for pair in ((0, 1), (2, 3))]
+    parts.append(Part("hip-edge", dots=(0, 2), width=8.0))
+    parts.append(Part("motor", dots=(1, 3), width=8.0))
+    return tuple(parts)
+
+
+def _ground(frame: UGVFrame) -> tuple[np.ndarray, tuple[Stretch, ...]]:
+    """The profile over the whole drive [k, 2] m, and its stretches of one friction."""
+    points = frame.ground.reshape(-1, 2)
+    order = np.argsort(points[:, 0], kind="stable")
+    kept = order[np.unique(np.linspace(0, len(order) - 1, MOST_POINTS).astype(int))]
+    points = points[kept]
+    mu = np.full(len(points), frame.mu[0])
+    if frame.ground_mu is not None:
+        mu = np.round(frame.ground_mu.reshape(-1)[kept], 3)
+    starts = [0, *(np.flatnonzero(np.diff(mu)) + 1).tolist()]
+    edges = [*points[starts, 0].tolist(), float(points[-1, 0])]
+    stretches = (
+        Stretch(start, end, theme.floor_colour(mu[at]), f"μ {mu[at]:.3g}")
+        for (start, end), at in zip(pairwise(edges), starts, strict=True)
+    )
+    return points, tuple(stretches)
+
+
+def _body_corners(a: np.ndarray, b: np.ndarray, h: float) -> np.ndarray:
+    """Outline [5, 2] of the body about the hinges a and b, flattened at the front's upper corner;
+    h: half its thickness [m]."""
+    along = (b - a) / hypot(*(b - a))
+    up = np.array([-along[1], along[0]])
+    corners = ((-h, -h), (h, -h), (1.4 * h, 0.2 * h), (-0.2 * h, 1.8 * h), (-h, 1.8 * h))
+    ends = (a, b, b, b, a)
+    return np.array([end + x * along + y * up for end, (x, y) in zip(ends, corners, strict=True)])
+
 
 GROUND_POINTS = 361
 REACH = 4.0

@@ -71,6 +71,11 @@ def fields_of(value: Any) -> tuple[str, ...]:
     return tuple(type(value).__dataclass_fields__)
 
 
+def track_plan(name: str) -> Plan:
+    make = getattr(ugv.Track, name)
+    return Plan(make, {}, () if name == "rough" else fields_of(make().shape))
+
+
 def quick_plans() -> dict[str, Plan]:
     """Constructors that compile little."""
     walker, driver = envs.BipedEnv().make_params(), envs.UGVEnv().make_params()
@@ -103,7 +108,8 @@ def long_plans() -> dict[str, Plan]:
     marked = ("nan", "inf")
     inverse = state | {"params": model, "duration": 0.5, "crank_acceleration": 0.0}
     edges = {"edges": np.asarray([0.1]), "mu_static": np.ones(2), "mu_kinetic": np.ones(2)}
-    track = {"x": [0.0, 1.0], "y": [0.0, 0.0]}
+    track, flat = {"x": [0.0, 1.0], "y": [0.0, 0.0]}, ugv.Track.flat()
+    placed = {"params": ugv.UGVParams(), "track": flat, "x_front": 4.0, "leg_angles": [1.5, 1.5]}
     found = {
         "Scene.grip": Plan(Scene.grip, {}, SCENE),
         "Scene.patches": Plan(Scene.patches, {"edges": [0.1], "mu_static": [0.5, 0.5]}, SCENE),
@@ -124,8 +130,11 @@ def long_plans() -> dict[str, Plan]:
         "Paper": Plan(biped.Paper),
         "RK4Split": Plan(biped.RK4Split),
         "UGVParams.replace": Plan(ugv.UGVParams().replace, {}, fields_of(ugv.UGVParams())),
-        "Track.bump": Plan(ugv.Track.bump),
-        "Track.flat": Plan(ugv.Track.flat),
+        **{name: track_plan(name) for name in ugv.TRACKS},
+        "Track.resampled": Plan(flat.resampled, {"start": 0.0, "end": 1.0, "pieces": 4}),
+        "Odometer.along": Plan(ugv.Odometer.along, {"track": flat}),
+        "pose": Plan(ugv.pose, placed),
+        "equilibrium": Plan(ugv.equilibrium, placed),
         "Track.from_points": Plan(ugv.Track.from_points, track),
         "Surface.patches": Plan(ugv.Surface.patches, {"edges": [1.0], "factors": [1.0, 0.5]}),
         "PoseSolver": Plan(ugv.PoseSolver),

@@ -10,8 +10,7 @@ import numpy as np
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, styled
-from stickslip.envs.rendering.ugv import ugv_drawing
-from stickslip.envs.ugv.picture import station_frames
+from stickslip.envs.ugv.picture import station_frames, ugv_drawing
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -16,8 +16,7 @@ from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.scene import paint
 from stickslip.envs.rendering.sheet import png
-from stickslip.envs.rendering.ugv import ugv_picture
-from stickslip.envs.ugv.picture import station_frames
+from stickslip.envs.ugv.picture import station_frames, ugv_picture
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined

@@ -133,15 +133,14 @@ def test_options_hold_for_one_episode(options):
 
 
 @SB3
-def test_stable_baselines3_gives_each_environment_its_own_options():
+def test_stable_baselines3_gives_options_to_all_environments():
     from stickslip.envs import SB3VecEnv
 
     env = SB3VecEnv(Pushed("same_step"), PARAMS, COUNT)
     singles = [Single(seed) for seed in range(COUNT)]
-    for given in ([*OPTIONS, {}], OPTIONS[1], {}, [{"start": 0.1 * i} for i in range(4)]):
+    for given in (OPTIONS[1], {}, OPTIONS[2]):
         env.set_options(given)
-        each = given if isinstance(given, list) else [given] * COUNT
-        close(env.reset(), [one.reset(o) for one, o in zip(singles, each, strict=True)])
+        close(env.reset(), [one.reset(given) for one in singles])
         for _ in range(3):
             obs, reward, done, infos = env.step(np.full((COUNT, 2), 0.1, np.float32))
             for i, one in enumerate(singles):
@@ -151,6 +150,9 @@ def test_stable_baselines3_gives_each_environment_its_own_options():
                 if done[i]:
                     close(infos[i]["terminal_observation"], expected[0])
                 close(obs[i], one.reset() if done[i] else expected[0])
+    env.set_options([*OPTIONS, {}])
+    with pytest.raises(ValueError, match="options differ; accepted: a dict"):
+        env.reset()
 
 
 @pytest.mark.parametrize(

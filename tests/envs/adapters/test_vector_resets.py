@@ -25,15 +25,6 @@ def test_seed_s_means_seeds_s_to_s_plus_n():
     assert firsts(toys(5), seed=20)[:3] == singles
 
 
-def test_every_bit_of_a_seed_counts():
-    seeds = [1, 1 + 2**32, 1 + 2**64, 1 + 2**200]
-    first = firsts(toys(4), seed=seeds)
-    assert len(set(first)) == len(seeds)
-    assert firsts(toys(4), seed=seeds) == first
-    assert firsts(toys(), seed=2**32 - 1)[0] == one_toy().reset(seed=2**32 - 1)[0][0]
-    assert firsts(toys(), seed=1)[0] == first[0]
-
-
 def test_none_in_a_list_of_seeds_goes_on_in_its_chain():
     env, other = toys(), toys()
     env.reset(seed=1)
@@ -121,7 +112,7 @@ def test_bad_options_of_reset_are_refused(options, message):
         env.reset(options=options)
 
 
-@pytest.mark.parametrize("seed", [[1, "a", 2], [1, -1, 2], 0.5])
+@pytest.mark.parametrize("seed", [[1, "a", 2], [1, -1, 2], 0.5, 2**32])
 def test_seeds_that_are_none_are_refused_by_name(seed):
     with pytest.raises(ValueError, match=r"seed = .*accepted: "):
         toys().reset(seed=seed)

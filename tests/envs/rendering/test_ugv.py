@@ -16,8 +16,7 @@ pytest.importorskip("matplotlib")
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.scene import paint
-from stickslip.envs.rendering.ugv import UGVFrame, ugv_picture
-from stickslip.envs.ugv.picture import ugv_frames
+from stickslip.envs.ugv.picture import UGVFrame, ugv_frames, ugv_picture
 from tests.envs.ugv.helpers import drive, task
 
 pytestmark = pytest.mark.long
