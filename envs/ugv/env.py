@@ -167,7 +167,11 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
     option_names = OPTIONS
-    readers: ClassVar = {"track": _track, "randomisation": _ranges, "solver": lambda of: PoseSolver(**of)}
+    readers: ClassVar = {
+        "track": _track,
+        "randomisation": _ranges,
+        "solver": lambda settings: PoseSolver(**settings),
+    }
 
     def __post_init__(self):
         super().__post_init__()
