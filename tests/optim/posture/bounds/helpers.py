@@ -6,6 +6,7 @@ import numpy as np
 
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem
+from stickslip.optim.problem import shortfall
 
 SHORT = UGVParams(body_length=0.7, leg_length=0.28, wheel_radius=0.2, body_mass=180.0)
 STRAIGHT = (np.pi / 2, np.pi / 2)
@@ -41,6 +42,12 @@ def drives(problem: PostureProblem, count: int, seed: int = 0) -> np.ndarray:
     return np.stack(path, 1).reshape(count, -1)
 
 
+def sample(problem: PostureProblem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values of drives, and the sums of their violated margins."""
+    value, margins = problem.evaluate_all(x)
+    return value, shortfall(margins)
+
+
 def better(problem: PostureProblem, x: np.ndarray, rounds: int = 25) -> np.ndarray:
     """Feasible drives, the best first, after a search by mixing and shaking them: [n, 2K]."""
     random = np.random.default_rng(1)
@@ -48,7 +55,7 @@ def better(problem: PostureProblem, x: np.ndarray, rounds: int = 25) -> np.ndarr
     limit = problem.leg_rate * np.diff(problem.x)[:, None]
     best = np.zeros((0, x.shape[1]))
     for round_ in range(rounds):
-        value, short = problem.sample(x)
+        value, short = sample(problem, x)
         good = x[(short <= 0) & np.isfinite(value)]
         both = np.concatenate([best, good])
         best = both[np.argsort(problem.objectives(_padded(both, len(x) * 2))[: len(both)])][:200]
