@@ -47,6 +47,8 @@ MOST_RATE = 40.0
 POSES = 4
 """Drawn of a robot or a vehicle."""
 SLOPES = np.linspace(0.0, 1.0, 21)
+HEIGHTS = (0.05, 0.1, 0.15, 0.2)
+"""Heights of steps of the default length, 0.5 m [m]."""
 ANGLES = 31
 """Angles of each leg that are tried on a slope."""
 AMPLE = 10.0
@@ -167,17 +169,27 @@ def fastest_rate(footing: Footing, mu: float) -> float:
 
 
 def vehicle_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
-    """What is told of a vehicle: the slopes that it can climb, and at what friction."""
+    """What is told of a vehicle: the slopes and steps that it can pass, and at what friction."""
     vehicle, motor = UGVParams.with_motor(path, changes)
     limit = motor.get("max_torque")
     slopes = np.array([slope_friction(vehicle, float(one), limit) for one in SLOPES])
     climbs = [[mu, steepest(slopes, mu)] for mu in frictions]
-    tables = {"slopes": Table((Column("friction"), Column("steepest_slope")), climbs)}
+    steps = []
+    for height in HEIGHTS:
+        say_stage(f"step of {100 * height:g} cm")
+        steps.append([height, step_friction(vehicle, height, limit)])
+    tables = {
+        "slopes": Table((Column("friction"), Column("steepest_slope")), climbs),
+        "steps": Table((Column("step", "m"), Column("least_friction")), steps),
+    }
     low, high = (float(one) for one in (vehicle.leg_angle_min, vehicle.leg_angle_max))
+    passed = [height for height, mu in steps if mu is not None]
+    tried = f"{passed[-1]:g} m" if passed else "none"
     facts = {
         "total mass, one side": f"{float(vehicle.weight / vehicle.gravity):.4g} kg",
         "leg angles": f"{np.degrees(low):.4g} to {np.degrees(high):.4g} degrees",
         "motor": "no limit" if limit is None else f"{limit:g} N m at each wheel",
+        "highest of the steps tried": f"{tried}, smoothed over 0.5 m",
     }
     places = 4.0 + 2 * float(vehicle.body_length + 2 * vehicle.leg_length) * np.arange(POSES)
     middle = (low + high) / 2
@@ -212,6 +224,16 @@ def steepest(needed: np.ndarray, mu: float) -> float | None:
     if last == len(needed) or not np.isfinite(needed[last]):
         return float(SLOPES[last - 1])
     return float(np.interp(mu, needed[last - 1 : last + 1], SLOPES[last - 1 : last + 1]))
+
+
+def step_friction(vehicle: UGVParams, height: float, limit: float | None) -> float | None:
+    """The least friction of a drive over a smoothed step, by dynamic programming over leg angles;
+    None where no drive passes."""
+    given: dict[str, Any] = {"friction": AMPLE, "max_torque": limit}
+    track = Track.step(height)
+    problem = PostureProblem.along(track, "friction_demand", vehicle, 0.05, **given)
+    found = solve(problem, "dp", polish=False)
+    return None if found.x is None else float(found.value)
 
 
 @styled
