@@ -1,21 +1,16 @@
 """Numbers and trees of numbers: types, frozen dataclasses as pytrees, sums, programs that run once.
 
-JAX has `jax.tree_util.register_dataclass`. Its structures compare equal (JAX 0.10) where two
-classes have as many fields and the same static ones: those of a bump and a step, say. A compiled
-program is looked up by its arguments' structure, first by hash and then by that comparison, so that
-once in some hundred processes, where two hashes happen to fall together, a step would be driven
-over by the program of a bump, without a word. Nodes registered with functions of their own compare
-their class.
+`jax.tree_util.register_dataclass` makes structures that compare equal (JAX 0.10) where two classes
+have as many fields and the same static ones, such as those of a bump and a step. JAX finds a
+compiled program by the hash of its arguments' structure and then by that comparison. Where two
+hashes collide, in one of some hundred processes, the program of a bump would drive over a step.
+Nodes registered with functions of their own compare their class.
 
-A derived part is a field with init=False, which the constructor does not take: `__post_init__`
-computes it, so that `dataclasses.replace` computes it anew from whatever was replaced, and refuses
-a derived part by name. JAX rebuilds trees without the constructor: what it puts together was
-together before.
+A derived part is a field with init=False that `__post_init__` computes: `dataclasses.replace`
+computes it anew, and refuses it by name. JAX rebuilds trees without the constructor.
 
-What prepares a robot or a track is computed when the user makes one and never again (`run_once`).
-With XLA's costly passes such a program takes seconds to compile and runs for a millisecond; without
-them it compiles in a quarter of the time and runs for two. Its numbers then differ from what the
-same function gives inside the user's own jit by roundings, as those of any two programs do.
+What prepares a robot or a track runs once (`run_once`), and without XLA's costly passes compiles in
+a quarter of the time. Its numbers differ by roundings from those inside the user's own jit.
 """
 
 from __future__ import annotations

@@ -118,8 +118,8 @@ def simulate(
     """
     if max_power is not None:
         require_one("max_power", max_power, low=0.0, strict=True, accepted="a finite power > 0 [W]")
-    drive = Torque, max_power
-    return _walk(drive, torque, params, scene, state, duration, dt, fidelity, integrator)
+    drive = Torque, max_power, torque
+    return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
 
 
 def simulate_inverse(
@@ -140,17 +140,14 @@ def simulate_inverse(
     trajectory's `torques` are what the motor must give at the end of each step [N m]; its work is
     integrated along the step. The rest as in `simulate`.
     """
-    values = crank_acceleration
-    drive = CrankMotion, None
-    return _walk(drive, values, params, scene, state, duration, dt, fidelity, integrator)
+    drive = CrankMotion, None, crank_acceleration
+    return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
 
 
 def _walk(
-    drive: tuple[type[Torque | CrankMotion], Number | None],
-    values, params, scene, state, duration, dt, fidelity, integrator,
-) -> Trajectory:  # fmt: skip
-    """`simulate` of either drive: all is checked, then compiled."""
-    kind, max_power = drive
+    kind, max_power, values, params, scene, state, duration, dt, fidelity, integrator
+) -> Trajectory:
+    """`simulate` of either kind of drive: all is checked, then compiled."""
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = integrator_of(integrator)
     require_fidelity(fidelity)
@@ -238,17 +235,7 @@ _step = jax.jit(fused(stepped, fixed=2), static_argnums=(0, 1))
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3, 4))
 def _simulate(
-    spec,
-    fidelity,
-    policy,
-    kind: type[Torque | CrankMotion],
-    count,
-    params,
-    scene,
-    state,
-    values,
-    size,
-    max_power,
+    spec, fidelity, policy, kind, count, params, scene, state, values, size, max_power
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     scene = replace(scene, payload=None)  # the model carries it
