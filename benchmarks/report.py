@@ -20,7 +20,7 @@ import jax
 
 from stickslip.agents.policy.file import installed
 from stickslip.records.files import write_whole
-from stickslip.records.table import Table, json_text
+from stickslip.records.table import Column, Table, json_text
 
 PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "gymnasium", "stable-baselines3", "torch")
 P = TypeVar("P", bound=Any)
@@ -64,8 +64,13 @@ def provenance() -> dict[str, Any]:
 
 
 def markdown(rows: list[dict[str, Any]]) -> str:
-    """A Markdown table with the first row's keys as its head; numbers to the right."""
-    return Table.of_rows(rows).markdown(aligned=True).rstrip("\n")
+    """A Markdown table with the first row's keys as its head. A column whose every cell begins with
+    a digit holds numbers, which stand to the right."""
+    words = {name: not all(str(row[name])[:1].isdigit() for row in rows) for name in rows[0]}
+    columns = [Column(name, words=word) for name, word in words.items()]
+    return Table(columns, [[row[name] for name in words] for row in rows]).markdown(aligned=True)[
+        :-1
+    ]
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:

@@ -12,7 +12,6 @@ import shlex
 import tomllib
 from collections.abc import Callable
 from importlib.util import find_spec
-from pathlib import Path
 
 import jax
 import numpy as np
@@ -164,23 +163,7 @@ def stickslip_takes(rest: list[str]) -> None:
 
 def python_takes(rest: list[str]) -> None:
     assert rest[0] == "-m"
-    found = find_spec(rest[1])
-    assert found is not None
-    flags = {one.partition("=")[0] for one in rest[2:] if one.startswith("--")}
-    assert flags <= flags_of(Path(str(found.origin))), rest[1]
-
-
-def flags_of(file: Path) -> set[str]:
-    """The flags that a module's parser, or those of its package, may take."""
-    files = file.parent.glob("*.py") if file.name == "__init__.py" else [file]
-    calls = [node for one in files for node in ast.walk(ast.parse(one.read_text("utf-8")))]
-    return {"--out", "--help"} | {
-        one.value
-        for node in calls
-        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("add_argument")
-        for one in node.args
-        if isinstance(one, ast.Constant) and isinstance(one.value, str)
-    }
+    assert find_spec(rest[1]) is not None
 
 
 def make_takes(rest: list[str]) -> None:

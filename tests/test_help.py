@@ -115,23 +115,6 @@ def test_a_line_without_a_machine_says_which_there_are(capsys, command: str):
     assert all(f" {machine} " in shown for machine in ("biped", "ugv"))
 
 
-def test_each_machine_has_flags_of_its_own(capsys):
-    for command, flags in {
-        "simulate": ("--torque", "--angles"),
-        "optimise": ("--objective", "--criterion"),
-        "train": ("--payload", "--tracks"),
-    }.items():
-        for machine, own, other in (("biped", *flags), ("ugv", *flags[::-1])):
-            shown = help_of(capsys, command, machine).partition("options:")[2]
-            assert f" {own} " in shown
-            assert f" {other} " not in shown
-            examples = help_of(capsys, command, machine).partition("options:")[0]
-            assert f"stickslip {command} {machine} " in examples
-            assert (
-                f"stickslip {command} {'ugv' if machine == 'biped' else 'biped'} " not in examples
-            )
-
-
 def given(line: str) -> dict:
     words = shlex.split(line)
     return vars(make_parser(words).parse_args(words))

@@ -79,11 +79,3 @@ def test_the_first_cell_installs_what_is_missing(
     for words in asked:
         names = words[-1].partition("[")[2].rstrip("]").split(",")
         assert {*names} <= {*extras["optional-dependencies"]}
-
-
-def test_a_badge_opens_the_notebook_of_the_repository_that_builds_the_site():
-    hooks = pytest.importorskip("documentation.hooks", reason="needs the extra docs")
-    path = NOTEBOOKS[0]
-    opens = f"({hooks.COLAB}/github/owner/name/blob/main/notebooks/{path.name})"
-    assert opens in hooks.badges(path, "owner/name")
-    assert f"({hooks.COLAB})" in hooks.badges(path, "")

@@ -7,17 +7,9 @@ import re
 
 import pytest
 
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of
 from stickslip.envs.tasks import WITHDRAWN
-
-
-def refusal(capsys, *arguments: str) -> str:
-    assert main(arguments) == WRONG_INPUT
-    said = capsys.readouterr().err
-    assert said.startswith("stickslip: error: ")
-    assert said.count("\n") == 1
-    return said
 
 
 def test_the_list_has_a_row_for_every_task_with_what_is_known(capsys, monkeypatch):
@@ -53,11 +45,6 @@ def test_json_holds_every_number(capsys):
     assert one["known"]["best"]["value"] == known.best.value
     score = one["known"]["scores"][known.by_hand.policy]["value"]
     assert score == pytest.approx(known.scale.score(known.by_hand.value))
-
-
-def test_unknown_tasks_bring_the_nearest_everywhere(capsys):
-    for arguments in (["tasks", "BipedFst-v0"], ["evaluate", "--task", "BipedFst-v0", "optimum"]):
-        assert "did you mean BipedFast-v0?" in refusal(capsys, *arguments)
 
 
 def test_evaluate_prints_scores_and_says_what_they_are(capsys, tmp_path):

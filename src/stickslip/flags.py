@@ -27,6 +27,7 @@ AXIS_VALUES = {
     "LOW:HIGH:N:log": "the same, evenly spaced in the logarithm",
     "A,B,C": "these values",
 }
+NAMES = "one or more of those below"
 POLICY = "a policy of the package, a policy file, a run's directory or a baseline, see below"
 
 
@@ -154,12 +155,14 @@ def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
 
 def tasks_flags(parser: Parser, _: object) -> None:
     """Add the tasks' names."""
-    _add_names(parser, {"tasks": {name: task.title for name, task in TASKS.items()}})
+    parser.tables = {"tasks": {name: task.title for name, task in TASKS.items()}}
+    parser.add_argument("names", nargs="*", metavar="NAME", help=NAMES)
 
 
 def policies_flags(parser: Parser, _: object) -> None:
     """Add the policies' names."""
-    _add_names(parser, _shipped())
+    parser.tables = {"policies": shipped_titles()}
+    parser.add_argument("names", nargs="*", metavar="NAME", help=NAMES)
 
 
 def export_flags(parser: Parser, _: object) -> None:
@@ -173,7 +176,7 @@ def export_flags(parser: Parser, _: object) -> None:
     add("--mu", type=float, help=about)
     add_overwrite(parser)
     parser.add_parts("changes", ("robot", "bars", "motor"))
-    parser.tables = _shipped()
+    parser.tables = {"policies": shipped_titles()}
 
 
 def reproduce_flags(parser: Parser, _: object) -> None:
@@ -194,19 +197,8 @@ def reproduce_flags(parser: Parser, _: object) -> None:
     parser.tables = {"figures": {name: one.title for name, one in FIGURES.items()}}
 
 
-def _add_names(parser: Parser, tables: dict[str, Mapping[str, str]]) -> None:
-    """Add any number of the names in a table."""
-    about = "one or more of those below"
-    parser.add_argument("names", nargs="*", metavar="NAME", help=about)
-    parser.tables = tables
-
-
 def _add_policies(parser: Parser, about: str = POLICY, nargs: str | None = None) -> None:
     parser.add_argument("who", metavar="POLICY", nargs=nargs, help=about)
-
-
-def _shipped() -> dict[str, Mapping[str, str]]:
-    return {"policies": shipped_titles()}
 
 
 def _add_scene(parser: Parser, many: bool) -> None:
@@ -230,23 +222,18 @@ def _add_scene(parser: Parser, many: bool) -> None:
             if flag_of(option) not in parser._option_string_actions:
                 under.add_argument(flag_of(option), **how)
     numbers = {f"numbers of the {one.title}, as --set NAME=VALUE": one.axes for one in every}
-    parser.tables = _names_of(every) | {of: one for of, one in numbers.items() if one} | _shipped()
+    parser.tables = _names_of(every) | {of: one for of, one in numbers.items() if one}
+    parser.tables |= {"policies": shipped_titles()}
 
 
-def robot_flags(parser: Parser, arguments: Sequence[str]) -> None:
-    """Flags of `stickslip robot`."""
-    parser.add_argument("file", metavar="FILE", help="a robot's or a vehicle's file in TOML")
-    parser.add_argument("--new", action="store_true", help="write a template to FILE, no more")
-    parser.add_argument(
-        "--machine", choices=("biped", "ugv"), default="biped", help="of the template"
-    )
-    parser.add_argument(
-        "--mu",
-        nargs="+",
-        type=float,
-        default=[0.1, 0.3, 0.6],
-        help="frictions to find the fastest motion for (default: 0.1 0.3 0.6)",
-    )
-    parser.add_argument("--out", metavar="PNG", help="the picture (default: FILE with .png)")
-    parser.add_argument("--overwrite", action="store_true", help="replace the picture")
+def robot_flags(parser: Parser, _: object) -> None:
+    """Add the machine's file and what is told of it."""
+    add = parser.add_argument
+    add("file", metavar="FILE", help="a robot's or a vehicle's file in TOML")
+    add("--new", action="store_true", help="write a template to FILE, no more")
+    add("--machine", choices=("biped", "ugv"), default="biped", help="of the template")
+    about = "frictions to find the fastest motion for (default: 0.1 0.3 0.6)"
+    add("--mu", nargs="+", type=float, default=[0.1, 0.3, 0.6], help=about)
+    add("--out", metavar="PNG", help="the picture (default: FILE with .png)")
+    add_overwrite(parser, "the picture")
     parser.add_parts("changes", ("robot", "bars", "vehicle", "motor"))

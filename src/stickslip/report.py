@@ -38,11 +38,11 @@ def require_files(given: Namespace, seconds: float) -> None:
     ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
     long; ModuleNotFoundError for a package that is missing.
     """
-    table, plot, film = (None if one is None else Path(one) for one in _paths(given))
-    if table is not None:
-        require_suffix(table, (".csv",))
-        if table.is_dir():
-            raise ValueError(f"{table} is a directory; accepted: the path of a file")
+    table, *others = Path(given.out), given.plot, given.film
+    plot, film = (None if one is None else Path(one) for one in others)
+    require_suffix(table, (".csv",))
+    if table.is_dir():
+        raise ValueError(f"{table} is a directory; accepted: the path of a file")
     if plot is not None:
         require_suffix(plot, (".png",))
         require("matplotlib.figure")
@@ -57,14 +57,10 @@ def require_files(given: Namespace, seconds: float) -> None:
     require_writable(written)
 
 
-def _paths(given: Namespace) -> tuple[str, str | None, str | None]:
-    return given.out, given.plot, given.film
-
-
 def write_simulation(given: Namespace, table: Table, plot: Maker, film: Maker) -> list[str]:
     """Write the rows and the pictures that are asked for; return their names."""
     makers = (lambda path: write_whole(path, table.csv(), overwrite=given.overwrite), plot, film)
-    pairs = zip(_paths(given), makers, strict=True)
+    pairs = zip((given.out, given.plot, given.film), makers, strict=True)
     return write_files({Path(name): make for name, make in pairs if name is not None})
 
 

@@ -55,19 +55,11 @@ def test_a_vehicle_climbs_what_friction_and_motors_let_it(tmp_path, capsys):
     assert abs(np.sin(np.arctan(firm)) - strongest) < np.diff(np.linspace(0, 1, 21))[0]
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[bars]\nrod = 9.0", "close"),
-        ('[bars]\ncrank_length = "1 s"', "bars.crank_length = '1 s' is not in m"),
-        ('machine = "car"', "machine = 'car'; accepted: 'biped'"),
-    ],
-)
-def test_a_file_that_will_not_do(tmp_path, capsys, text, message):
+def test_a_file_that_will_not_do_is_named(tmp_path, capsys):
     path = tmp_path / "my.toml"
-    path.write_text(text)
+    path.write_text("[bars]\nrod = 9.0")
     assert main(["robot", str(path)]) == 2
     said = capsys.readouterr().err
-    assert message in said
+    assert "close" in said
     assert str(path) in said
     assert not path.with_suffix(".png").exists()

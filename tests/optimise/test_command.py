@@ -107,15 +107,6 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
     assert (found["value"], found["leg_angles"], found["status"]) == (None, None, "FAILED")
 
 
-def test_a_file_that_holds_no_track_is_refused_with_its_line(capsys):
-    Path("hill.csv").write_text("x,y\n0,0\n1,high\n")
-    assert "hill.csv:3: y = 'high' is no finite number" in refusal(
-        capsys, "ugv", "--track", "hill.csv"
-    )
-    said = refusal(capsys, "ugv", "--track", "hill.csv", "--track-option", "height=1")
-    assert "a track in a file has no 'height'; accepted: interpolation" in said
-
-
 def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "cma", None)
     assert "stickslip[optim]" in refusal(capsys, *SMALL[1:], "--method=cma", "--seed=1")

@@ -1,7 +1,6 @@
 """The figures' data, read again from the files that the command writes."""
 
 import csv
-import json
 import re
 from pathlib import Path
 
@@ -10,7 +9,6 @@ import pytest
 
 from stickslip.cli import OK, main
 from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.ugv import UGVParams
 from stickslip.paper import bump
 from stickslip.paper.figure import FIGURES
 from stickslip.paper.slip import walk
@@ -151,31 +149,6 @@ def test_the_foot_slips_exactly_below_the_greatest_need_of_friction(out: Path):
     assert len(set(slips.values())) == 2
 
 
-def test_the_mirrored_posture_needs_the_mirrored_torque(ugv: Path):
-    table = Table(ugv / "fig24.csv")
-    for here, mirrored in (("30/100°", "100/30°"), ("90/90°", "90/90°")):
-        up, down = (table.numbers(f"torque on each wheel, {name}") for name in (here, mirrored))
-        assert -up.min() == pytest.approx(down.max(), rel=5e-3)
-        assert up.max() == pytest.approx(-down.min(), rel=5e-3)
-
-
-@pytest.mark.usefixtures("float64")
-def test_every_pair_of_angles_whose_wheels_are_clear_is_drawn():
-    held = bump.all_pairs(bump.along_bump(UGVParams(), 2 * SAMPLES + 1))
-    torque = np.max(np.abs(held.stations.torque), axis=1)
-    largest = dict(zip(held.pairs, torque, strict=True))
-    every = {(rear, front) for rear in range(30, 151, 10) for front in range(30, 151, 10)}
-    legs = {pair: 0.35 * np.exp(1j * np.radians(pair)) for pair in every}
-    apart = {pair: abs(0.83 - front.conjugate() - rear) for pair, (rear, front) in legs.items()}
-    clear = {pair for pair, distance in apart.items() if distance >= 0.56}
-    assert set(largest) == clear  # wheels of 0.28 m would overlap in the others
-    assert {(30, 100), (150, 70)} < clear < every
-    for (rear, front), peak in largest.items():
-        assert peak == pytest.approx(largest[front, rear], rel=0.03)
-    rear, front = max(largest, key=largest.__getitem__)
-    assert rear != front
-
-
 def test_free_legs_vary_the_torque_less_at_the_points_and_more_between_them(ugv: Path):
     table = Table(ugv / "fig25.csv")
     x, at = table.numbers("front wheel"), slice(None, None, bump.BETWEEN)
@@ -195,20 +168,3 @@ def test_free_legs_vary_the_torque_less_at_the_points_and_more_between_them(ugv:
     assert varied[bump.FREE] < varied[bump.LIMITED] < 0.99 * varied[bump.HELD]
     assert dense[bump.LIMITED] < dense[bump.HELD]
     assert dense[bump.FREE] > varied[bump.FREE]
-
-
-def test_overwrite_replaces_and_other_figures_stay(
-    out: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-):
-    command = ["reproduce", "fig11", "--out", str(tmp_path), f"--samples={SAMPLES}"]
-    (tmp_path / "fig11.csv").write_text("mine")
-    (tmp_path / "fig12.csv").write_text("mine")
-    assert main([*command, "--overwrite"]) == OK
-    shown = capsys.readouterr()
-    assert (tmp_path / "fig11.csv").read_bytes() == (out / "fig11.csv").read_bytes()
-    assert (tmp_path / "fig12.csv").read_text() == "mine"
-    assert "[1/1] fig11" in shown.err
-    assert main([*command, "--overwrite", "--json"]) == OK
-    claims = json.loads(capsys.readouterr().out)["claims"]
-    assert {row["figure"] for row in claims} == {"fig11"}
-    assert shown.out.count("fig11: ") == len(claims)

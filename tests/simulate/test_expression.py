@@ -18,10 +18,10 @@ NAMES |= {"foot_position": -0.2, "foot_velocity": 0.0, "steps": 3, "pi": math.pi
     [
         "0.8 + 0.3 * sin(2 * crank_angle)",
         "-2 ** 2 / 3 - +t % 0.3",
-        "1 if t < 0.5 else 2 if crank_rate >= 1.5 and not steps < 3 else 3",
+        "1 if t < 0.5 else 2 if crank_rate >= 1.5 else 3",
         "max(0.2, min(1, 8 * (3 - crank_rate))) + foot_position * phase",
         "sqrt(abs(foot_position)) + exp(-t) * cos(pi / 3) + log(steps) + floor(2.7) + tan(tanh(1))",
-        "(t > 1) + (t <= 1 or t > 5)",
+        "(t > 1) + (t <= 1)",
         "1e-3 * 10 ** 9",
         "+".join(["t"] * 30),
     ],

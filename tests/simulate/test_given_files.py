@@ -42,16 +42,6 @@ def test_times_and_torques_are_read_and_interpolated(content: str):
         found.at(np.array([0.0, 0.4]))
 
 
-def test_a_damaged_file_is_refused_by_name_and_line():
-    for content, said in (
-        (HEAD + "0,1\n1,nan\n", "given.csv:3: torque = 'nan' is no finite number"),
-        ("time,torqe\n0,1\n", r"no column 'torque' among .*did you mean torqe"),
-        ("time,torque [lbf.ft]\n0,1\n", "is in 'lbf.ft'; accepted: Nm, mNm, "),
-    ):
-        with pytest.raises(ValueError, match=said):
-            recorded(content)
-
-
 def test_a_file_of_another_kind_is_told_from_arithmetic():
     Path("t").write_text("0,1")
     with pytest.raises(ValueError, match=r"accepted: a \.csv"):

@@ -31,9 +31,7 @@ ROLLS = 1.1
 LENGTH = re.compile(r"(.*\d\.?)\s*(mm|cm|m|km)?")
 
 
-def vehicle_on_track(
-    given: Namespace,
-) -> tuple[UGVParams, Survey, dict[str, float | None]]:
+def vehicle_on_track(given: Namespace) -> tuple[UGVParams, Survey, dict[str, Any]]:
     """Vehicle, ground and limits of a drive: those that PostureProblem takes by name.
 
     The motors' torque limit is --max-torque, else that of the vehicle's file.
@@ -43,7 +41,7 @@ def vehicle_on_track(
     survey = survey_of(given.track, given.track_options, treatments)
     torque = motor.get("max_torque", math.inf) if given.max_torque is None else given.max_torque
     limits = {"leg_rate": finite(given.leg_rate), "max_torque": finite(torque)}
-    return vehicle, survey, limits | {"friction": given.friction}
+    return vehicle, survey, {**limits, "friction": given.friction}
 
 
 def finite(limit: float) -> float | None:

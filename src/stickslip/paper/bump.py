@@ -40,13 +40,6 @@ Pair = tuple[float, float]
 """Angles of the rear and the front leg [degrees]."""
 
 
-class Held(NamedTuple):
-    """Pairs of leg angles held over the bump; stations [pairs, K]."""
-
-    pairs: Sequence[Pair]
-    stations: Station
-
-
 class Drive(NamedTuple):
     """A trajectory of the legs, which turn evenly between its points: stations at BETWEEN times as
     many points; torque variation at its own points and at those [N^2 m]."""
@@ -75,29 +68,24 @@ def statics(vehicle: UGVParams, samples: int) -> Result:
     if not drawn:
         raise ValueError(f"legs from {low:g} to {high:g} degrees; accepted: a range with 90")
     torques = np.asarray(_stations(problem, drawn).torque)
-    every = all_pairs(problem)
     named = {name_of(pair): torque for pair, torque in zip(drawn, torques, strict=True)}
     panel = curves("torque on each wheel", "N m", named, (0.0,))
-    at = every.stations
-    fine = np.all(np.asarray(at.status) == Status.OK, axis=1)
-    count = f"{int(np.sum(fine))} of {len(every.pairs)} pairs pass"
+    at = all_pairs(problem)
+    passing = np.all(np.asarray(at.status) == Status.OK, axis=1)
+    count = f"{int(np.sum(passing))} of {len(passing)} pairs pass"
     passes = claim("fig24", "passes", f"{count}: {_needs(at)} above the ground or more")
     return Result(WHEEL, problem.x, [panel], [passes])
 
 
-def all_pairs(problem: PostureProblem) -> Held:
-    """Every pair of the vehicle's range by STEP degrees whose wheels do not overlap."""
+def all_pairs(problem: PostureProblem) -> Station:
+    """Stations [pairs, K] of every pair of angles held, by STEP degrees in the vehicle's range,
+    whose wheels do not overlap."""
     ends = (problem.params.leg_angle_min, problem.params.leg_angle_max)
     low, high = (round(float(np.degrees(end))) for end in ends)
     angles = range(low, high + 1, STEP)
-    pairs = [(rear, front) for rear in angles for front in angles]
-    found = _stations(problem, pairs)
-    clearance = np.asarray(found.wheel_clearance)[:, 0]
-    fits = clearance >= 0
-    return Held(
-        [pair for pair, clear in zip(pairs, fits, strict=True) if clear],
-        found.map(lambda of: of[fits]),
-    )
+    found = _stations(problem, [(rear, front) for rear in angles for front in angles])
+    fits = np.asarray(found.wheel_clearance)[:, 0] >= 0
+    return found.map(lambda of: of[fits])
 
 
 def _stations(problem: PostureProblem, pairs: Sequence[Pair]) -> Station:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
 
 HEIGHT = 2.6
 """Of a panel [inches]."""
+TEXTS = json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
+"""Statements and reasons by figure and claim."""
 
 
 class Claim(NamedTuple):
@@ -30,10 +31,6 @@ class Claim(NamedTuple):
     stated: str
     measured: str
     why: str
-
-    def of_own_machine(self) -> Claim:
-        """Our measurement alone: the chapter states nothing of another machine."""
-        return self._replace(stated="", why="")
 
 
 @dataclass(frozen=True)
@@ -75,15 +72,9 @@ def curves(
     return Panel(title, unit, lines, limits)
 
 
-@cache
-def _texts() -> dict[str, dict[str, dict[str, str]]]:
-    """Statements and reasons by figure and claim, of claims.json."""
-    return json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
-
-
 def claim(figure: str, name: str, measured: str) -> Claim:
     """A claim of claims.json with our measurement."""
-    text = _texts()[figure][name]
+    text = TEXTS[figure][name]
     return Claim(text["stated"], measured, text["why"])
 
 

@@ -46,15 +46,6 @@ class Table:
         rows = list(zip(*columns.values(), strict=True))
         return cls([Column(title) for title in columns], rows)
 
-    @classmethod
-    def of_rows(cls, rows: Sequence[Mapping[str, Any]]) -> Table:
-        """From rows by the titles of the first one. A column whose every cell begins with a digit
-        holds numbers, another one words."""
-        head = list(rows[0])
-        words = [not all(str(row[name])[:1].isdigit() for row in rows) for name in head]
-        columns = [Column(name, words=word) for name, word in zip(head, words, strict=True)]
-        return cls(columns, [[row[name] for name in head] for row in rows])
-
     def rounded(self, digits: int) -> Table:
         """Round floats to so many significant digits, as text; None becomes empty."""
 

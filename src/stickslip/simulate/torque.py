@@ -7,7 +7,6 @@ import ast
 import math
 import sys
 from dataclasses import dataclass
-from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -56,9 +55,6 @@ OPERATORS: dict[type[ast.AST], str] = {
     ast.LtE: "less_equal",
     ast.Gt: "greater",
     ast.GtE: "greater_equal",
-    ast.And: "logical_and",
-    ast.Or: "logical_or",
-    ast.Not: "logical_not",
 }
 """Names in NumPy and JAX."""
 ACCEPTED = (
@@ -124,10 +120,12 @@ class Expression:
     """A torque [N m] of a BipedState, for `simulate`: "0.8 + 0.3 * sin(2 * crank_angle)".
 
     Hashable by its text, so that the same text is compiled once. Nothing of the text is ever run:
-    its parts are looked up, one by one; ValueError for others than ACCEPTED.
+    its parts are looked up, one by one; ValueError for others than ACCEPTED. limit: where the
+    torque saturates [N m].
     """
 
     text: str
+    limit: float = math.inf
 
     def __post_init__(self):
         if len(self.text) > LONGEST:
@@ -147,7 +145,8 @@ class Expression:
         dtype = jnp.asarray(state.phase).dtype
         names = {name: jnp.asarray(getattr(state, of), dtype) for name, of in STATE.items()}
         names |= {name: jnp.asarray(value, dtype) for name, value in CONSTANTS.items()}
-        return jnp.asarray(_value(self._parsed(), names, jnp), dtype)
+        torque = jnp.asarray(_value(self._parsed(), names, jnp), dtype)
+        return torque if self.limit == math.inf else jnp.clip(torque, -self.limit, self.limit)
 
     def _parsed(self) -> ast.expr:
         return ast.parse(self.text.strip(), mode="eval").body
@@ -172,8 +171,6 @@ def _value(node: ast.AST, names: Mapping[str, Any], library: Any, depth: int = 0
             return getattr(library, OPERATORS[type(op)])(*values(a, b))
         case ast.UnaryOp(op=op, operand=a) if type(op) in OPERATORS:
             return getattr(library, OPERATORS[type(op)])(*values(a))
-        case ast.BoolOp(op=op, values=parts):
-            return reduce(getattr(library, OPERATORS[type(op)]), values(*parts))
         case ast.Compare(left=a, ops=[op], comparators=[b]) if type(op) in OPERATORS:
             return getattr(library, OPERATORS[type(op)])(*values(a, b))
         case ast.IfExp(test=test, body=a, orelse=b):

@@ -65,7 +65,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
-    summary, criteria = drive_summary(problem, stations), criteria_table(problem, x)
+    summary, criteria = drive_summary(problem, stations, found.feasible), criteria_table(problem, x)
     tables = {"summary": summary, "criteria": criteria}
     tables |= {"ground": ground_table(survey)} if given.ground else {}
     show(*tables.values())
@@ -101,8 +101,8 @@ def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
         x, angles = read_posture(given.posture)
         return PostureProblem(vehicle, survey.track, x, **limits), angles.reshape(-1), survey
     spacing = SPACING if given.spacing is None else given.spacing
-    about: dict[str, Any] = {"params": vehicle, "spacing": spacing, **places, **limits}
-    problem = PostureProblem.along(survey.track, **about)
+    limits |= {"params": vehicle, "spacing": spacing} | places
+    problem = PostureProblem.along(survey.track, **limits)
     return problem, np.tile(_held(given.angles or (), problem), len(problem.x)), survey
 
 
@@ -118,7 +118,7 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
     return angles
 
 
-def drive_summary(problem: PostureProblem, at: Station) -> Table:
+def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table:
     """One row. status: the first one that is not OK. slips, rollovers: waypoints at which a
     wheel slips or the vehicle rolls over."""
     codes = np.asarray(at.status)
@@ -128,6 +128,7 @@ def drive_summary(problem: PostureProblem, at: Station) -> Table:
     return one_row(
         {
             Column("status", words=True): status,
+            Column("within_limits", words=True): "yes" if feasible else "no",
             Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
             Column("waypoints"): len(problem.x),
             Column("distance", "m"): float(problem.x[-1] - problem.x[0]),

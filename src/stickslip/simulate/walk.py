@@ -63,18 +63,6 @@ class Rates(NamedTuple):
 Torque = float | Expression | Recorded
 
 
-@dataclass(frozen=True)
-class Saturated:
-    """A torque of the state up to the motor's limit [N m]."""
-
-    law: Expression
-    limit: float
-
-    def __call__(self, state: BipedState) -> Float[Array, ""]:
-        """The torque in a state."""
-        return jnp.clip(self.law(state), -self.limit, self.limit)
-
-
 class Along(NamedTuple):
     """Numbers at every state of a walk, each [n + 1]; NaN where there is no friction. ankle, mass:
     places of the supporting ankle and of the centre of mass along the floor [m]. momentum:
@@ -146,9 +134,9 @@ def walked(
         rates = rates_at(law.rate, times, float(np.asarray(state.phase)))
         state, values = replace(state, crank_rate=rates[0]), np.diff(rates) / size
         walks = simulate_inverse
-    elif isinstance(law, Expression) and limit < np.inf:
-        values = Saturated(law, limit)
-    elif not isinstance(law, Expression):
+    elif isinstance(law, Expression):
+        values = replace(law, limit=limit)
+    else:
         values = np.clip(values, -limit, limit)
     if max_power is not None and walks is simulate:
         walks = partial(simulate, max_power=max_power)
