@@ -60,7 +60,6 @@ Keywords = ParamSpec("Keywords")
 Result = TypeVar("Result")
 State = TypeVar("State")
 Params = TypeVar("Params")
-Tree = TypeVar("Tree")
 
 
 class FunctionalEnv(ABC, Generic[State, Params]):
@@ -256,7 +255,7 @@ def bare_step(
     result = obs, after, reward, terminated, truncated, info
     nothing = jax.tree.map(jnp.zeros_like, (reward, terminated, truncated, info))
     reset = fresh_obs, fresh, *nothing[:3], nothing[3] | {"final_obs": fresh_obs, "autoreset": over}
-    return _choose(over, reset, result)
+    return jax.tree.map(partial(jnp.where, over), reset, result)
 
 
 def abstract_step(env: FunctionalEnv[State, Params], params: Any) -> tuple[Any, State, Any]:
@@ -276,10 +275,6 @@ def _step_env(
 ):
     """A kernel of its own where the reset is none: rough ground that is drawn anew."""
     return env.step_env(state, action, params)
-
-
-def _choose(condition: Bool[Array, ""], one: Tree, other: Tree) -> Tree:
-    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), one, other)
 
 
 pure_step = fused(bare_step, fixed=1)

@@ -36,7 +36,6 @@ from stickslip.dynamics.biped.recommendation import (
     DEFAULT_CRANK,
     DEFAULT_GRAVITY,
     QUANTILES,
-    WALK_PER_RADIAN,
 )
 from stickslip.dynamics.biped.settings import Setting
 
@@ -277,7 +276,8 @@ def errors(walks: Walks, paths: Path, truth: Path) -> np.ndarray:
     angle, slide = walk_errors(paths, truth)
     seconds = np.maximum(walked(truth), 1) * PERIOD * DEFAULT_TIME
     slide = slide * DEFAULT_CRANK / np.asarray(walks.params.crank)
-    joint = np.maximum(angle, slide / WALK_PER_RADIAN)
+    walk = 8 * DEFAULT_CRANK / np.pi  # of the default robot, for each radian of its crank [m]
+    joint = np.maximum(angle, slide / walk)
     return np.stack([joint, angle, slide]) / seconds
 
 

@@ -40,8 +40,6 @@ otherwise than their reference. presets: name, index of the setting.
 
 DEFAULT_CRANK, DEFAULT_GRAVITY = 0.030, 9.81
 """Crank length and gravity of the default robot [m, m/s^2], whose scales all numbers have."""
-WALK_PER_RADIAN = 8 * DEFAULT_CRANK / math.pi
-"""Distance that the default robot walks for each radian of its crank [m]: 8 l8 in half a turn."""
 
 QUANTILES = (0.5, 0.95, 0.99)
 """Shares of all walks for which a bound of the error is measured."""

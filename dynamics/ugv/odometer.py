@@ -234,12 +234,8 @@ def _distance(odometer: Odometer, x: jax.Array) -> jax.Array:
     return (x - start) + odometer.excess_at(x, jnp.zeros_like(x))
 
 
-def _excess_of(odometer: Odometer, x: jax.Array) -> jax.Array:
-    return odometer.excess_at(x, jnp.zeros_like(x))
-
-
 _integrals = run_once(_pieces)
-_excess_once = run_once(_excess_of)
+_excess_once = run_once(lambda odometer, x: odometer.excess_at(x, jnp.zeros_like(x)))
 
 
 def wheel_turns(

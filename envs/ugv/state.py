@@ -151,7 +151,8 @@ def observe(
     entries += [jnp.clip(at.torque / (W * r), -MAX_TORQUE, MAX_TORQUE)]
     entries += [jnp.clip(margin / W, -MAX_GRIP, MAX_GRIP) for margin in margins]
     if criterion.kind == "max":
-        unit = penalty_for(criterion.unit, params.vehicle, _usual(at), params.end - params.start)
+        mu = at.friction if jnp.ndim(at.friction) == 0 else jnp.max(at.friction)  # the better wheel
+        unit = penalty_for(criterion.unit, params.vehicle, mu, params.end - params.start)
         entries += [jnp.clip(state.cost / unit, -MAX_COST, MAX_COST)]
     seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
     if preview == 0:
@@ -177,11 +178,6 @@ def bounds(
     rows += [(0, MAX_FRICTION)] * (preview if see_friction else 0)
     lows, highs = np.asarray(rows, np.float64).T
     return lows, highs
-
-
-def _usual(at: Station) -> Array:
-    """mu of the better wheel, where they differ."""
-    return at.friction if jnp.ndim(at.friction) == 0 else jnp.max(at.friction)
 
 
 def places_ahead(preview: int, params: UGVEnvParams, dtype: DTypeLike) -> Float[Array, " n"]:

@@ -1,12 +1,15 @@
-"""Pytrees of two classes have two structures: programs are kept and found by them."""
+"""Pytrees of two classes have two structures; programs that run once keep their numbers."""
 
 from dataclasses import dataclass, field, fields
 from itertools import combinations
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
+import numpy as np
 
 from stickslip.dynamics import register_pytree
+from stickslip.dynamics.pytrees import run_once
 from tests.dataclasses_found import dataclasses_of_the_package
 
 ROOT = Path(__file__).parents[2]
@@ -73,3 +76,21 @@ def test_nothing_is_registered_by_jaxs_own_decorator():
     assert len(told) > 200
     using = [one for one in told if OTHER in one.read_text(encoding="utf-8")]
     assert using == []
+
+
+def wave(order, x):
+    for _ in range(order):
+        x = jnp.sin(x) + 0.5 * x**2
+    return x
+
+
+def test_the_value_is_the_functions_own_in_and_outside_of_transformations(dtype):
+    quick, x = run_once(wave, fixed=1), jnp.linspace(0.0, 1.0, 7, dtype=dtype)
+    near = {"rtol": 50 * float(jnp.finfo(dtype).eps)}
+    expected = wave(3, x)
+    assert quick(3, x).dtype == dtype
+    np.testing.assert_allclose(quick(3, x), expected, **near)
+    np.testing.assert_allclose(jax.jit(lambda x: quick(3, x))(x), expected, **near)
+    np.testing.assert_allclose(jax.vmap(lambda x: quick(3, x))(x), expected, **near)
+    slope = jax.vmap(jax.grad(lambda x: quick(3, x)))(x)
+    np.testing.assert_allclose(slope, jax.vmap(jax.grad(lambda x: wave(3, x)))(x), **near)

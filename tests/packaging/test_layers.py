@@ -137,7 +137,7 @@ def test_no_file_leads_round_to_itself():
 ROOMS = {
     "dynamics": ("biped", "ugv"),
     "optim": ("gait", "posture", "instances.biped", "instances.ugv"),
-    "envs": ("biped", "ugv", "rendering.ugv"),
+    "envs": ("biped", "ugv"),
     "agents": ("biped", "ugv"),
 }
 """Folders of a layer that know what a machine is; no other file of the layer does."""

@@ -58,14 +58,12 @@ class Start:
 
 
 class March(NamedTuple):
-    """What came of the walks, one entry a walk: work [J], path of the foot [m], switches in all and
-    at most in a call, calls to the end; sound: every number of every call was finite, and the phase
-    inside the support phase."""
+    """Results, one entry a walk: work [J], switches in all and at most in a call, calls to the end;
+    sound: every number of every call was finite, and the phase inside the support phase."""
 
     state: BipedState
     contact: Contact
     work: Any
-    path: Any
     switches: Any
     most_switches: Any
     calls: Any
@@ -106,7 +104,7 @@ def _march(model, scenes, states, torques, sizes, counts) -> March:
     first = jax.eval_shape(go, model, scenes, states, torques, sizes)[1]
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), first)
     zero, none = jnp.zeros_like(torques), jnp.zeros_like(counts)
-    begin = March(states, blank, zero, zero, none, none, none, counts == counts)
+    begin = March(states, blank, zero, none, none, none, counts == counts)
 
     def body(_, now: March) -> March:
         state, contact = go(model, scenes, now.state, torques, sizes)
@@ -114,7 +112,6 @@ def _march(model, scenes, states, torques, sizes, counts) -> March:
             state,
             contact,
             work=now.work + contact.work,
-            path=now.path + contact.slide_distance,
             switches=now.switches + contact.switches,
             most_switches=jnp.maximum(now.most_switches, contact.switches),
             calls=now.calls + 1,
