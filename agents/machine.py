@@ -17,8 +17,6 @@ from stickslip.agents.untrusted import RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.protocol import AnyEnv, AnyPlayer
@@ -85,10 +83,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Module with the MEASURES of its episodes."""
     evaluated: ClassVar[tuple[str, ...]] = ("return", "duration", "failures")
     """Columns of evaluations.csv; "return" among them."""
-    episode: ClassVar[tuple[str, ...]] = ("episodes", "return", "duration")
-    """Columns of metrics.csv about the training episodes."""
-    film: ClassVar[str] = "episode.gif"
-    """Name of the animation that a finished run leaves."""
     frames: ClassVar[float] = 25.0
     """Pictures a second of animations, at most one a control step."""
     film_time: ClassVar[float | None] = None
@@ -201,15 +195,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """The task of a training run. ValueError for numbers that do not go together."""
         env, params = self.standard_task()
         return TrainingTask(env, params, params, params)
-
-    def summary(self, ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
-        """`episode` of training episodes. ended: what the last infos held, each [episodes >= 1];
-        period: of a step [s]."""
-        return {
-            "episodes": len(ended["episode_return"]),
-            "return": float(ended["episode_return"].mean()),
-            "duration": float(ended["episode_length"].mean()) * period,
-        }
 
     # Pictures.
 

@@ -26,13 +26,20 @@ from benchmarks.report import markdown, options, provenance, put_between
 from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put
 from stickslip.agents.evaluation.rollout import is_random
 from stickslip.agents.machine import machine_by_name, read_configuration
-from stickslip.agents.policy.file import load_policy, named_task_entry, save_policy
-from stickslip.agents.policy.record import EARNED, TRAINED, every_record, record_of
+from stickslip.agents.policy.file import (
+    EARNED,
+    TRAINED,
+    every_record,
+    load_policy,
+    named_task_entry,
+    read_policy,
+    record_of,
+    save_policy,
+)
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.training.configuration import command_of
-from stickslip.agents.training.directory import CONFIG, VERSIONS, read_columns, read_config
+from stickslip.agents.training.directory import CONFIG, POLICY, read_columns, read_config
 from stickslip.agents.training.run import best_evaluation
-from stickslip.agents.untrusted import read_text
 from stickslip.envs import TASKS, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
@@ -112,7 +119,8 @@ def _is_finished(path: Path, timesteps: int) -> bool:
 def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> Path:
     """Write a run's policy with its record and what it earns on the task's own episodes."""
     config: Any = read_config(run.path)
-    versions, machine = json.loads(read_text(run.path / VERSIONS)), provenance()["machine"]
+    policy, about = read_policy(run.path / POLICY)
+    versions, machine = about["versions"], provenance()["machine"]
     record = {
         "config": json.loads(config.to_json()),
         "seeds_tried": [one.seed for one in configurations(task)],
@@ -121,7 +129,7 @@ def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> P
         "versions": {name: versions[name] for name in COMPUTES if name in versions},
         "machine": {name: machine[name] for name in MACHINE},
     }
-    return write(task, load_policy(run.path / "policy.npz"), record, folder)
+    return write(task, policy, record, folder)
 
 
 def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folder: Path) -> Path:

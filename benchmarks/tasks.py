@@ -22,7 +22,7 @@ from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.policy.record import record_of
+from stickslip.agents.policy.file import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path, short_name
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams

@@ -66,7 +66,7 @@ def episode_page() -> str:
 
 
 def store_episode(page: str) -> None:
-    """Store the episode of a page that `stickslip view biped-ice --html PAGE` has written."""
+    """Store the episode of a page that `stickslip view biped-ice --out PAGE` has written."""
     text = Path(page).read_text(encoding="utf-8")
     title, lead, data = (
         re.search(pattern, text, re.DOTALL)[1]  # type: ignore[index]

@@ -32,12 +32,9 @@ ADDED = {
     "reproduce": ("--samples", "24"),
 }
 """By command: what makes less of it, in place of what the line says."""
-STEPS = {"sac": "2000", "ugv": "16384"}
+STEPS = {"ugv": "16384"}
 """Of a training that names this; of all others LEAST."""
 LEAST = "32768"
-THEIRS = """instance,method,seed,evaluations,value
-gait-time-d16-v2,theirs,0,40,0.4
-"""
 POLICIES = {"policy.npz": "biped-sprint", "walk.npz": "biped-steady"}
 """Files that pages take for granted."""
 
@@ -78,7 +75,6 @@ def test_the_commands_of_a_page_run_one_after_the_other(lines, tmp_path: Path, m
     monkeypatch.chdir(tmp_path)
     for file, policy in POLICIES.items():
         shutil.copy(policy_path(policy), file)
-    Path("theirs.csv").write_text(THEIRS, encoding="utf-8")
     for line in lines:
         assert main(less(line)) == OK, (line, capfd.readouterr().err)
 

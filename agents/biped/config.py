@@ -11,7 +11,6 @@ from stickslip.dynamics.names import SCENES
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from stickslip.agents.untrusted import Json
 
 SCENE = "slippery"
 """The floor where none is named."""
@@ -20,33 +19,6 @@ HOLDS = "grip"
 
 BIPED_OBSERVATION = 10
 """Numbers in its longest observation."""
-
-SB3: dict[str, Json] = {
-    "timesteps": 6_000_000,
-    "num_envs": 256,
-    "learning_rate": 1e-3,
-    "discount": 0.99,
-    "hidden": 64,
-    "rollout_steps": 128,
-    "epochs": 6,
-    "noise": 0.22,
-    "final_noise": 0.03,
-}
-DEFAULTS: dict[str, dict[str, Json]] = {
-    "sb3": SB3,
-    "sac": {
-        **SB3,
-        "trainer": "sb3",
-        "timesteps": 300_000,
-        "num_envs": 16,
-        "batch_size": 256,
-        "learning_rate": 1e-3,
-        "final_learning_rate": 3e-4,
-        "discount": 0.98,
-        "checkpoint_interval": 25_000,
-    },
-}
-"""Defaults that differ from the fields' own; "sb3": of PPO in Stable-Baselines3."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +29,6 @@ class TrainConfig(Configuration):
     made from them.
     """
 
-    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo", "sac"))
     timesteps: int = shared("timesteps", 8_000_000)
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)
@@ -92,11 +63,6 @@ class TrainConfig(Configuration):
     noise: float = shared("noise", 0.3)
     final_noise: float = shared("final_noise", 0.02)
 
-    buffer_size: int = entry(300_000, int, "transitions remembered", "sac", low=1)
-    learning_starts: int = entry(10_000, int, "random steps beforehand", "sac", low=0)
-    gradient_steps: int = entry(8, int, "gradient steps a step of all", "sac", low=1, high=10_000)
-    soft_update: float = entry(0.005, float, "tau of the target network", "sac", low=0, high=1)
-
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
@@ -115,7 +81,17 @@ class TrainConfig(Configuration):
         "fall_penalty": 1.0,
     }
 
-    DEFAULTS: ClassVar = DEFAULTS
+    SB3: ClassVar = {
+        "timesteps": 6_000_000,
+        "num_envs": 256,
+        "learning_rate": 1e-3,
+        "discount": 0.99,
+        "hidden": 64,
+        "rollout_steps": 128,
+        "epochs": 6,
+        "noise": 0.22,
+        "final_noise": 0.03,
+    }
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:

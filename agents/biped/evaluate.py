@@ -19,8 +19,6 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import drawn_robot
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
@@ -102,23 +100,3 @@ def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
 
 
 MEASURES = Measures(keep_of, COLUMNS)
-
-
-def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
-    """Means over training episodes and ratios of sums. See Machine."""
-    names = ("return", "length", "walked", "slid", "energy", "mean_rate")
-    total, length, walked, slid, energy, rate = (
-        np.asarray(ended["episode_" + name], float) for name in names
-    )
-    fell = np.asarray(ended["status"] > Status.SLIP_ONSET, float)
-    far = walked.sum() > 0.1
-    return {
-        "episodes": len(total),
-        "return": total.mean(),
-        "duration": length.mean() * period,
-        "mean_crank_rate": np.average(rate, weights=length),
-        "speed": walked.sum() / (length.sum() * period),
-        "slip_per_metre": slid.sum() / walked.sum() if far else np.nan,
-        "energy_per_metre": energy.sum() / walked.sum() if far else np.nan,
-        "falls": fell.mean(),
-    }

@@ -21,8 +21,6 @@ BIPED_BASELINES = (
 )
 STOPPING = "stop-at-mark"
 """The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
-FILM, FRAMES = "walk.gif", 25.0
-"""The animation of a finished run, and its pictures a second."""
 AXES = {
     "mu": "static and kinetic friction of one floor",
     "mu_static, mu_kinetic": "either, of the task's floor",
@@ -35,8 +33,6 @@ AXES = {
 }
 """Axes in the help of a sweep."""
 STARTS = ("moving", "rest")
-PER_METRE = ("slip_per_metre", "energy_per_metre")
-EVALUATE = "stickslip.agents.biped.evaluate"
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
@@ -56,10 +52,12 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     )
     baselines = BIPED_BASELINES
     scenes = SCENES
-    axes, measured = AXES, EVALUATE
-    evaluated = ("return", "mean_speed", "mean_crank_rate", *PER_METRE, "falls")
-    episode = ("episodes", "return", "duration", "mean_crank_rate", "speed", *PER_METRE, "falls")
-    film, frames, film_time = FILM, FRAMES, 6.0
+    axes, measured = AXES, "stickslip.agents.biped.evaluate"
+    evaluated = (
+        *("return", "mean_speed", "mean_crank_rate", "slip_per_metre", "energy_per_metre"),
+        "falls",
+    )
+    film_time = 6.0
 
     options: ClassVar = {
         "robot": {"metavar": "FILE", "help": "another robot: its file in TOML"},
@@ -76,7 +74,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "stickslip.agents.biped.controllers": ("baseline",),
         "stickslip.agents.biped.pictures": ("as_episode",),
         "stickslip.agents.exchange.mujoco_env": ("moved_by",),
-        EVALUATE: ("summary",),
     }
 
     def env(self) -> BipedEnv:

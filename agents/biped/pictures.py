@@ -50,41 +50,25 @@ def walk_panels(
     limits, torque = () if limit is None else (-limit, limit), from_start(at.torque[1:])
     mu = at.mu_static if np.isfinite(at.mu_static).any() else None
     use = np.minimum(at.friction_use, CEILING)
+    slides = Line("distance slid, either direction", 1e3 * at.slid)
     return (
         panel("motor torque", "N m", torque, limits=limits, steps=True),
         panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
-        _beside(RATE, "rad/s", RATE, at.crank_rate, "commanded mean", commanded),
+        _beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
         _beside(
-            *(MOMENTUM, "kg m/s", "momentum", momentum),
-            *("at the commanded mean speed", cruise),
+            MOMENTUM, "kg m/s", Line("momentum", momentum), "at the commanded mean speed", cruise
         ),
-        _beside(
-            *(
-                "friction used",
-                "-",
-                "|friction| / normal",
-                use,
-            ),
-            *("static friction", mu),
-        ),
-        Panel(
-            SLIDING,
-            "mm",
-            (
-                Line("distance slid, either direction", 1e3 * at.slid),
-                Line("slide, forwards +", 1e3 * at.slide),
-            ),
-        ),
+        _beside("friction used", "-", Line("|friction| / normal", use), "static friction", mu),
+        _beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
     )
 
 
 def _beside(
-    title: str, unit: str, name: str, values: np.ndarray, other: str, dashed: np.ndarray | None
+    title: str, unit: str, line: Line, name: str, other: np.ndarray | None, dashed: bool = True
 ) -> Panel:
-    """A panel of a line, and of a dashed one where there is one."""
-    lines = [Line(name, values)]
-    lines += [] if dashed is None else [Line(other, dashed, dashed=True)]
-    return Panel(title, unit, tuple(lines))
+    """A panel of a line, and of another one where there is one."""
+    lines = () if other is None else (Line(name, other, dashed=dashed),)
+    return Panel(title, unit, (line, *lines))
 
 
 @jax.jit

@@ -245,10 +245,10 @@ def swept() -> Swept:
     """See Machine: numbers of the task, robot, scene and randomisation."""
     from stickslip.agents.sweeps.swept import Swept
 
-    short = {"mu": ("scene.mu_static", "scene.mu_kinetic")}
     how = {"parts": swept_parts, "with_parts": with_swept, "opened": opened}
-    aliases = {name: _field_of(place) for name, place in ROBOT.names.items()}
-    return Swept(UNITS, KEPT, ("slid", "walked"), short, aliases, **how)
+    aliases = {name: (_field_of(place),) for name, place in ROBOT.names.items()}
+    aliases["mu"] = ("scene.mu_static", "scene.mu_kinetic")
+    return Swept(UNITS, KEPT, ("slid", "walked"), aliases, **how)
 
 
 def _field_of(place: str) -> str:

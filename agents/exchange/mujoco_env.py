@@ -11,8 +11,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.exchange.mechanism import FEET, Mechanism, joints, mechanism, name_of
-from stickslip.agents.exchange.mjcf import Settings, joint_of, mjcf
+from stickslip.agents.exchange.mjcf import (
+    FEET,
+    Mechanism,
+    Settings,
+    joint_of,
+    joints,
+    mechanism,
+    mjcf,
+    name_of,
+)
 from stickslip.dynamics.biped import SUPPORT_START, BipedState, Contact
 from stickslip.dynamics.biped.model import loaded_params
 from stickslip.dynamics.pytrees import register_pytree

@@ -1,4 +1,4 @@
-"""Optimisers on the suite: races of methods, a table of results that others can add to, reports.
+"""Optimisers on the suite: races of methods, and reports.
 
 from stickslip.agents.optimisers import race
 
@@ -12,8 +12,7 @@ from stickslip.dynamics.lazily import loaded_when_used
 if TYPE_CHECKING:
     from stickslip.agents.optimisers.methods import METHODS, Method
     from stickslip.agents.optimisers.racing import race
-    from stickslip.agents.optimisers.report import ert, gaps, hits
-    from stickslip.agents.optimisers.runs import Run, read_results, write_results
+    from stickslip.agents.optimisers.report import Run, ert, gaps, hits, read_results
 else:
     __getattr__, __dir__ = loaded_when_used(__name__)
 
@@ -26,5 +25,4 @@ __all__ = [
     "hits",
     "race",
     "read_results",
-    "write_results",
 ]

@@ -6,12 +6,11 @@ restart until the budget ends. Libraries are imported when a method runs.
 
 from __future__ import annotations
 
-import inspect
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
@@ -172,15 +171,8 @@ METHODS = {
 
 def methods_table() -> Table:
     """A row for each method."""
-    rows = []
-    for one in METHODS.values():
-        takes = [", ".join(one.families), "convex" if one.convex else ""]
-        takes += [f"{one.goals[0]} to {one.goals[1]} goals" if one.goals != (1, 1) else ""]
-        takes += [f"{one.most} numbers at most" if one.most < MANY else ""]
-        batch = f"batches of {one.batch}" if one.batch > 1 else ""
-        only = "; ".join(filter(None, takes))
-        rows.append([f"`{one.name}`", one.library, one.about, batch, one.constraints, only])
-    heads = ("method", "library", "what", "asks for", "constraints", "takes only")
+    heads = ("method", "library", "what", "constraints")
+    rows = [[f"`{one.name}`", one.library, one.about, one.constraints] for one in METHODS.values()]
     return Table([Column(head, words=True) for head in heads], rows)
 
 
@@ -204,12 +196,5 @@ def _method(name: str, one: Optimiser | str) -> Method:
             "none of METHODS has"
         )
     if not callable(one):
-        raise ValueError(f"method {name}: {shown(one)}; accepted: a function of an objective")
-    function: Any = one
-    try:
-        inspect.signature(function).bind(None, 0)
-    except TypeError:
-        return Method(name, "a function of the user's", lambda given, seed: function(given))
-    except ValueError:  # a signature that is not known
-        pass
-    return Method(name, "a function of the user's", function)
+        raise ValueError(f"method {name}: {shown(one)}; accepted: a function of objective and seed")
+    return Method(name, "a function of the user's", one)

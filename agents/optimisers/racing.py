@@ -1,19 +1,17 @@
-"""Races: methods x instances of the suite x seeds, in processes that can be killed."""
+"""Races: methods x instances of the suite x seeds, in processes of their own."""
 
 from __future__ import annotations
 
+import multiprocessing
 import tempfile
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
-from threading import Event
 from typing import TYPE_CHECKING, Literal
 
 from stickslip.agents.optimisers.methods import METHODS, methods_of
-from stickslip.agents.optimisers.runs import Run, read_runs, table_of
-from stickslip.agents.optimisers.worker import Task, Worker
+from stickslip.agents.optimisers.report import Run, read_results
+from stickslip.agents.optimisers.worker import Task, begin_worker, make_run
 from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
@@ -41,7 +39,6 @@ def race(
     seconds: float | None = None,
     seeds: int = 3,
     outside: Literal["clip", "refuse"] = "clip",
-    limit: float = 120.0,
     out: str | Path | None = None,
     resume: bool = False,
     workers: int | None = None,
@@ -51,27 +48,26 @@ def race(
     """Run every method on every instance that suits it, with every seed; return all runs.
 
     methods: names of METHODS, or functions by names of one's own. A function takes an Objective
-    and, if it has two arguments, the seed; it minimises until the budget ends it or it returns.
-    instances: ids.
+    and a seed; it minimises until the budget ends it or it returns. instances: ids.
 
     budget: evaluations, values and gradients alike; seconds: of processor time; one of both at
-    least. seeds: how many, from 0 on. outside: see Objective. limit: time on the clock [s] after
-    which a run is killed, also inside C code, and recorded with what it had found ("timed out"), as
-    are those that raise or whose process ends. Compiling is not counted.
+    least. seeds: how many, from 0 on. outside: see Objective. A run that raises is recorded with
+    what it had found. Compiling is not counted.
 
     out: a directory that keeps each run as it is made; resume: continue with what is missing there.
     workers: processes, one for each core if None. progress: say how many runs there are, and show a
-    bar. stop: polled; StoppedError where it returns True.
+    bar. stop: polled; StoppedError where it returns True. A script that calls this needs
+    `if __name__ == "__main__":`, as for any process of multiprocessing.
 
     ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
+    OSError where a run ends its process.
     """
     names = [instances] if isinstance(instances, str) else list(instances)
-    require_scalar("limit", limit, low=0.0, strict=True, accepted="a time > 0 [s]")
     tasks, left_out = _tasks(methods, names, seeds, (budget, seconds, outside))
     if resume and out is None:
         raise ValueError("resume without out; accepted: with the directory of the race")
-    threads = cores_here() if workers is None else require_integer("workers", workers, high=256)
-    require("cloudpickle", "a race", "sweep")
+    count = cores_here() if workers is None else require_integer("workers", workers, high=256)
+    dumps = require("cloudpickle", "a race", "sweep").dumps
     if progress:
         pairs = f"{len(left_out)} pairs of method and instance do not suit each other"
         print(f"{len(tasks)} runs; {pairs}", flush=True)
@@ -79,31 +75,25 @@ def race(
         folder = stack.enter_context(tempfile.TemporaryDirectory()) if out is None else ""
         path = Path(folder) / "race" if out is None else Path(out)
         stack.enter_context(only_writer(path, "racing"))
-        count = len(tasks)
-        head = open_store(
-            path, "race", definition=_definition(tasks), cells=count, about={}, resume=resume
-        )
-        todo, ended, idle = missing_cells(path, "race"), Event(), SimpleQueue[Worker]()
-        bar = stack.enter_context(Bar("race", count, "run", progress, at=count - len(todo)))
-
-        def play(number: int) -> Run:
-            worker = idle.get()
-            try:
-                return worker.run(tasks[number], ended.is_set)
-            finally:
-                idle.put(worker)
+        about = {"definition": _definition(tasks), "cells": len(tasks), "about": {}}
+        head, todo = open_store(path, "race", **about, resume=resume), missing_cells(path, "race")
+        at = len(tasks) - len(todo)
+        bar = stack.enter_context(Bar("race", len(tasks), "run", progress, at=at))
+        spawn, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
+        given = {"mp_context": spawn, "initializer": begin_worker}
+        pool = stack.enter_context(ProcessPoolExecutor(count, **given))
 
         def keep(number: int, run: Run) -> None:
-            write_cell(path, number, head, table_of([run]))
+            write_cell(path, number, head, run.table())
             bar.advance()
 
-        for _ in range(threads):
-            idle.put(worker := Worker(limit))
-            stack.callback(worker.close)
-        pool = stack.enter_context(ThreadPoolExecutor(threads))
-        stack.callback(ended.set)  # before the pool waits for its runs
-        run_cells(partial(pool.submit, play), keep, todo, stop)
-        return read_runs(path)
+        try:
+            run_cells(lambda one: pool.submit(make_run, dumps(tasks[one])), keep, todo, stop)
+        except BaseException:
+            for one in set(multiprocessing.active_children()) - set(others):
+                one.kill()  # the pool would wait for its runs
+            raise
+        return read_results(path)
 
 
 def _tasks(

@@ -1,25 +1,116 @@
-"""Results of races: gaps, expected running times, ECDF plots."""
+"""Runs of optimisers, as a race keeps them, and reports: gaps, running times, ECDFs."""
 
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.optimisers.runs import FAILED, OUTCOMES
+from stickslip.agents.sweeps.cells import CELL_FILE, cell_files
+from stickslip.agents.untrusted import RefusedError, reading
+from stickslip.dynamics.checks import nearest, shown
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
 from stickslip.optim.instances.instance import suite
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-    from pathlib import Path
+    from collections.abc import Iterable, Mapping, Sequence
 
-    from jaxtyping import Float
+    import pyarrow as pa
+    from jaxtyping import Float, Int
 
-    from stickslip.agents.optimisers.runs import Run
     from stickslip.optim.instances.instance import Instance
+
+
+OUTCOMES = ("spent", "ended", "raised")
+"""The budget ended it, it ended by itself, it raised."""
+COUNTED = ("values", "gradients", "batches", "clipped", "refused", "not_numbers")
+"""Counters of `Record` that a run keeps."""
+ARRAYS = {"evaluations": np.int64, "seconds": float, "values": float, "point": float}
+DIGITS = 12
+"""Digits of a digest that are compared."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of a method on an instance with a seed.
+
+    outcome: of OUTCOMES. message: why it failed. inside: whether the method works on the problem
+    itself. counts: by COUNTED. digest: of the instance.
+    evaluations: values and gradients so far; seconds: processor time so far [s]; values: best
+    feasible value so far, see EventRecord, NaN for none [rows]: one for each improvement, the last
+    of the end. point: free numbers of the last value.
+    """
+
+    instance: str
+    method: str
+    seed: int
+    outcome: str
+    message: str
+    inside: bool
+    counts: Mapping[str, int]
+    digest: str
+    evaluations: Int[np.ndarray, "rows"] = field(repr=False)
+    seconds: Float[np.ndarray, "rows"] = field(repr=False)
+    values: Float[np.ndarray, "rows"] = field(repr=False)
+    point: Float[np.ndarray, "n"] | None = field(repr=False, default=None)
+
+    @property
+    def key(self) -> tuple[str, str, int]:
+        """Instance, method and seed."""
+        return self.instance, self.method, self.seed
+
+    @property
+    def best(self) -> float:
+        """The best feasible value; NaN where there is none."""
+        return float(self.values[-1])
+
+    def table(self) -> pa.Table:
+        """An Arrow table of one row, arrays as lists."""
+        import pyarrow as pa
+
+        row = vars(self)
+        lists = {name: row[name].tolist() for name in ARRAYS if row[name] is not None}
+        return pa.Table.from_pylist([row | lists])
+
+
+def read_results(*paths: str | Path) -> list[Run]:
+    """Runs of races' directories, together.
+
+    ValueError naming the file or directory: for damage, unknown instances, instances with other
+    numbers, and for runs that two directories hold.
+    """
+    if not paths:
+        raise ValueError("no directory; accepted: one at least")
+    found: dict[tuple[str, str, int], tuple[Path, Run]] = {}
+    for path in map(Path, paths):
+        for file in cell_files(path, "race").values():
+            run = _read(file)
+            if (other := found.setdefault(run.key, (path, run))[0]) != path:
+                raise ValueError(
+                    f"{path}: {run.method} on {run.instance} with seed {run.seed} is also in "
+                    f"{other}; accepted: each run once; give yours another method's name"
+                )
+    return [run for _, run in found.values()]
+
+
+def _read(file: Path) -> Run:
+    from pyarrow import parquet
+
+    with reading(file, CELL_FILE):
+        (row,) = parquet.read_table(file).to_pylist()
+        lists = {name: row[name] for name in ARRAYS if row[name] is not None}
+        run = Run(**row | {name: np.array(one, ARRAYS[name]) for name, one in lists.items()})
+        if (one := suite().get(run.instance)) is None:
+            near = nearest(run.instance, suite())
+            raise RefusedError(f"instance {shown(run.instance)} is unknown{near}")
+        if one.known and not one.known.digest.startswith(run.digest[:DIGITS]):
+            raise RefusedError(f"digest {run.digest} is not that of {run.instance} here")
+        return run
+
 
 Cost: TypeAlias = Literal["evaluations", "seconds"]
 COSTS: tuple[Cost, Cost] = ("evaluations", "seconds")
@@ -29,8 +120,8 @@ LEVEL, RESAMPLES = 0.95, 1000
 LEAST, REFERENCE = 1e-12, 1.1
 CLOSE = 0.01
 """Relative gap of "close", and of expected running times."""
-FIRST, NAMED = 3, 10
-"""Methods named for an instance; failed runs named."""
+FIRST = 3
+"""Methods named for an instance."""
 FAMILIES = {
     "posture": "leg angles of the UGV",
     "split": "torque split (convex)",
@@ -158,12 +249,9 @@ def counted_text(runs: Sequence[Run]) -> str:
     ]
     if moved := sum(run.counts["clipped"] + run.counts["refused"] for run in runs):
         lines.append(f"{moved:,} points lay out of bounds and were moved in or refused.")
-    failed = [run for run in runs if run.outcome in FAILED]
-    for run in failed[:NAMED]:
+    for run in (run for run in runs if run.outcome == "raised"):
         name = f"{run.method} on {run.instance}, seed {run.seed}"
-        lines.append(f"- {name}: {run.outcome}, {run.message}")
-    if len(failed) > NAMED:
-        lines.append(f"- and {len(failed) - NAMED} more")
+        lines.append(f"- {name}: {run.message}")
     return "\n".join(lines) + "\n"
 
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.pictures.film import write_film
-from stickslip.agents.pictures.plots import plot_episode
+from stickslip.agents.pictures.film import plot_episode, write_film
 from stickslip.agents.training.directory import read_columns
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import make_sheet, name_panel, save_sheet, styled
 
 if TYPE_CHECKING:
@@ -23,31 +21,26 @@ if TYPE_CHECKING:
 
     from stickslip.agents.training.configuration import Configuration, Trained
 
-TRAINED = "trained policy"
-"""Its name in tables and pictures."""
+FILM, TRAINED = "episode.gif", "trained policy"
+"""The animation of a finished run; the policy's name in pictures."""
 COLUMNS = 3
-TRAINING, TEST = theme.SUPPORT["slim"], theme.SLIDES
-EXPLAINED = (
-    "training episodes, with exploration",
-    "evaluation: whole episodes, without (band: 95 %)",
-)
-
 Curves: TypeAlias = dict[str, list[float]]
 """A run's table by columns."""
 
 
 class LearningPanel(NamedTuple):
-    """Columns of metrics.csv (training) and evaluations.csv (test), None for neither."""
+    """A column of evaluations.csv, or of metrics.csv."""
 
     title: str
-    training: str | None
-    test: str | None
+    column: str
     factor: float = 1.0
     """From the column's unit to the panel's."""
 
 
-SCORE = LearningPanel("score (0: doing nothing, 1: best known)", None, "task_score")
+SCORE = LearningPanel("score (0: doing nothing, 1: best known)", "task_score")
 """Panel of a run on a named task."""
+NOISE = LearningPanel("exploration: noise", "noise")
+"""Panel of metrics.csv."""
 
 
 def write_products(trained: Trained[Configuration]) -> list[Path]:
@@ -60,7 +53,7 @@ def write_products(trained: Trained[Configuration]) -> list[Path]:
     played = rollout(task.env, load_policy(trained.policy), shown, 0)
     title = f"The {TRAINED}" + ("" if config.task is None else f" on {config.task}")
     episode = machine.as_episode(played, task.env, shown, TRAINED)
-    film = directory / machine.film
+    film = directory / FILM
     return [
         plot_learning(directory, config),
         plot_episode(episode, directory / "episode.png", title),
@@ -70,14 +63,14 @@ def write_products(trained: Trained[Configuration]) -> list[Path]:
 
 @styled
 def plot_learning(directory: Path, config: Configuration) -> Path:
-    """Write learning.png into a run's directory from its metrics and evaluations; return it."""
+    """Write learning.png into a run's directory: its evaluations, with 95 % bands; return it."""
     machine = machine_by_name(config.machine)
     panels = learning_panels(config)
     metrics = read_columns(directory / "metrics.csv")
     tests = read_columns(directory / "evaluations.csv")
     seconds = (metrics.get("seconds") or [0.0])[-1]
     where = f"the {machine.title}" if config.task is None else config.task
-    title = f"{config.algorithm.upper()} on {where}: {seconds:.0f} s of training, evaluations aside"
+    title = f"PPO on {where}: {seconds:.0f} s of training, evaluations aside"
     rows = -(-len(panels) // COLUMNS)
     figure, axes = make_sheet(rows, COLUMNS, (11, 2.8 * rows), title)
     for axis in axes[len(panels) :]:
@@ -86,43 +79,31 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
     unit, scale = ("millions", 1e6) if config.timesteps >= 500_000 else ("thousands", 1e3)
     for axis, panel in zip(axes, panels, strict=True):
         name_panel(axis, panel.title)
-        if panel.training is not None:
-            _draw(axis, panel, metrics, panel.training, scale, color=TRAINING, lw=1.0)
-        if panel.test is not None:
-            _draw(axis, panel, tests, panel.test, scale, color=TEST, lw=1.7)
+        _draw(axis, panel, metrics if panel is NOISE else tests, scale)
     for axis in axes[-COLUMNS:]:
         axis.set_xlabel(f"control steps [{unit}]")
-    line = require("matplotlib.lines").Line2D
-    handles = [line([], [], color=TRAINING), line([], [], color=TEST, lw=1.7)]
-    figure.legend(handles, EXPLAINED, loc="outside lower right", ncols=2)
     return save_sheet(figure, directory / "learning.png")
 
 
 def learning_panels(config: Configuration) -> list[LearningPanel]:
-    """Panels of a run's learning curves: the score on a named task, `evaluated`, the noise.
-
-    Returns of training episodes are left out: their reward may be another one.
-    """
+    """Panels of a run's learning curves: the score on a named task, `evaluated`, the noise."""
     machine = machine_by_name(config.machine)
     columns = machine.measures(machine.training_task(config).env).columns
     panels = [] if config.task is None else [SCORE]
     for name in machine.evaluated:
-        column, trained = columns[name][0], name in machine.episode and name != "return"
-        factor = 100.0 if column.percent else 1.0
-        panels.append(LearningPanel(column.title, name if trained else None, name, factor))
-    noise = "entropy_weight" if config.algorithm == "sac" else "noise"
-    return [*panels, LearningPanel(f"exploration: {noise.replace('_', ' ')}", noise, None)]
+        column = columns[name][0]
+        panels.append(LearningPanel(column.title, name, 100.0 if column.percent else 1.0))
+    return [*panels, NOISE]
 
 
-def _draw(
-    axis: Axes, panel: LearningPanel, table: Curves, column: str, scale: float, **look: Any
-) -> None:
+def _draw(axis: Axes, panel: LearningPanel, table: Curves, scale: float) -> None:
     """A column of a run's table over its steps, with its 95 % band where there is one."""
+    column = panel.column
     if not table.get(column):
         return
     steps = np.asarray(table["timesteps"]) / scale
-    marker = "o" if len(steps) < 3 else None
-    axis.plot(steps, panel.factor * np.asarray(table[column]), marker=marker, ms=4, **look)
+    marker, colour = "o" if len(steps) < 3 else None, theme.SLIDES
+    axis.plot(steps, panel.factor * np.asarray(table[column]), marker=marker, ms=4, color=colour)
     if f"{column}_low" in table:
         low, high = (panel.factor * np.asarray(table[f"{column}_{end}"]) for end in ("low", "high"))
-        axis.fill_between(steps, low, high, color=look["color"], alpha=0.18, lw=0)
+        axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)

@@ -21,7 +21,6 @@ from stickslip.agents.evaluation.rollout import (
 from stickslip.agents.machine import machine_of_env
 from stickslip.agents.pictures.episodes import scale_of
 from stickslip.agents.pictures.film import write_film
-from stickslip.agents.pictures.plots import plot_episode
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.dynamics.checks import require_integer
@@ -115,18 +114,27 @@ def _play(
 
 
 def view_command(given: Options) -> None:
-    """`stickslip view`: write a page, or an animation and a plot."""
+    """`stickslip view`: write a page, or an animation of one episode."""
     asked = list(given["who"])
-    _require_flags(given, asked)
+    require_integer("seed", given["seed"], low=0, high=2**32 - 1)
+    if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
+        raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
+    _require_players(len(asked))
     named = read_named(asked)
     machine = machine_of(named)
     if machine.viewed_scene and all(one.policy is None for one in named.values()):
         given = {**given, "scenes": given["scenes"] or [machine.viewed_scene]}
     places, task = places_of(named, given, viewed=True), common_task(named, given)
-    _require_players(sum(len(place.who) for place in places))
-    files = _files(given, asked[0], places[0].label, task)
-    require_new(list(files.values()), given["overwrite"])
-    require_writable(list(files.values()))
+    count = sum(len(place.who) for place in places)
+    _require_players(count)
+    path = Path(given["out"] or _file_name(asked[0], places[0].label, task))
+    is_page = path.suffix.lower() in PAGES
+    if not is_page:
+        require_format(path)
+        if count > 1:
+            raise ValueError(f"{path} of {count} episodes; accepted: several in an .html")
+    require_new([path], given["overwrite"])
+    require_writable([path])
     lead = [place.line() for place in places] if task is None else [task_by_name(task).headline]
     played = []
     for place in places:
@@ -135,32 +143,15 @@ def view_command(given: Options) -> None:
             say_stage(f"playing {name}")
             given_by, player = Path(name).name, named[name].player(env, params)
             played.append(_play(given_by, place.label, env, player, params, given["seed"]))
-    if files.keys() & {"html", "plot"}:
-        page = _page(machine, played, task, lead)
-        if "html" in files:
-            View(page).save(files["html"], overwrite=given["overwrite"])
-        else:
-            plot_episode(page.episodes[0], files["plot"], page.title)
-    if "out" in files:
+    if is_page:
+        View(_page(machine, played, task, lead)).save(path, overwrite=given["overwrite"])
+    else:
         one = played[0]
-        say_stage(f"drawing {files['out']}")
+        say_stage(f"drawing {path}")
         about = (machine.frames, given["seconds"], True)
-        write_film(one.env, one.rollout, one.params, files["out"], *about)
+        write_film(one.env, one.rollout, one.params, path, *about)
     print("\n".join(lead))
-    print(f"Written: {', '.join(map(str, files.values()))}")
-
-
-def _require_flags(given: Options, who: list[str]) -> None:
-    """Raise ValueError for flags that contradict each other or are out of range."""
-    others = [f"--{name}" for name in ("out", "plot") if given[name]]
-    if given["html"] is not None and others:
-        raise ValueError(f"--html with {', '.join(others)}; accepted: one or the other")
-    if given["html"] is None and len(who) > 1:
-        raise ValueError(f"view of {', '.join(who)}; accepted: one, or several with --html")
-    require_integer("seed", given["seed"], low=0, high=2**32 - 1)
-    if not 0.02 <= given["seconds"] <= 3600:  # false for NaN, too
-        raise ValueError(f"seconds = {given['seconds']}; accepted: 0.02 to 3600")
-    _require_players(len(who))
+    print(f"Written: {path}")
 
 
 def _require_players(count: int) -> None:
@@ -168,35 +159,21 @@ def _require_players(count: int) -> None:
         raise ValueError(f"{count} to show; accepted: 1 to {MOST_PLAYERS} on a page")
 
 
-def _files(given: Options, who: str, place: str, task: str | None) -> dict[str, Path]:
-    """Files to write by flag, a page where Pillow is missing and no flag names a file.
-
-    ValueError for files of another kind.
-    """
-    files = {name: Path(given[name]) for name in ("html", "plot") if given[name] is not None}
-    for name, accepted in (("html", PAGES), ("plot", (".png",))):
-        if name in files:
-            require_suffix(files[name], accepted)
-    if files.keys() == {"html"}:
-        return files
-    out = Path(given["out"] or _film_name(who, place, task))
-    if not (given["out"] or files or find_spec("PIL")):
+def _file_name(who: str, place: str, task: str | None) -> str:
+    """Name of the animation, or of a page without Pillow: of a shipped policy on its own task the
+    policy's alone."""
+    kind = ".gif"
+    if not find_spec("PIL"):
         say_stage('films need Pillow (pip install "stickslip[viz]"): writing a page instead')
-        return {"html": out.with_suffix(".html")}
-    require_format(out)
-    return {**files, "out": out}
-
-
-def _film_name(who: str, place: str, task: str | None) -> str:
-    """Name of the animation: of a shipped policy on its own task the policy's alone."""
+        kind = ".html"
     shipped = shipped_path(who) is not None
     if shipped and task is not None:
-        return f"{who}.gif"
+        return who + kind
     path = policy_path(who)
     name = path.parent.name if path.name == "policy.npz" else path.name
     name = who if shipped else name.removesuffix(".npz")
     label = Path(place).stem if Path(place).is_file() else place
-    return name + "-" + re.sub(r"[^\w.+-]+", "-", label) + ".gif"
+    return name + "-" + re.sub(r"[^\w.+-]+", "-", label) + kind
 
 
 def _page(

@@ -59,31 +59,24 @@ def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Ta
     return pa.Table.from_arrays(list(made.values()), schema=pa.schema(fields))
 
 
-def read_sweep(
-    path: str | Path, columns: Sequence[str] | None = None, *, partial: bool = False
-) -> pa.Table:
-    """A sweep's rows as one PyArrow table, with units in the fields' metadata.
+def read_sweep(path: str | Path) -> pa.Table:
+    """A complete sweep's rows as one PyArrow table, with units in the fields' metadata.
 
-    columns: by default all. partial: accept a sweep that is not complete.
-    ValueError for a directory of something else, damaged files and unknown columns.
+    ValueError for a directory of something else and for damaged files.
     """
     import pyarrow as pa
     from pyarrow import parquet
 
     path = Path(path)
     files, count, parts = cell_files(path, "sweep"), read_head(path, "sweep")["cells"], []
-    if not files or (len(files) < count and not partial):
+    if len(files) < count:
         raise ValueError(
-            f"{path} holds {len(files)} of {count} cells; accepted: a complete sweep (continue it "
-            "with --resume), or partial=True with at least one cell"
+            f"{path} holds {len(files)} of {count} cells; accepted: a complete sweep, --resume "
+            "continues it"
         )
     for file in files.values():
         with reading(file, CELL_FILE):
-            known = parquet.read_schema(file).names
-        if columns is not None:
-            require_known(columns, known, "column of the sweep")
-        with reading(file, CELL_FILE):
-            parts.append(parquet.read_table(file, columns=columns))
+            parts.append(parquet.read_table(file))
     with refusing(f"{path}"):
         return pa.concat_tables(parts).unify_dictionaries()
 

@@ -1,4 +1,4 @@
-"""The two plots of a sweep: returns and failures over the axes, and how episodes end."""
+"""The plot of a sweep: returns, failures and slip over the axes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.sweeps.data import Z95, slip_of
-from stickslip.agents.sweeps.plan import ENDINGS
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import legend, make_sheet, save_sheet, styled
 
@@ -22,7 +21,6 @@ if TYPE_CHECKING:
 
 COLOURS = (*theme.PLAYERS, theme.HIP_EDGE, theme.MUTED)
 """Colours of the policies; no more are drawn."""
-NO_FAILURES = ("ok", "slip_onset", "step_complete")
 TICKS = 6
 OUTLIERS = 2.0
 """Percentiles beyond which values of a map saturate its colours."""
@@ -48,18 +46,15 @@ def drawn_axes(found: SweepArrays) -> tuple[str, ...]:
 def write_pictures(
     found: SweepArrays, path: Path, slip: tuple[str, str] | None = None
 ) -> list[Path]:
-    """Write sweep.png and, where episodes failed, endings.png, numbered where there are several
-    tasks. Nothing is drawn where nothing varies."""
+    """Write sweep.png, numbered where there are several tasks. Nothing is drawn where nothing
+    varies."""
     view, written = drawn_axes(found), []
     if not view:
         return []
     for t, task in enumerate(found.coordinates["task"]):
         number = f"-{t + 1}" if len(found.coordinates["task"]) > 1 else ""
-        panels = {"sweep": _measures(found, t, view, slip), "endings": _endings(found, t, view)}
-        for name, shown in panels.items():
-            if shown:
-                figure = _drawn(found, view, shown, str(task))
-                written.append(save_sheet(figure, path / f"{name}{number}.png"))
+        figure = _drawn(found, view, _measures(found, t, view, slip), str(task))
+        written.append(save_sheet(figure, path / f"sweep{number}.png"))
     return written
 
 
@@ -83,16 +78,6 @@ def _measures(
     if slid is not None and np.isfinite(slid[t]).any():
         panels.append(Panel("distance slid [m/m]", _mean(found, slid[t], view)))
     return panels
-
-
-def _endings(found: SweepArrays, t: int, view: Sequence[str]) -> list[Panel]:
-    """The share of each ending that is a failure."""
-    if "ending" not in found.arrays:
-        return []
-    codes = found["ending"][t]
-    failures = [one for one in np.unique(codes) if ENDINGS[one] not in NO_FAILURES]
-    shares = {ENDINGS[one]: _mean(found, (codes == one).mean(-1), view) for one in failures}
-    return [Panel(f"{name.replace('_', ' ')} [%]", 100 * one) for name, one in shares.items()]
 
 
 def _drawn(found: SweepArrays, view: Sequence[str], panels: Sequence[Panel], task: str) -> Figure:

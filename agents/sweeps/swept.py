@@ -44,10 +44,8 @@ class Swept:
     """Columns that are written of an episode, of those that the machine's measures keep; units."""
     slip: tuple[str, str] | None = None
     """Columns of the distance slid and of the distance travelled, where slip is of interest."""
-    short: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """Names that set several fields at once."""
-    aliases: Mapping[str, str] = field(default_factory=dict)
-    """Dotted names by the names of `--set`, where they differ."""
+    aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """Other names of fields, by which several may be set at once; those with a dot, of `--set`."""
     parts: Callable[[PyTree], dict[str, PyTree]] = _parts
     """Pytrees of numbers by the first word of their names, the most important first."""
     with_parts: Callable[[PyTree, Mapping[str, PyTree], Mapping[str, Number]], PyTree] = (
@@ -72,15 +70,15 @@ class Swept:
     def targets(self, params: PyTree, name: str) -> tuple[str, ...]:
         """The dotted fields that an axis sets. ValueError for an unknown name."""
         known = self.known(params)
-        name = name if name in known else self.aliases.get(name, name)
-        if name in self.short and all(one in known for one in self.short[name]):
-            return self.short[name]
         if name in known:
             return (name,)
-        shorter = {one.partition(".")[2]: one for one in reversed(known)}
-        if name in shorter and name not in self.short:
+        if name in self.aliases:
+            if set(self.aliases[name]) <= set(known):
+                return self.aliases[name]
+        elif name in (shorter := {one.partition(".")[2]: one for one in reversed(known)}):
             return (shorter[name],)
-        first = list(dict.fromkeys([*self.short, *reversed(shorter)]))
+        short = [one for one in self.aliases if "." not in one]
+        first = list(dict.fromkeys([*short, *(one.partition(".")[2] for one in known)]))
         near = nearest(name, [*known, *first, *self.aliases])
         raise ValueError(
             f"{shown(name)} is no number of this task{near}; accepted: "

@@ -37,26 +37,21 @@ UNNAMED, UNNAMED_TRAINER = "biped", "sb3"
 """The machine and the trainer of a file that names none."""
 MOST_STEPS = 10**12 - 1
 """Largest step count in the name of a checkpoint."""
-ALGORITHMS_OF = {"jax": ("ppo",), "sb3": ("ppo", "sac")}
-"""Algorithms by trainer."""
-PPO_OF_SB3 = {"algorithm": "ppo", "trainer": "sb3"}
-GROUPS = ("ppo", "sac")
-"""Algorithms whose settings stand together in files."""
-REMOVED = "shac"
-"""Settings of an algorithm of earlier versions, in the configurations of all their runs."""
+GROUP = "ppo"
+"""Files may hold the settings of PPO together under this name."""
+REMOVED = ("algorithm", "threads", "sac", "shac")
+"""Entries of files of earlier versions that no run with PPO depends on."""
 
 
-def entry(default: T, kind: Kind, about: str, of: str = "", **rule: Any) -> T:
-    """A field of a configuration. of: the algorithm or the trainer that alone has it. Where the
-    default is None, None is accepted."""
-    about = f"{of}: {about}" if of else about
+def entry(default: T, kind: Kind, about: str, **rule: Any) -> T:
+    """A field of a configuration. Where the default is None, None is accepted."""
     found = Rule(kind, about, optional=default is None, **rule)
-    return field(default=default, metadata={"rule": found, "of": of})
+    return field(default=default, metadata={"rule": found})
 
 
-def positive(default: T, about: str, of: str = "") -> T:
+def positive(default: T, about: str) -> T:
     """A field with a number > 0."""
-    return entry(default, float, about, of, low=0, strict=True)
+    return entry(default, float, about, low=0, strict=True)
 
 
 def drawn(about: str, low: float = 0.0) -> tuple[float, float] | None:
@@ -78,7 +73,6 @@ class Configuration:
     field, the value and what is accepted.
     """
 
-    algorithm: str = entry("ppo", str, "learning algorithm", choices=("ppo",))
     trainer: str = entry("jax", str, "JAX or Stable-Baselines3", choices=("jax", "sb3"))
     seed: int = entry(0, int, "of everything random", low=0, high=2**31 - 1)
     timesteps: int = entry(1_000_000, int, "control steps in all", low=1, high=MOST_STEPS)
@@ -90,16 +84,13 @@ class Configuration:
     batch_size: int = entry(512, int, "samples a gradient step", low=2)
     hidden: int = entry(64, int, "units a hidden layer", low=1, high=4096)
     layers: int = entry(2, int, "hidden layers", low=1, high=8)
-    threads: int = entry(1, int, "of PyTorch", "sb3", low=1, high=256)
 
-    rollout_steps: int = entry(128, int, "steps of each environment an update", "ppo", low=2)
-    epochs: int = entry(6, int, "passes over a rollout", "ppo", low=1, high=10_000)
-    gae_lambda: float = entry(0.95, float, "of the advantage estimate", "ppo", low=0, high=1)
-    clip_range: float = positive(0.2, "of the probability ratio", "ppo")
-    noise: float = positive(
-        0.22, "standard deviation of exploration, the largest action being 1", "ppo"
-    )
-    final_noise: float = positive(0.03, "the same at the end", "ppo")
+    rollout_steps: int = entry(128, int, "steps of each environment an update", low=2)
+    epochs: int = entry(6, int, "passes over a rollout", low=1, high=10_000)
+    gae_lambda: float = entry(0.95, float, "of the advantage estimate", low=0, high=1)
+    clip_range: float = positive(0.2, "of the probability ratio")
+    noise: float = positive(0.22, "standard deviation of exploration, the largest action being 1")
+    final_noise: float = positive(0.03, "the same at the end")
 
     checkpoint_interval: int = entry(65_536, int, "steps of a stretch", low=1, high=MOST_STEPS)
     keep_checkpoints: int = entry(2, int, "of the latest, beside the best", low=1)
@@ -118,7 +109,6 @@ class Configuration:
     None is the task's own, and is not written."""
     FLAGS: ClassVar[tuple[str, ...]] = (
         "task",
-        "algorithm",
         "trainer",
         "seed",
         "timesteps",
@@ -126,20 +116,13 @@ class Configuration:
         "learning_rate",
     )
     """Fields that have a flag in `stickslip train`; all others are given by `--set`."""
-    DEFAULTS: ClassVar[Mapping[str, Mapping[str, Json]]] = {}
-    """Defaults that differ from the fields' own, by algorithm; "sb3": of PPO there."""
+    SB3: ClassVar[Mapping[str, Json]] = {}
+    """Defaults with Stable-Baselines3 that differ from the fields' own."""
 
     def __post_init__(self):
         for one in fields(self):
             value = rule_of(one).require(one.name, getattr(self, one.name))
             object.__setattr__(self, one.name, value)
-        if self.algorithm not in ALGORITHMS_OF[self.trainer]:
-            (other,) = (name for name in ALGORITHMS_OF if name != self.trainer)
-            own = " or ".join(map(repr, ALGORITHMS_OF[self.trainer]))
-            raise ValueError(
-                f"trainer = {self.trainer!r} with algorithm = {self.algorithm!r}; accepted: "
-                f"{other!r}, or algorithm = {own}"
-            )
         if self.task is None:
             for name, value in self.USUALLY.items():
                 if getattr(self, name) is None:
@@ -150,13 +133,12 @@ class Configuration:
             changed = [name for name in self.fixed() if getattr(self, name) != usual[name]]
             refuse_fixed(changed, self.task)
         self._check_together()
-        if self.algorithm != "sac":
-            samples = self.num_envs * self.rollout_steps
-            if self.batch_size > samples or samples % self.batch_size:
-                raise ValueError(
-                    f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
-                    f"num_envs x rollout_steps = {samples}"
-                )
+        samples = self.num_envs * self.rollout_steps
+        if self.batch_size > samples or samples % self.batch_size:
+            raise ValueError(
+                f"batch_size = {self.batch_size} is not accepted; accepted: a divisor of "
+                f"num_envs x rollout_steps = {samples}"
+            )
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
@@ -185,11 +167,8 @@ class Configuration:
                 f"hidden = {self.hidden} with layers = {self.layers} makes a policy of {size:,} "
                 f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
             )
-        given, samples = f"rollout_steps = {self.rollout_steps}", self.num_envs * self.rollout_steps
-        given = f"num_envs = {self.num_envs} with {given}"
-        if self.algorithm == "sac":
-            samples = vars(self)["buffer_size"]
-            given = f"buffer_size = {samples}"
+        given = f"num_envs = {self.num_envs} with rollout_steps = {self.rollout_steps}"
+        samples = self.num_envs * self.rollout_steps
         require_memory(given, "samples", samples, 8 * (observation + 8))
         given = f"batch_size = {self.batch_size} with hidden = {self.hidden}"
         wide = 2 * (observation + self.hidden * self.layers)  # forwards and back
@@ -199,94 +178,61 @@ class Configuration:
     def fixed(cls) -> list[str]:
         """Fields that a named task decides, and that are not written beside one."""
         others = {*Configuration.__dataclass_fields__, *cls.USUALLY, *cls.LEARNING}
-        own = (one for one in fields(cls) if not one.metadata["of"])
-        return [one.name for one in own if one.name not in others]
+        return [one.name for one in fields(cls) if one.name not in others]
 
     @classmethod
     def of(cls, /, **given: Any) -> Self:
-        """The algorithm's defaults with some fields changed.
-
-        ValueError for an unknown field, and for one of another algorithm or trainer.
-        """
-        known = {one.name: one for one in fields(cls)}
-        require_known(given, known)
+        """The trainer's defaults with some fields changed. ValueError for an unknown field."""
+        require_known(given, [one.name for one in fields(cls)])
         given = {name: value for name, value in given.items() if value is not None}
-        asked = {kind: given[kind] for kind in ("algorithm", "trainer") if kind in given}
-        usual = cls.defaults_of(**asked)
         if "task" in given:
             refuse_fixed([name for name in cls.fixed() if name in given], str(given["task"]))
-        chosen = {"algorithm": cls.algorithm, "trainer": cls.trainer} | usual | asked
-        for name in given:
-            of = known[name].metadata["of"]
-            kind = "trainer" if of in ALGORITHMS_OF else "algorithm"
-            if of and of != chosen[kind]:
-                raise ValueError(
-                    f"{name} with {kind} = {shown(chosen[kind])}, which has none; accepted: with "
-                    f"{kind} = {of!r}"
-                )
-        return cls(**usual | given)
+        return cls(**cls.defaults_of(given.get("trainer", cls.trainer)) | given)
 
     @classmethod
-    def defaults_of(cls, algorithm: object = "ppo", trainer: object = None) -> dict[str, Any]:
-        """Defaults of an algorithm and a trainer that differ from the fields' own.
-
-        trainer: None for the algorithm's usual one. ValueError for unknown ones.
-        """
-        asked = {"algorithm": algorithm} | ({} if trainer is None else {"trainer": trainer})
-        for kind, name in asked.items():
-            rule_of(cls.__dataclass_fields__[kind]).require(kind, name)
-        return dict(cls.DEFAULTS.get("sb3" if asked == PPO_OF_SB3 else str(algorithm), {}))
+    def defaults_of(cls, trainer: object) -> dict[str, Any]:
+        """Defaults of a trainer that differ from the fields' own."""
+        return dict(cls.SB3) if trainer == "sb3" else {}
 
     def to_json(self) -> str:
         """JSON text that `from_json` reads; what the named task decides is left out."""
         content: dict[str, Any] = {"format": FORMAT, "version": VERSION, "machine": self.machine}
         for one in fields(self):
-            value, group = getattr(self, one.name), one.metadata["of"]
+            value = getattr(self, one.name)
             own = one.name in self.fixed() or (one.name in self.USUALLY and value is None)
-            if one.name == self.OWN and value is None:
-                continue
-            if self.task is None or not own:
-                at = content.setdefault(group, {}) if group in GROUPS else content
-                at[one.name] = value
+            if (self.task is None or not own) and not (one.name == self.OWN and value is None):
+                content[one.name] = value
         return json.dumps(content, indent=2) + "\n"
 
     @classmethod
     def from_json(cls, text: str) -> Self:
-        """The configuration in a JSON text; fields that are missing have the algorithm's defaults.
+        """The configuration in a JSON text; fields that are missing have the trainer's defaults.
 
         ValueError saying what is wrong with it.
         """
         content = content_of(text)
-        content.pop(REMOVED, None)
-        entries = cls.flat(content)
+        if (learns := content.get("algorithm", GROUP)) != GROUP:
+            raise RefusedError(f"its algorithm is {shown(learns)}, not {GROUP!r}")
+        entries = cls.flat({name: one for name, one in content.items() if name not in REMOVED})
         entries.setdefault("trainer", UNNAMED_TRAINER)
-        usual = cls.defaults_of(entries.get("algorithm", cls.algorithm), entries["trainer"])
-        return cls(**usual | entries)
+        return cls(**cls.defaults_of(entries["trainer"]) | entries)
 
     @classmethod
     def flat(cls, content: Mapping[str, Json]) -> dict[str, Any]:
-        """A file's entries by field, those of groups among them.
+        """A file's entries by field, those of GROUP among them.
 
         ValueError for another machine's, for unknown ones, and for one in and beside its group.
         """
         if (machine := content.get("machine", UNNAMED)) != cls.machine:
             raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
-        known = {one.name: one.metadata["of"] for one in fields(cls)}
-        found: dict[str, Json] = {}
-        for name, value in content.items():
-            entries = {name: value}
-            if name in GROUPS and name in known.values():
-                if not isinstance(value, dict):
-                    raise RefusedError(f"{name} = {shown(value)} is no group of settings")
-                own = [one for one, group in known.items() if group == name]
-                require_known(value, own, f"field of {name}")
-                entries = value
-            if twice := [each for each in entries if each in found]:
-                raise RefusedError(f"it has {', '.join(twice)} twice")
-            found |= entries
-        found.pop("machine", None)
-        require_known(found, known)
-        return found
+        found = {name: value for name, value in content.items() if name not in ("machine", GROUP)}
+        group = content.get(GROUP, {})
+        if not isinstance(group, dict):
+            raise RefusedError(f"{GROUP} = {shown(group)} is no group of settings")
+        if twice := [name for name in group if name in found]:
+            raise RefusedError(f"it has {', '.join(twice)} twice")
+        require_known(found | group, [one.name for one in fields(cls)])
+        return found | group
 
     @property
     def digest(self) -> str:
@@ -351,9 +297,8 @@ def command_of(config: Configuration, out: str | None = None) -> str:
 def changes(config: Configuration) -> dict[str, object]:
     """Fields by name that differ from their defaults; `of` makes the configuration of them."""
     kind = type(config)
-    usual = kind.of(task=config.task, algorithm=config.algorithm, trainer=config.trainer)
-    trainer = kind.of(algorithm=config.algorithm).trainer
-    defaults = vars(usual) | {"algorithm": kind.algorithm, "trainer": trainer, "task": None}
+    defaults = vars(kind.of(task=config.task, trainer=config.trainer))
+    defaults |= {"trainer": kind.trainer, "task": None}
     return {name: value for name, value in vars(config).items() if value != defaults[name]}
 
 

@@ -1,7 +1,7 @@
 """The directory of a training run: configuration, lock, checkpoints, tables.
 
-A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters, optimiser states, for SAC the
-replay buffer, for JAX the episodes, as arrays), `policy.npz` and `state.json`. It appears whole or
+A checkpoint `checkpoints/000262144/` holds `model.npz` (parameters, optimiser states,
+for JAX the episodes, as arrays), `policy.npz` and `state.json`. It appears whole or
 not at all, and reading it runs no code. `config.json` is written first: once it is there, the
 directory is a run, which can be resumed.
 """
@@ -13,7 +13,6 @@ import io
 import json
 import math
 import os
-import platform
 import sys
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.machine import read_configuration
-from stickslip.agents.policy.file import installed, read_policy
+from stickslip.agents.policy.file import read_policy
 from stickslip.agents.training.configuration import digest_of
 from stickslip.agents.untrusted import (
     LARGEST_TABLE,
@@ -48,12 +47,12 @@ from stickslip.records.files import (
 from stickslip.records.table import cell_text, csv_line
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trainer import ModelState
 
-CONFIG, VERSIONS = "config.json", "versions.json"
+CONFIG = "config.json"
 FORMAT, VERSION = "stickslip checkpoint", 3
 MODEL, STATE, POLICY = "model.npz", "state.json", "policy.npz"
 CHECKPOINT = (
@@ -110,7 +109,6 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
     path.mkdir(parents=True, exist_ok=True)
     _sweep(path)
     write_whole(path / CONFIG, config.to_json())  # from here on it is a run
-    _write_versions(path)
     return Run(path, config, config.digest, None, None)
 
 
@@ -162,8 +160,6 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
             "it, or a new directory"
         )
     _sweep(path)
-    if not (path / VERSIONS).exists():  # killed before it was written
-        _write_versions(path)
     checkpoints = list_checkpoints(path / "checkpoints")
     if not checkpoints:
         return Run(path, found, digest, None, None)
@@ -174,15 +170,6 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
             "the configuration that it was made with"
         )
     return Run(path, found, digest, checkpoints[-1], state)
-
-
-def versions() -> dict[str, str]:
-    """Versions of Python, the platform and the installed packages."""
-    return {"platform": platform.platform(), **installed()}
-
-
-def _write_versions(path: Path) -> None:
-    write_whole(path / VERSIONS, json.dumps(versions(), indent=2) + "\n")
 
 
 def _is_left(path: Path) -> bool:
@@ -266,47 +253,39 @@ class MetricsFile:
 
     def __init__(self, path: Path, columns: tuple[str, ...], upto: int = 0):
         self.path, self.columns = path, (KEY, *columns)
-        lines = [self.columns]
-        if path.exists():
-            rows = read_rows(path)
-            if rows and tuple(rows[0]) != self.columns:
-                raise ValueError(
-                    f"{path}: its columns are {shown(list(rows[0]))}; accepted: those of this "
-                    f"run, {', '.join(self.columns)}"
-                )
-            lines += [tuple(row.values()) for row in rows if int(row[KEY]) <= upto]
-        write_whole(path, "".join(map(csv_line, lines)))
+        found = read_columns(path)
+        if found and tuple(found) != self.columns:
+            raise ValueError(
+                f"{path}: its columns are {shown(list(found))}; accepted: those of this run, "
+                f"{', '.join(self.columns)}"
+            )
+        rows = (row for row in zip(*found.values(), strict=True) if row[0] <= upto)
+        write_whole(path, csv_line(self.columns) + "".join(map(_line, rows)))
 
     def append(self, timesteps: int, values: Mapping[str, float]) -> None:
         """Add a row; columns without a value stay empty."""
-        row = [values.get(name, math.nan) for name in self.columns[1:]]
+        row = [timesteps, *(values.get(name, math.nan) for name in self.columns[1:])]
         with self.path.open("a", encoding="utf-8", newline="") as file:
-            file.write(csv_line([timesteps, *(_number(value) for value in row)]))
+            file.write(_line(row))
 
 
-def read_rows(path: Path) -> list[dict[str, str]]:
-    """The rows of a CSV file by column; lines of another length than the head's are left out.
-
-    A line without its end is one that was being written. ValueError, naming the file, unless every
-    cell is empty or a number and the first of each row a whole one.
-    """
-    with reading(path, "a table as training wrote it", "the table"):
-        text = read_text(path, LARGEST_TABLE)
-        whole = text[: text.rfind("\n") + 1]
-        head, *rows = list(csv.reader(io.StringIO(whole))) or [[]]
-        found = [dict(zip(head, row, strict=True)) for row in rows if len(row) == len(head)]
-        for row in found:
-            int(row[KEY])
-            _ = [float(cell or "nan") for cell in row.values()]
-        return found
+def _line(row: Sequence[float]) -> str:
+    cells = (cell_text(float(one), 7) if math.isfinite(one) else "" for one in row[1:])
+    return csv_line([int(row[0]), *cells])
 
 
 def read_columns(path: Path) -> dict[str, list[float]]:
-    """The columns of a CSV file as numbers, NaN where empty; none if there is no file."""
-    rows = read_rows(path) if path.exists() else []
-    names = rows[0].keys() if rows else ()
-    return {name: [float(row[name] or "nan") for row in rows] for name in names}
+    """The columns of a CSV file as numbers, NaN where empty; none if there is no file.
 
-
-def _number(value: float) -> str:
-    return cell_text(float(value), 7) if math.isfinite(value) else ""
+    Lines of another length than the head's are left out, and a last one without its end, which was
+    being written. ValueError, naming the file, for cells that are no numbers.
+    """
+    if not path.exists():
+        return {}
+    with reading(path, "a table as training wrote it", "the table"):
+        text = read_text(path, LARGEST_TABLE)
+        head, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1]))) or [[]]
+        table = [[float(cell or "nan") for cell in row] for row in rows if len(row) == len(head)]
+        if not all(row[0] == int(row[0]) for row in table):
+            raise RefusedError(f"its {head[0]} are no whole numbers")
+        return {name: [row[i] for row in table] for i, name in enumerate(head)}

@@ -61,8 +61,17 @@ if TYPE_CHECKING:
 
 PACKAGES = ("filelock", "tqdm")
 """Packages of the extra `train` that every trainer needs."""
-COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
-"""First columns of metrics.csv; those of the machine's episodes and of the trainer follow."""
+COLUMNS = (
+    "seconds",
+    "steps_per_second",
+    "learning_rate",
+    "noise",
+    "episodes",
+    "return",
+    "duration",
+)
+"""First columns of metrics.csv; those of the trainer follow. return, duration [s]: means over the
+training episodes that ended."""
 
 
 def train(
@@ -126,7 +135,7 @@ class _Training:
         self._put_state()
         self.trainer.timesteps = at
         self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
-        columns = (*COLUMNS, *self.machine.episode, *self.trainer.losses)
+        columns = (*COLUMNS, *self.trainer.losses)
         self.metrics = MetricsFile(run.path / "metrics.csv", columns, upto=at)
         self.measures = measures_of(self.machine, run.config, self.task.env)
         columns = tuple(self.measures.columns)
@@ -172,9 +181,13 @@ class _Training:
             "steps_per_second": rate,
             "learning_rate": update.learning_rate,
             "noise": update.noise,
-            **(self.machine.summary(ended, self.period) if ended else {"episodes": 0}),
+            "episodes": 0,
             **update.losses,
         }
+        if ended:
+            row["episodes"] = len(ended["episode_return"])
+            row["return"] = float(ended["episode_return"].mean())
+            row["duration"] = float(ended["episode_length"].mean()) * self.period
         self.metrics.append(update.timesteps, row)
         self.bar.advance(steps, f"return {row.get('return', math.nan):.2f}")
         self.bar_at = update.timesteps
@@ -273,9 +286,8 @@ def train_command(given: Options) -> None:
     if out is not None:
         require_folder(out)
     else:
-        asked = machine.configuration.of(**changed)
-        whose = asked.task or machine.name
-        out = f"runs/{whose}-{asked.algorithm}-{time.strftime('%Y%m%d-%H%M%S')}"
+        whose = machine.configuration.of(**changed).task or machine.name
+        out = f"runs/{whose}-{time.strftime('%Y%m%d-%H%M%S')}"
     directory, where = Path(out), shlex.quote(str(out))
     with stoppable() as stop:
         trained = train(config, directory, resume=resume, stop=stop)
@@ -302,7 +314,7 @@ def train_command(given: Options) -> None:
 
 def _say_best(trained: Trained[Any], name: str) -> None:
     """Print the best evaluation of a run on a named task, and what its scores mean."""
-    from stickslip.agents.evaluation.command import task_in_words, unit_of
+    from stickslip.agents.evaluation.evaluate import task_in_words, unit_of
 
     (steps, earned), task = best_evaluation(trained.directory), task_by_name(name)
     known = known_of(task)

@@ -1,4 +1,4 @@
-"""PPO and SAC of Stable-Baselines3 as a trainer, on the processor; their state as arrays."""
+"""PPO of Stable-Baselines3 as a trainer, on the processor; its state as arrays."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from stable_baselines3 import PPO, SAC
+from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import set_random_seed
@@ -22,27 +22,14 @@ if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.training.trainer import ModelState
 
-BUFFER = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-"""Arrays of a replay buffer."""
 LOSSES = {
-    "ppo": {
-        "policy_loss": "policy_gradient_loss",
-        "value_loss": "value_loss",
-        "kl_divergence": "approx_kl",
-        "clip_fraction": "clip_fraction",
-        "explained_variance": "explained_variance",
-    },
-    "sac": {
-        "actor_loss": "actor_loss",
-        "critic_loss": "critic_loss",
-        "entropy_weight": "ent_coef",
-    },
+    "policy_loss": "policy_gradient_loss",
+    "value_loss": "value_loss",
+    "kl_divergence": "approx_kl",
+    "clip_fraction": "clip_fraction",
+    "explained_variance": "explained_variance",
 }
 """Columns of the metrics and what Stable-Baselines3 logs them as."""
-SAC_OPTIONS = ("buffer_size", "learning_starts", "gradient_steps")
-"""Settings of SAC that Stable-Baselines3 calls so, too."""
-SAC_INTERVAL = 2000
-"""Steps to the next report; PPO reports every update."""
 
 
 def _tensors(name: str, part: dict[str, Any]) -> dict[str, torch.Tensor]:
@@ -65,15 +52,6 @@ def _array(tensor: Any) -> np.ndarray:
     return np.array(tensor.detach().cpu().numpy(), order="C")
 
 
-def _fill(buffer: Any, state: ModelState) -> None:
-    for name in BUFFER:
-        rows, target = np.asarray(state[f"buffer/{name}"]), getattr(buffer, name)
-        if rows.shape[1:] != target.shape[1:] or len(rows) > len(target):
-            raise ValueError(f"buffer {name} has shape {rows.shape}, this run's {target.shape}")
-        target[: len(rows)] = rows
-    buffer.pos, buffer.full = int(state["buffer_position"]), bool(state["buffer_full"])
-
-
 class Reporter(BaseCallback):
     """Sets the schedules before each rollout, and reports after updates.
 
@@ -85,16 +63,14 @@ class Reporter(BaseCallback):
         super().__init__()
         self._trainer, self._config = trainer, trainer.config
         self._ended: list[dict[str, Any]] = []
-        self._reported_at, self._updated_at = 0, 0
-        self._noise = math.nan
+        self._reported_at, self._noise = 0, math.nan
 
     def _on_training_start(self) -> None:
-        self._reported_at = self._updated_at = self.model.num_timesteps
+        self._reported_at = self.model.num_timesteps
         self._ended.clear()
 
     def _on_rollout_start(self) -> None:
-        self._maybe_report()
-        self._updated_at = self.model.num_timesteps
+        self._report()
         self._trainer.share = self.model.num_timesteps / self._config.timesteps
         self._noise = self._trainer.set_noise()
 
@@ -102,28 +78,27 @@ class Reporter(BaseCallback):
         for index in np.flatnonzero(self.locals["dones"]):
             self._ended.append(self.locals["infos"][index])
         if self._trainer.stop():
-            self.model.num_timesteps = self._updated_at
+            self.model.num_timesteps = self._reported_at
             self._trainer.stopped = True
         return not self._trainer.stopped
 
     def _on_training_end(self) -> None:
         if not self._trainer.stopped:
-            self._maybe_report(always=True)
+            self._report()
 
-    def _maybe_report(self, always: bool = False) -> None:
-        """Report the last update, if there was one and it is time."""
-        gone = self.model.num_timesteps - self._reported_at
-        if gone < (1 if always or self._config.algorithm == "ppo" else SAC_INTERVAL):
+    def _report(self) -> None:
+        """Report the last update, if there was one."""
+        if self.model.num_timesteps == self._reported_at:
             return
         self._reported_at = self._trainer.timesteps = self.model.num_timesteps
         logged = self.model.logger.name_to_value
-        losses = LOSSES[self._config.algorithm].items()
+        losses = {name: float(logged.get(f"train/{key}", np.nan)) for name, key in LOSSES.items()}
         update = Update(
             timesteps=self.model.num_timesteps,
             learning_rate=self.model.lr_schedule(1.0),
             noise=self._noise,
             ended=_columns(self._ended),
-            losses={name: float(logged.get("train/" + key, np.nan)) for name, key in losses},
+            losses=losses,
         )
         self._ended.clear()
         self._trainer.report(update)
@@ -137,8 +112,9 @@ def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
 
 
 class SB3Trainer(Trainer[Configuration, State, Params]):
-    """Stable-Baselines3 on the processor, with the algorithm of the configuration."""
+    """Stable-Baselines3's PPO on the processor, in one thread of PyTorch."""
 
+    losses = tuple(LOSSES)
     share = 0.0
     """Share of the training done so far, 0 to 1; rates and noise follow it."""
 
@@ -147,38 +123,28 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         self._envs = SB3VecEnv(self.env, self.params, self.config.num_envs, self.config.seed)
         self._model = self._make_model()
         self._reporter = Reporter(self)
-        self.losses = tuple(LOSSES[self.config.algorithm])
 
-    def _make_model(self) -> PPO | SAC:
+    def _make_model(self) -> PPO:
         """A fresh model whose learning rate follows the schedule."""
-        config, options = self.config, vars(self.config)
-        torch.set_num_threads(config.threads)
+        config = self.config
+        torch.set_num_threads(1)
         rates = config.learning_rate, config.final_learning_rate
-        network: dict[str, object] = {"net_arch": [config.hidden] * config.layers}
-        common: dict[str, Any] = {
-            "learning_rate": lambda _: self._between(*rates),
-            "batch_size": config.batch_size,
-            "gamma": config.discount,
-            "seed": config.seed,
-            "device": "cpu",
-            "policy_kwargs": network,
-        }
-        if config.algorithm == "sac":
-            own = {name: options[name] for name in SAC_OPTIONS}
-            tau = options["soft_update"]
-            model = SAC("MlpPolicy", self._envs, train_freq=1, tau=tau, **own, **common)
-        else:
-            network["log_std_init"] = math.log(config.noise)
-            model = PPO(
-                "MlpPolicy",
-                self._envs,
-                n_steps=config.rollout_steps,
-                n_epochs=config.epochs,
-                gae_lambda=config.gae_lambda,
-                clip_range=config.clip_range,
-                **common,
-            )
-            model.policy.log_std.requires_grad_(False)
+        layers, noise = [config.hidden] * config.layers, math.log(config.noise)
+        model = PPO(
+            "MlpPolicy",
+            self._envs,
+            learning_rate=lambda _: self._between(*rates),
+            n_steps=config.rollout_steps,
+            batch_size=config.batch_size,
+            n_epochs=config.epochs,
+            gamma=config.discount,
+            gae_lambda=config.gae_lambda,
+            clip_range=config.clip_range,
+            policy_kwargs={"net_arch": layers, "log_std_init": noise},
+            seed=config.seed,
+            device="cpu",
+        )
+        model.policy.log_std.requires_grad_(False)
         model.set_logger(Logger(folder=None, output_formats=[]))
         return model
 
@@ -187,11 +153,8 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         return first + (last - first) * min(max(self.share, 0.0), 1.0)
 
     def set_noise(self) -> float:
-        """Set the scheduled exploration, and return it (NaN for SAC, which learns it)."""
-        if not isinstance(self._model, PPO):
-            return math.nan
-        ends = math.log(self.config.noise), math.log(self.config.final_noise)
-        logarithm = self._between(*ends)
+        """Set the scheduled exploration, and return it."""
+        logarithm = self._between(math.log(self.config.noise), math.log(self.config.final_noise))
         self._model.policy.log_std.data.fill_(logarithm)
         return math.exp(logarithm)
 
@@ -217,13 +180,7 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         model, state = self._model, {}
         for name, part in model.get_parameters().items():
             state |= {f"{name}/{key}": _array(one) for key, one in _tensors(name, part).items()}
-        if isinstance(model, SAC):
-            buffer: Any = model.replay_buffer
-            rows = buffer.buffer_size if buffer.full else buffer.pos
-            state["log_ent_coef"] = _array(model.log_ent_coef)
-            state |= {f"buffer/{name}": getattr(buffer, name)[:rows].copy() for name in BUFFER}
-            state |= {"buffer_position": int(buffer.pos), "buffer_full": bool(buffer.full)}
-        return {"algorithm": type(model).__name__, "updates": int(model._n_updates), **state}
+        return {"updates": int(model._n_updates), **state}
 
     def put_state(self, state: ModelState) -> None:
         """See Trainer."""
@@ -233,9 +190,7 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
             reason = str(error).partition("\n")[0]
             raise ValueError(f"its contents do not fit the configuration ({reason})") from error
 
-    def _put_state(self, model: PPO | SAC, state: ModelState) -> None:
-        if state["algorithm"] != type(model).__name__:
-            raise ValueError(f"it is of {state['algorithm']!r}, this run is {type(model).__name__}")
+    def _put_state(self, model: PPO, state: ModelState) -> None:
         parameters: Any = model.get_parameters()
         for name, part in parameters.items():
             own = {
@@ -248,10 +203,6 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
                 parameters[name] = {**part, "state": _by_parameter(own)}
         model.set_parameters(parameters, exact_match=True, device="cpu")
         model._n_updates = int(state["updates"])
-        if isinstance(model, SAC):
-            weight: Any = model.log_ent_coef
-            weight.data.copy_(torch.from_numpy(np.array(state["log_ent_coef"])))
-            _fill(model.replay_buffer, state)
 
     def policy(self) -> MLPPolicy:
         """See Trainer."""

@@ -91,7 +91,7 @@ class UGVTrainConfig(Configuration):
     LEARNING: ClassVar = ("reward_scale",)
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
 
-    DEFAULTS: ClassVar = {"sb3": {"discount": 0.99}}
+    SB3: ClassVar = {"discount": 0.99}
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:

@@ -19,8 +19,6 @@ from stickslip.agents.evaluation.table import (
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
@@ -101,21 +99,3 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
 def measures(env: UGVEnv) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """Measures of an environment's episodes, the criterion in its unit."""
     return Measures(keep_of, ugv_columns(env.measure.unit))
-
-
-def summary(ended: Mapping[str, np.ndarray], period: float) -> dict[str, float]:
-    """Means over training episodes; of the cost, over those that reached the end."""
-    failed = np.asarray(ended["status"] != Status.OK)
-
-    def mean(name: str, rows: np.ndarray) -> float:
-        values = np.asarray(ended["episode_" + name], float)[rows]
-        return float(values.mean()) if len(values) else np.nan
-
-    every = np.ones(len(failed), bool)
-    return {
-        "episodes": len(failed),
-        "return": mean("return", every),
-        "length": mean("length", every),
-        **{name: mean(name, ~failed) for name in ("cost", "wheel_energy", "total_energy")},
-        "failures": float(failed.mean()),
-    }

@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.params import UGVEnvParams  # noqa: F401, in the class's bases
 
 UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
-FILM, FRAMES = "drive.gif", 10.0
-"""The animation of a finished run, and its pictures a second, at most one a step."""
 AXES = {
     "friction": "between wheels and ground",
     "height, centre, width": "of the ground that is driven over, here a bump [m]",
@@ -47,8 +45,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     scenes, scene_files = TRACK_NAMES, "or a file of points"
     axes = AXES
     evaluated = ("return", "cost", "total_energy", "demand", "failures")
-    episode = ("episodes", "return", "cost", "length", "wheel_energy", "total_energy", "failures")
-    film, frames = FILM, FRAMES
+    frames = 10.0
 
     viewed_scene = "bump"
     options: ClassVar = {
@@ -62,7 +59,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
             *("training_task", "swept"),
         ),
         "stickslip.agents.ugv.controllers": ("baseline",),
-        "stickslip.agents.ugv.evaluate": ("measures", "summary"),
+        "stickslip.agents.ugv.evaluate": ("measures",),
         "stickslip.agents.ugv.pictures": ("as_episode",),
     }
 

@@ -254,7 +254,7 @@ def swept() -> Swept:
     return Swept(
         UNITS,
         KEPT,
-        aliases={"motor.torque_limit": "task.max_torque"},
+        aliases={"motor.torque_limit": ("task.max_torque",)},
         parts=swept_parts,
         with_parts=with_swept,
         opened=opened,

@@ -13,8 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.exchange.mechanism import Mechanism, mechanism
-from stickslip.agents.exchange.mjcf import Settings, joint_of, mjcf
+from stickslip.agents.exchange.mjcf import Mechanism, Settings, joint_of, mechanism, mjcf
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     SUPPORT_START,

@@ -44,7 +44,7 @@ def _environments() -> Mapping[str, str]:
 
 COMMANDS = {
     "train": Command(
-        "train a policy with PPO or SAC",
+        "train a policy with PPO",
         "flags:train_flags",
         "agents.training.run:train_command",
         {
@@ -59,7 +59,7 @@ COMMANDS = {
     "evaluate": Command(
         "compare policies and baselines in a table",
         "flags:evaluate_flags",
-        "agents.evaluation.command:evaluate_command",
+        "agents.evaluation.evaluate:evaluate_command",
         {
             "stickslip evaluate biped-ice crank-speed-pi": "a trained policy beside a baseline",
             "stickslip evaluate --task UGVBump-v1 level-body --json": "scores on a task, as JSON",
@@ -81,7 +81,7 @@ COMMANDS = {
     "sweep": Command(
         "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
         "flags:sweep_flags",
-        "agents.sweeps.command:sweep_command",
+        "agents.sweeps.sweep:sweep_command",
         {
             "stickslip sweep biped --policy biped-ice crank-speed-pi --axis mu=0.03:0.3:10 "
             "--axis payload=0,5,10 --episodes 8 --out runs/mu": "over frictions and loads",
@@ -96,7 +96,7 @@ COMMANDS = {
         "agents.pictures.view:view_command",
         {
             "stickslip view biped-ice": "a policy of the package, as biped-ice.gif",
-            "stickslip view biped-ice crank-speed-pi --html ice.html": "two, in a browser",
+            "stickslip view biped-ice crank-speed-pi --out ice.html": "two, in a browser",
         },
         json=False,
     ),
@@ -121,13 +121,13 @@ COMMANDS = {
         compiles=False,
     ),
     "export": Command(
-        "a policy as ONNX or a NumPy archive; a robot for MuJoCo or as URDF",
+        "a policy as ONNX or a NumPy archive; a robot for MuJoCo",
         "flags:export_flags",
         "export:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
             "stickslip export runs/mine --out walker.npz": "of a run, for NumPy alone",
-            "stickslip export my.toml --mjcf robot.xml --urdf robot.urdf": (
+            "stickslip export my.toml --mjcf robot.xml": (
                 "the robot of a file, see `stickslip robot`"
             ),
         },
@@ -177,7 +177,7 @@ COMMANDS = {
             "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
             "--budget 500 --out runs/race": "three methods on an instance",
             "stickslip bench run --budget 500 --out runs/race --resume": "go on with a race",
-            "stickslip bench report runs/race theirs.csv --out runs/report": "with runs of others",
+            "stickslip bench report runs/race --out runs/report": "tables and plots",
             "stickslip bench methods": "names for --methods",
         },
         compiles=False,

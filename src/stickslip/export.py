@@ -9,32 +9,30 @@ from typing import Any
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 
-KINDS = {"out": (".onnx", ".npz"), "mjcf": (".xml", ".mjcf"), "urdf": (".urdf", ".xml")}
+KINDS = {"out": (".onnx", ".npz"), "mjcf": (".xml", ".mjcf")}
 """Endings of the file that each flag names."""
 MU = 0.5
 """Usual friction of an exported floor [-]."""
 
 
 def export_command(flags: Mapping[str, Any]) -> None:
-    """Write a policy to --out, or a machine to --mjcf and --urdf."""
+    """Write a policy to --out, or a machine to --mjcf."""
     paths = {kind: Path(flags[kind]) for kind in KINDS if flags[kind] is not None}
-    if not paths or ("out" in paths and len(paths) > 1):
+    if len(paths) != 1:
         given = " and ".join(f"--{kind}" for kind in paths) or "no file"
-        raise ValueError(f"{given}; accepted: --out of a policy, or --mjcf, --urdf of a machine")
+        raise ValueError(f"{given}; accepted: --out of a policy, or --mjcf of a machine")
     if "out" in paths and (flags["changes"] or flags["mu"] is not None):
         raise ValueError("--mu or --set with a policy; accepted: with the file of a machine")
-    for kind, path in paths.items():
-        require_suffix(path, KINDS[kind])
-    export = export_policy if "out" in paths else export_machine
-    export(flags, paths)
+    ((kind, path),) = paths.items()
+    require_suffix(path, KINDS[kind])
+    require_new([path], flags["overwrite"])
+    (export_policy if kind == "out" else export_machine)(flags, path)
 
 
-def export_policy(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
+def export_policy(flags: Mapping[str, Any], path: Path) -> None:
     """Write a policy as ONNX or as a NumPy archive, by the ending of --out."""
-    path, overwrite = paths["out"], flags["overwrite"]
-    source = existing_path(flags["who"])
+    source, overwrite = existing_path(flags["who"]), flags["overwrite"]
     policy, metadata = read_policy(source)
-    require_new([path], overwrite)
     require_writable([path])
     if path.suffix.lower() == ".npz":
         write_whole(path, source.read_bytes(), overwrite=overwrite)
@@ -46,11 +44,9 @@ def export_policy(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
 
 
-def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
-    """Write the biped of a file as MJCF and URDF, and print what they cannot say."""
-    from stickslip.agents.exchange.mechanism import mechanism
-    from stickslip.agents.exchange.mjcf import ABOUT, mjcf
-    from stickslip.agents.exchange.urdf import missing, urdf
+def export_machine(flags: Mapping[str, Any], path: Path) -> None:
+    """Write the biped of a file as MJCF, and print what it cannot say."""
+    from stickslip.agents.exchange.mjcf import ABOUT, mechanism, mjcf
     from stickslip.dynamics.biped import BipedParams
     from stickslip.dynamics.biped.settings import precision
     from stickslip.dynamics.machine_file import machine_in
@@ -62,20 +58,14 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     require_one("mu", mu, low=0.0, accepted="a finite coefficient >= 0")
     if machine_in(source) != "biped":
         raise ValueError(
-            f"{source} is a vehicle, whose quasi-static half-model has no counterpart in MJCF and "
-            "URDF; accepted: the file of a biped"
+            f"{source} is a vehicle, whose quasi-static half-model has no counterpart in "
+            "MJCF; accepted: the file of a biped"
         )
     with precision("float64"):
         robot, motor = BipedParams.with_motor(source, changes)
         machine = mechanism(robot)
     limit = motor.get("torque_limit", TORQUE_LIMIT)
-    require_new(list(paths.values()), flags["overwrite"])
-    require_writable(list(paths.values()))
-    texts = {
-        "mjcf": lambda: (mjcf(machine, friction=mu, torque_limit=limit), ABOUT),
-        "urdf": lambda: (urdf(machine, limit), missing(machine)),
-    }
-    for kind, path in paths.items():
-        text, about = texts[kind]()
-        write_whole(path, text, overwrite=flags["overwrite"])
-        print(f"Written: {path}\n{about}")
+    require_writable([path])
+    text = mjcf(machine, friction=mu, torque_limit=limit)
+    write_whole(path, text, overwrite=flags["overwrite"])
+    print(f"Written: {path}\n{ABOUT}")

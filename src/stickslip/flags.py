@@ -73,12 +73,7 @@ def _field_help(one: Field[object], kind: type[Configuration]) -> str:
     usual = kind.USUALLY.get(one.name, one.default)
     defaults = "none" if usual is None else f"{usual}"
     defaults += ", with a task its own" if one.name in kind.USUALLY else ""
-    rules = {of.name: rule_of(of) for of in fields(kind)}
-    for asked in ("algorithm", "trainer"):
-        for choice in rules[asked].choices if asked in rules else ():
-            others = kind.defaults_of(**{"algorithm": "ppo", asked: choice})
-            other = others.get(one.name, one.default)
-            defaults += f"; {choice}: {other}" if other != one.default else ""
+    defaults += f"; sb3: {kind.SB3[one.name]}" if one.name in kind.SB3 else ""
     return f"{rule.about}{choices} (default: {defaults})"
 
 
@@ -105,12 +100,10 @@ def view_flags(parser: Parser, _: object) -> None:
     """Add policies, task, duration and files."""
     add = parser.add_argument
     _add_policies(parser, nargs="+")
-    about = "a page to play in a browser, with curves; of one or several"
-    add("--html", metavar="FILE", help=about)
     add("--seed", type=int, default=0, help="of the episode")
     add("--seconds", type=float, default=6.0, help="to show")
-    add("--out", metavar="FILE", help=".gif, .png (animated), .webp or .mp4")
-    add("--plot", metavar="FILE", help="also a .png of the episode over time")
+    about = ".gif, .png (animated), .webp or .mp4; .html: a page to play, with curves, of up to 8"
+    add("--out", metavar="FILE", help=about)
     add_overwrite(parser)
     _add_scene(parser, many=False)
 
@@ -125,7 +118,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     add("--episodes", type=int, default=32, help="of each point")
     add("--out", metavar="DIR", required=True, help="directory of the sweep")
     add("--resume", action="store_true", help="continue the sweep in --out")
-    add("--no-pictures", action="store_true", help="neither sweep.png nor endings.png")
+    add("--no-pictures", action="store_true", help="no sweep.png")
     group = parser.add_argument_group(f"the task of the {machine.title}")
     about = "tasks of `stickslip tasks` (default: the policies' own, or the standard task)"
     group.add_argument("--task", nargs="+", metavar="TASK", help=about)
@@ -171,7 +164,6 @@ def export_flags(parser: Parser, _: object) -> None:
     _add_policies(parser, "one of those below, a file, a run, or a robot's file in TOML")
     add("--out", metavar="FILE", help="a policy as .onnx, or .npz for NumPy alone")
     add("--mjcf", metavar="FILE", help="a robot for MuJoCo: closed loops, floor, motor, two feet")
-    add("--urdf", metavar="FILE", help="a robot as URDF: a tree, whose loops are cut")
     about = "friction of the floor for MuJoCo, static and kinetic (default: 0.5)"
     add("--mu", type=float, help=about)
     add_overwrite(parser)

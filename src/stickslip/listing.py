@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.policy.record import every_record, record_of
+from stickslip.agents.policy.file import every_record, record_of
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.records.table import Column, Content, Table
 
 if TYPE_CHECKING:
-    from stickslip.agents.policy.record import Record
+    from stickslip.agents.policy.file import Record
     from stickslip.envs.tasks.definition import TaskDefinition
 
 SCORES = """

@@ -193,7 +193,7 @@ def bench_flags(parser: Parser, part: str) -> None:
     """Add the flags of a race, or of a report of races."""
     add = parser.add_argument
     if part == "report":
-        add("source", nargs="+", help="directories of races, tables of others")
+        add("source", nargs="+", help="directories of races")
         add("--out", required=True, metavar="DIR", help="a new directory")
     if part != "run":
         return
@@ -203,7 +203,5 @@ def bench_flags(parser: Parser, part: str) -> None:
     add("--budget", type=int, help="values and gradients of a run")
     add("--seconds", type=float, help="processor time of a run")
     add("--seeds", type=int, default=3, help="of each method on each instance")
-    about = "time on the clock, after which a run is killed [s]"
-    add("--limit", type=float, default=120.0, help=about)
     add("--resume", action="store_true", help="continue the race in --out")
     add("--workers", type=int, help="processes (default: cores)")

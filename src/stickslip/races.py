@@ -7,8 +7,13 @@ from typing import TYPE_CHECKING
 
 from stickslip.agents.optimisers.methods import METHODS, methods_table
 from stickslip.agents.optimisers.racing import race
-from stickslip.agents.optimisers.report import counted_text, draw_ecdfs, report_text, runs_table
-from stickslip.agents.optimisers.runs import read_results, write_results
+from stickslip.agents.optimisers.report import (
+    counted_text,
+    draw_ecdfs,
+    read_results,
+    report_text,
+    runs_table,
+)
 from stickslip.agents.sweeps.cells import StoppedError
 from stickslip.optim import suite
 from stickslip.records.files import require_folder, write_whole
@@ -49,7 +54,7 @@ def report_command(flags: Mapping[str, Any]) -> Content:
     text = report_text(runs)
     print(text)
     written = [write_whole(out / "report.md", text, overwrite=False)]
-    written += [write_results(runs, out / f"results.{kind}") for kind in ("parquet", "csv")]
+    written.append(write_whole(out / "runs.csv", runs_table(runs).csv(), overwrite=False))
     written += draw_ecdfs(runs, out)
     print("Written: " + ", ".join(map(str, written)))
     return Content({"runs": runs_table(runs)}, {"written": [str(one) for one in written]})

@@ -126,7 +126,7 @@ def test_a_message_names_the_file_that_was_asked_for(capsys, still: str, monkeyp
         raise PermissionError(13, "Permission denied", f"{dir}/tmpab12cd34")
 
     monkeypatch.setattr("stickslip.records.files.tempfile.TemporaryFile", refused)
-    line = refusal(capsys, "view", still, "--html", "there/walk.html")
+    line = refusal(capsys, "view", still, "--out", "there/walk.html")
     assert "cannot be written (Permission denied): 'there/walk.html'" in line
     assert "tmp" not in line
 

@@ -66,10 +66,9 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     pairs = [(row["scene"], row["controller"]) for row in rows]
     assert pairs == [(scene, who) for scene in ("patchy", "even") for who in ("run", "pull")]
-    view = ["view", "run", "--seconds", "1", "--out", "run.gif", "--plot", "run.png"]
+    view = ["view", "run", "--seconds", "1", "--out", "run.gif"]
     assert main(view) == OK
     assert Path("run.gif").read_bytes()[:3] == b"GIF"
-    assert Path("run.png").stat().st_size > 1000
 
 
 FILES = ("evaluations.csv", "metrics.csv")

@@ -12,8 +12,7 @@ import pytest
 from benchmarks import policies
 from benchmarks.tasks import beside_package
 from stickslip.agents.machine import machine_by_name, read_configuration
-from stickslip.agents.policy.file import load_policy, read_metadata
-from stickslip.agents.policy.record import record_of
+from stickslip.agents.policy.file import load_policy, read_metadata, record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_names
 from stickslip.agents.training.configuration import command_of
 from stickslip.cli import OK, main

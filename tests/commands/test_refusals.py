@@ -43,9 +43,8 @@ REFUSED = {
     "simulate ugv --angles 60 200": "each from 30 to 150 degrees",
     "simulate ugv --posture nowhere.csv": "nowhere.csv",
     "simulate ugv --posture a.csv --set start=1": "start with --posture",
-    "view computed-torque --html a.gif": "ends in '.gif'; accepted: .html",
-    "view computed-torque --html a.html --out b.gif": "--html with --out",
-    f"view {'computed-torque ' * 9}--html a.html": "9 to show",
+    "view computed-torque crank-speed-pi --out a.gif": "a.gif of 2 episodes; accepted: several in",
+    f"view {'computed-torque ' * 9}--out a.html": "9 to show",
     "reproduce fig10": "'fig10' is no figure here; accepted: fig11, fig12",
     "reproduce fig11 --samples 3": "samples = 3; accepted: 24 to 2400",
     "simulate biped --torque 1 --torqe 1": "--torqe (did you mean --torque?)",
@@ -64,11 +63,10 @@ REFUSED = {
     "train biped --set hidden=4096 layers=8": "what fits a policy file",
     "train biped --payload 1 --set random_payload=0,2": "payload with random_payload",
     "train biped --set random_mean_rate=4,5": "mean_rate = 3.0 outside random_mean_rate",
-    "train biped --algorithm sac --set epochs=3": "epochs with algorithm = 'sac'",
     "bench run --budget 0 --out a": "budget = 0",
     "tasks BipedFst-v0": "did you mean BipedFast-v0?",
     "evaluate --task BipedFst-v0 optimum": "did you mean BipedFast-v0?",
-    "bench report nowhere.csv --out a": "nowhere.csv: no such file",
+    "bench report nowhere --out a": "nowhere/race.json: no such file",
 }
 
 

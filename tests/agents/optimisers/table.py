@@ -1,8 +1,12 @@
 """Runs by hand."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 
-from stickslip.agents.optimisers.runs import COUNTED, Run
+from stickslip.agents.optimisers.report import COUNTED, Run
+from stickslip.agents.sweeps.cells import open_store, write_cell
 from stickslip.optim import suite
 
 NAME = "gait-time-d16-v2"
@@ -35,3 +39,13 @@ def run(
         at / 10,
         np.array([*values, values[-1] if values else np.nan]),
     )
+
+
+def kept(runs: Sequence[Run], path: Path) -> Path:
+    """The directory of a race that made these runs."""
+    path.mkdir()
+    about = {"definition": {"runs": len(runs)}, "cells": len(runs), "about": {}}
+    head = open_store(path, "race", **about, resume=False)
+    for number, one in enumerate(runs):
+        write_cell(path, number, head, one.table())
+    return path

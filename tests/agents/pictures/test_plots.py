@@ -10,8 +10,7 @@ import pytest
 from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.biped.pictures import as_episode
 from stickslip.agents.evaluation.rollout import rollout
-from stickslip.agents.pictures import plots
-from stickslip.agents.pictures.film import film
+from stickslip.agents.pictures.film import film, plot_episode
 from stickslip.envs import BipedEnv
 
 pytest.importorskip("matplotlib")
@@ -43,7 +42,7 @@ def test_an_episode_says_what_happened_and_is_plotted_without_pyplot(tmp_path):
     use, mu = (one.values for one in lines["friction used"])
     np.testing.assert_allclose((use[1], mu[1]), (0.05, 0.06), rtol=1e-3)
     pyplot = "matplotlib.pyplot" in sys.modules
-    path = plots.plot_episode(episode, tmp_path / "one.png", "One")
+    path = plot_episode(episode, tmp_path / "one.png", "One")
     with Image.open(path) as picture:
         assert picture.width > 1000
         assert len(picture.convert("RGB").getcolors(2**24)) > 50

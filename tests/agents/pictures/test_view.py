@@ -1,4 +1,4 @@
-"""`stickslip view --html` and notebooks: what is on the page is what the episode was."""
+"""Pages of `stickslip view` and notebooks: what is on the page is what the episode was."""
 
 import html
 import re
@@ -30,13 +30,13 @@ def line(shown: Episode, title: str, index: int = 0) -> np.ndarray:
 
 def test_two_baselines_on_one_page(capsys: pytest.CaptureFixture[str]):
     names = ["constant-torque", "crank-speed-pi"]
-    assert main(["view", *names, "--html", "a.html", "--seconds", "0.4"]) == OK
+    assert main(["view", *names, "--out", "a.html", "--seconds", "0.4"]) == OK
     one, two = read_episodes("a.html")
     shown = ["constant-torque", "crank-speed-pi"]
     assert [one.name, two.name] == shown
     assert not np.array_equal(line(one, "motor torque"), line(two, "motor torque"))
     capsys.readouterr()
-    assert main(["view", *names, "--html", "a.html"]) == WRONG_INPUT
+    assert main(["view", *names, "--out", "a.html"]) == WRONG_INPUT
     assert "a.html exists" in capsys.readouterr().err
 
 

@@ -11,8 +11,7 @@ import pytest
 from stickslip.agents import load_policy, read_metadata, save_policy, shipped_names
 from stickslip.agents.evaluation.evaluate import evaluate_task
 from stickslip.agents.machine import machine_by_name, read_configuration
-from stickslip.agents.policy.file import policy_path
-from stickslip.agents.policy.record import every_record, record_of
+from stickslip.agents.policy.file import every_record, policy_path, record_of
 from stickslip.agents.policy.shipped import FOLDER, policy_name, shipped_path
 from stickslip.agents.training.configuration import settings_given
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser

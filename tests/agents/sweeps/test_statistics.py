@@ -43,7 +43,7 @@ def test_a_summary_has_failures_and_the_worst_slip_over_all_points():
 
 
 @pytest.mark.parametrize("axes", [2, 1])
-def test_two_plots_are_drawn_of_what_varies(tmp_path: Path, axes: int):
+def test_a_plot_is_drawn_of_what_varies(tmp_path: Path, axes: int):
     found = example()
     if axes == 1:
         keep = {name: one[:, :, :, :1] for name, one in found.arrays.items()}
@@ -53,5 +53,5 @@ def test_two_plots_are_drawn_of_what_varies(tmp_path: Path, axes: int):
         found = replace(found, arrays=keep, coordinates=found.coordinates | {"payload": LOAD[:1]})
     assert drawn_axes(found) == ("mu", "payload")[:axes]
     names = [one.name for one in write_pictures(found, tmp_path, ("slid", "walked"))]
-    assert names == ["sweep.png", "endings.png"]
-    assert all((tmp_path / name).stat().st_size > 10_000 for name in names)
+    assert names == ["sweep.png"]
+    assert (tmp_path / "sweep.png").stat().st_size > 10_000

@@ -97,13 +97,11 @@ def assert_whole(path: Path) -> None:
     assert read_columns(path / "evaluations.csv")["timesteps"] == expected
     assert (path / "policy.npz").read_text() == str(config.timesteps)
     assert not list(path.rglob("*.part"))
-    assert (path / "versions.json").exists()
 
 
 @pytest.fixture(autouse=True)
 def _quickly(monkeypatch: pytest.MonkeyPatch):
     """Replace what takes time and is not tested here."""
-    monkeypatch.setattr("stickslip.agents.training.directory.versions", lambda: {"python": "3"})
     monkeypatch.setattr(os, "fsync", lambda handle: None)
 
 

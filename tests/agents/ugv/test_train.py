@@ -121,10 +121,9 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     assert "friction used" in said
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     assert [row["controller"] for row in rows] == [policy, "level-body"]
-    drawn = ["--out", "drive.gif", "--plot", "drive.png", "--seconds", "0.3"]
+    drawn = ["--out", "drive.gif", "--seconds", "0.3"]
     assert main(["view", policy, *drawn]) == OK
     assert Path("drive.gif").read_bytes().startswith(b"GIF89a")
-    assert Path("drive.png").stat().st_size > 10000
 
 
 @pytest.mark.parametrize(
