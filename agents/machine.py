@@ -252,12 +252,6 @@ def register(machine: AnyMachine) -> None:
     _MACHINES[machine.name] = machine
 
 
-def unregister(name: str) -> None:
-    """Forget a machine. ValueError for an unknown name."""
-    machine_by_name(name)
-    del _MACHINES[name]
-
-
 def machines() -> tuple[AnyMachine, ...]:
     """All machines in order of their registration; the first is the default."""
     return tuple(map(machine_by_name, _MACHINES))

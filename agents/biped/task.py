@@ -10,7 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import TrainingTask
-from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
+from stickslip.agents.policy.task import (
+    numbers_in_words,
+    own_machine,
+    require_numbers,
+    same_numbers,
+)
 from stickslip.agents.protocol import Task
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.robot_file import BARS, NAMES, ROBOT, bars_of, robot_text
@@ -108,19 +113,8 @@ def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]
         scene = Scene.uniform(config.mu_static, config.mu_kinetic)
     scene = replace(scene, payload=config.payload).validate()
     given: Parts = {"randomisation": drawn, "scene": scene, "mean_rate": config.mean_rate}
-    rest = env.make_params(**given, **own_robot(config.robot))
+    rest = env.make_params(**given, **own_machine(BipedParams, "robot", config.robot))
     return TrainingTask(env, _training(config, rest), from_anywhere(rest), rest)
-
-
-def own_robot(path: str | None, changes: Mapping[str, str] | None = None) -> Parts:
-    """Arguments of `make_params` in a robot's file or its text: robot, and numbers of its motor.
-
-    changes: single numbers of that robot, or of the reference robot.
-    """
-    if path is None and not changes:
-        return {}
-    robot, motor = BipedParams.with_motor(path, changes)
-    return {"robot": robot, **motor}
 
 
 def _training(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
@@ -149,7 +143,7 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
     path, changes, bare = options["robot"], options.get("changes"), given["robot"]
     if path is None and changes and not same_numbers(bare, BipedParams.from_bars()):
         path = robot_text(vars(bare))
-    own = own_robot(path, changes)
+    own = own_machine(BipedParams, "robot", path, changes)
     given["robot"] = own.pop("robot", bare)
     given |= {"numbers": given["numbers"] | own, "randomisation": drawn}
     env, params = build(**given)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
@@ -12,7 +13,7 @@ from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     from jaxtyping import Array
 
@@ -71,12 +72,13 @@ def from_start(values: Array | np.ndarray) -> np.ndarray:
 def panel(
     title: str,
     unit: str,
-    values: np.ndarray,
+    values: np.ndarray | Mapping[str, np.ndarray],
     limits: tuple[float, ...] = (),
     steps: bool = False,
 ) -> Panel:
-    """A panel of one line."""
-    return Panel(title, unit, (Line(title, values),), limits, steps)
+    """A panel of one line, or of several by name."""
+    lines = values if isinstance(values, Mapping) else {title: values}
+    return Panel(title, unit, tuple(Line(*one) for one in lines.items()), limits, steps)
 
 
 def reward_panels(

@@ -123,6 +123,17 @@ def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
     return ", ".join(words).replace("_", " ")
 
 
+def own_machine(
+    kind: Any, name: str, path: str | None, changes: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """Arguments of `make_params` in a machine's file or its text: the machine, under `name`, and
+    numbers of its motor. changes: single numbers of that machine, or of the default one."""
+    if path is None and not changes:
+        return {}
+    machine, motor = kind.with_motor(path, changes)
+    return {name: machine, **motor}
+
+
 def same_numbers(one: object, other: object) -> bool:
     """True if two trees hold the same numbers, up to rounding to float32."""
     if jax.tree.structure(one) != jax.tree.structure(other):

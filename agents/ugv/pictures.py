@@ -17,8 +17,6 @@ from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.ugv.picture import ugv_frames, ugv_picture
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.tasks.known import Scale
     from stickslip.envs.ugv.env import UGVEnv
@@ -81,22 +79,16 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
     angles = np.degrees(frame.at.leg_angles.T)
     work = [from_start(played.info[name]) / spacing for name in ("wheel_work", "total_work")]
 
-    def two(
-        title: str,
-        unit: str,
-        names: tuple[str, str],
-        values: Iterable[np.ndarray],
-        steps: bool = False,
-    ):
-        lines = tuple(Line(name, of) for name, of in zip(names, values, strict=True))
-        return Panel(title, unit, lines, steps=steps)
-
-    sides = "rear", "front"
     return (
-        two(GROUND, "m", sides, heights),
-        two(LEGS, "°", sides, angles),
+        panel(GROUND, "m", {"rear": heights[0], "front": heights[1]}),
+        panel(LEGS, "°", {"rear": angles[0], "front": angles[1]}),
         panel(TORQUE, "N m", np.asarray(frame.at.torque)),
-        two("work put in, for each metre", "J/m", ("motors", "with the legs"), work, steps=True),
+        panel(
+            "work put in, for each metre",
+            "J/m",
+            {"motors": work[0], "with the legs": work[1]},
+            steps=True,
+        ),
         Panel(
             "friction used",
             "-",

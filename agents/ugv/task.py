@@ -11,7 +11,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import TrainingTask
-from stickslip.agents.policy.task import numbers_in_words, require_numbers, same_numbers
+from stickslip.agents.policy.task import (
+    numbers_in_words,
+    own_machine,
+    require_numbers,
+    same_numbers,
+)
 from stickslip.agents.protocol import Task
 from stickslip.agents.ugv.config import (
     FIXED,
@@ -125,7 +130,7 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
             friction=config.friction,
             leg_rate=config.leg_rate,
             spacing=config.spacing,
-            **own_vehicle(config.vehicle),
+            **own_machine(UGVParams, "vehicle", config.vehicle),
             start_angles=(np.radians(config.start_angle),) * 2,
             preview_length=config.preview_length,
             preview_noise=config.preview_noise,
@@ -140,17 +145,6 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
     return TrainingTask(env, tested.replace(**changes), tested, tested)
 
 
-def own_vehicle(path: str | None, changes: Mapping[str, str] | None = None) -> Parts:
-    """Arguments of `make_params` in a vehicle's file or its text: vehicle, and max_torque.
-
-    changes: single numbers of that vehicle, or of the default one.
-    """
-    if path is None and not changes:
-        return {}
-    vehicle, motor = UGVParams.with_motor(path, changes)
-    return {"vehicle": vehicle, **motor}
-
-
 def with_options(task: UGVTask, options: Options, scene: str | None, viewed: bool) -> UGVTask:
     """See Machine; what an option sets is no longer drawn.
 
@@ -161,7 +155,7 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
     path = options["vehicle"]
     if path is None and options.get("changes"):
         path = vehicle_text(vars(task.params.vehicle))
-    own = own_vehicle(path, options.get("changes"))
+    own = own_machine(UGVParams, "vehicle", path, options.get("changes"))
     given["vehicle"] = own.pop("vehicle", given["vehicle"])
     numbers |= own
     if scene is not None:

@@ -19,7 +19,7 @@ from stickslip.agents import (
     save_policy,
 )
 from stickslip.agents.biped.machine import BipedMachine
-from stickslip.agents.machine import machine_by_name, unregister
+from stickslip.agents.machine import _MACHINES, machine_by_name
 from stickslip.agents.training.directory import read_columns
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassEnv, MassMachine, Pull
@@ -32,7 +32,7 @@ def _registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Non
     monkeypatch.chdir(tmp_path)
     register(MassMachine())
     yield
-    unregister("mass")
+    del _MACHINES["mass"]
 
 
 def test_a_third_machine_is_short():

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from stickslip.agents.machine import register, unregister
+from stickslip.agents.machine import _MACHINES, register
 from tests.agents.mass import MassMachine
 
 
@@ -13,4 +13,4 @@ def mass() -> Iterator[None]:
     """Register the mass."""
     register(MassMachine())
     yield
-    unregister("mass")
+    del _MACHINES["mass"]

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from stickslip.agents.machine import register, unregister
+from stickslip.agents.machine import _MACHINES, register
 from tests.agents.mass import MassMachine
 
 
@@ -12,4 +12,4 @@ from tests.agents.mass import MassMachine
 def _registered() -> Iterator[None]:
     register(MassMachine())
     yield
-    unregister("mass")
+    del _MACHINES["mass"]
