@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
-ASKED = ("out", "budget", "seconds", "seeds", "limit", "resume", "workers")
+ASKED = ("out", "budget", "seconds", "seeds", "resume", "workers")
 """Flags that `race` takes by their names."""
 
 
