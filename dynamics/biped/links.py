@@ -170,8 +170,11 @@ def require_closure(params: Linkage, samples: int = 720) -> None:
     if not is_concrete(params):
         return
     batch, whole = as_batch(params)
-    count, depth = int(np.prod(batch)), len(batch)
-    flat = jax.tree.map(lambda leaf: leaf.reshape(count, *leaf.shape[depth:]), whole)
+    count, depth, dtype = int(np.prod(batch)), len(batch), float_type(whole)
+    # of one type, and none of them weak: else the check is compiled for each combination
+    flat = jax.tree.map(
+        lambda leaf: np.asarray(leaf, dtype).reshape(count, *leaf.shape[depth:]), whole
+    )
     margin, angles = map(np.asarray, _closure_margins(samples, flat))
     if np.all(margin >= 0):
         return

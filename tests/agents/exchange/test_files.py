@@ -68,11 +68,13 @@ def test_mujoco_has_the_masses_and_ten_poses_of_the_kinematics(robot):
     for index, body in enumerate(bodies):
         assert model.body_mass[body] == pytest.approx(mass_of(robot, index), rel=1e-14)
         assert model.body_inertia[body][1] == float(robot.inertia[LINK_OF_BODY[index]])
-    upright = kinematics(robot, START).angles
+    pose, place = jax.jit(joints), jax.jit(kinematics)
+    upright = place(robot, jnp.asarray(START)).angles
     for theta in np.linspace(START, 3 * START, 10):
-        data.qpos[3:], data.qvel[3:] = jax.jit(joints)(robot, jnp.asarray(theta), jnp.asarray(1.0))
+        theta = jnp.asarray(theta)
+        data.qpos[3:], data.qvel[3:] = pose(robot, theta, jnp.asarray(1.0))
         mujoco.mj_forward(model, data)
-        placed = kinematics(robot, theta)
+        placed = place(robot, theta)
         np.testing.assert_allclose(data.xipos[bodies][:, [0, 2]], placed.centres, atol=1e-14)
         turned = np.asarray(placed.angles - upright)
         rotations = data.xmat[bodies].reshape(-1, 3, 3)
@@ -88,9 +90,10 @@ def test_mujoco_has_the_masses_and_ten_poses_of_the_kinematics(robot):
 def test_a_pose_is_differentiated_in_both_precisions(dtype):
     robot = BipedParams.from_bars(dtype=dtype)
     theta, step = jnp.asarray(2.0, dtype), 1e-2
-    places, rates = jax.jit(joints)(robot, theta, jnp.asarray(1.0, dtype))
+    pose = jax.jit(joints)
+    places, rates = pose(robot, theta, jnp.asarray(1.0, dtype))
     assert places.dtype == rates.dtype == dtype
-    after, before = (joints(robot, theta + move, 0 * theta)[0] for move in (step, -step))
+    after, before = (pose(robot, theta + move, 0 * theta)[0] for move in (step, -step))
     np.testing.assert_allclose(rates, (after - before) / (2 * step), atol=2e-4)
 
 
@@ -129,7 +132,7 @@ def test_a_second_of_walking_without_slip_is_ours(float64, feet, tolerance):
     assert float(jnp.max(jnp.abs(ours.states.foot_position))) == 0.0
     mujoco, model, data = loaded(mjcf(mechanism(robot), friction=friction, feet=feet))
     crank = model.joint(joint_of("8")).qposadr[0]
-    data.qvel[3:] = joints(robot, jnp.asarray(START), jnp.asarray(RATE))[1]
+    data.qvel[3:] = jax.jit(joints)(robot, jnp.asarray(START), jnp.asarray(RATE))[1]
     angles = [START]
     for _ in range(1000):
         data.ctrl[0] = law(data.qvel[crank])
