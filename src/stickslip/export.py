@@ -9,30 +9,32 @@ from typing import Any
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 
-KINDS = {"out": (".onnx", ".npz"), "mjcf": (".xml", ".mjcf")}
+KINDS = {"out": (".onnx", ".npz"), "mjcf": (".xml", ".mjcf"), "urdf": (".urdf", ".xml")}
 """Endings of the file that each flag names."""
 MU = 0.5
 """Usual friction of an exported floor [-]."""
 
 
 def export_command(flags: Mapping[str, Any]) -> None:
-    """Write a policy to --out, or a machine to --mjcf."""
+    """Write a policy to --out, or a machine to --mjcf and --urdf."""
     paths = {kind: Path(flags[kind]) for kind in KINDS if flags[kind] is not None}
-    if len(paths) != 1:
+    if not paths or ("out" in paths and len(paths) > 1):
         given = " and ".join(f"--{kind}" for kind in paths) or "no file"
-        raise ValueError(f"{given}; accepted: --out of a policy, or --mjcf of a machine")
+        raise ValueError(f"{given}; accepted: --out of a policy, or --mjcf, --urdf of a machine")
     if "out" in paths and (flags["changes"] or flags["mu"] is not None):
         raise ValueError("--mu or --set with a policy; accepted: with the file of a machine")
-    ((kind, path),) = paths.items()
-    require_suffix(path, KINDS[kind])
-    require_new([path], flags["overwrite"])
-    (export_policy if kind == "out" else export_machine)(flags, path)
+    for kind, path in paths.items():
+        require_suffix(path, KINDS[kind])
+    export = export_policy if "out" in paths else export_machine
+    export(flags, paths)
 
 
-def export_policy(flags: Mapping[str, Any], path: Path) -> None:
+def export_policy(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     """Write a policy as ONNX or as a NumPy archive, by the ending of --out."""
-    source, overwrite = existing_path(flags["who"]), flags["overwrite"]
+    path, overwrite = paths["out"], flags["overwrite"]
+    source = existing_path(flags["who"])
     policy, metadata = read_policy(source)
+    require_new([path], overwrite)
     require_writable([path])
     if path.suffix.lower() == ".npz":
         write_whole(path, source.read_bytes(), overwrite=overwrite)
@@ -44,9 +46,10 @@ def export_policy(flags: Mapping[str, Any], path: Path) -> None:
     print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
 
 
-def export_machine(flags: Mapping[str, Any], path: Path) -> None:
-    """Write the biped of a file as MJCF, and print what it cannot say."""
+def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
+    """Write the biped of a file as MJCF and URDF, and print what they cannot say."""
     from stickslip.agents.exchange.mjcf import ABOUT, mechanism, mjcf
+    from stickslip.agents.exchange.urdf import missing, urdf
     from stickslip.dynamics.biped import BipedParams
     from stickslip.dynamics.biped.settings import precision
     from stickslip.dynamics.machine_file import machine_in
@@ -58,14 +61,20 @@ def export_machine(flags: Mapping[str, Any], path: Path) -> None:
     require_one("mu", mu, low=0.0, accepted="a finite coefficient >= 0")
     if machine_in(source) != "biped":
         raise ValueError(
-            f"{source} is a vehicle, whose quasi-static half-model has no counterpart in "
-            "MJCF; accepted: the file of a biped"
+            f"{source} is a vehicle, whose quasi-static half-model has no counterpart in MJCF and "
+            "URDF; accepted: the file of a biped"
         )
     with precision("float64"):
         robot, motor = BipedParams.with_motor(source, changes)
         machine = mechanism(robot)
     limit = motor.get("torque_limit", TORQUE_LIMIT)
-    require_writable([path])
-    text = mjcf(machine, friction=mu, torque_limit=limit)
-    write_whole(path, text, overwrite=flags["overwrite"])
-    print(f"Written: {path}\n{ABOUT}")
+    require_new(list(paths.values()), flags["overwrite"])
+    require_writable(list(paths.values()))
+    texts = {
+        "mjcf": lambda: (mjcf(machine, friction=mu, torque_limit=limit), ABOUT),
+        "urdf": lambda: (urdf(machine, limit), missing(machine)),
+    }
+    for kind, path in paths.items():
+        text, about = texts[kind]()
+        write_whole(path, text, overwrite=flags["overwrite"])
+        print(f"Written: {path}\n{about}")

@@ -164,6 +164,7 @@ def export_flags(parser: Parser, _: object) -> None:
     _add_policies(parser, "one of those below, a file, a run, or a robot's file in TOML")
     add("--out", metavar="FILE", help="a policy as .onnx, or .npz for NumPy alone")
     add("--mjcf", metavar="FILE", help="a robot for MuJoCo: closed loops, floor, motor, two feet")
+    add("--urdf", metavar="FILE", help="a robot as URDF: a tree, whose loops are cut")
     about = "friction of the floor for MuJoCo, static and kinetic (default: 0.5)"
     add("--mu", type=float, help=about)
     add_overwrite(parser)

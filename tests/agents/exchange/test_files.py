@@ -19,6 +19,7 @@ from stickslip.agents.exchange.mjcf import (
     mjcf,
     name_of,
 )
+from stickslip.agents.exchange.urdf import CUT, HINGES, urdf
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BODIES, BipedParams, BipedState, kinematics, simulate
@@ -142,14 +143,57 @@ def test_a_second_of_walking_without_slip_is_ours(float64, feet, tolerance):
     assert angles[-1] > 4.0
 
 
+def test_urdf_is_a_tree_with_every_mass_and_names_what_it_leaves_out(robot):
+    text = urdf(mechanism(robot), 3.0)
+    root = ElementTree.fromstring(text)
+    links = {link.get("name"): link for link in root.findall("link")}
+    assert list(links) == [name_of(body) for body in BODIES]
+    parents = {
+        joint.find("child").get("link"): joint.find("parent").get("link")
+        for joint in root.findall("joint")
+    }
+    assert set(links) - set(parents) == {"foot"}
+    for name in links:  # every chain ends at the root
+        chain = [name]
+        while chain[-1] in parents:
+            chain.append(parents[chain[-1]])
+            assert len(chain) < len(links)
+    for index, body in enumerate(BODIES):
+        inertial = links[name_of(body)].find("inertial")
+        assert float(inertial.find("mass").get("value")) == mass_of(robot, index)
+        about = float(robot.inertia[LINK_OF_BODY[index]])
+        assert [float(inertial.find("inertia").get(i)) for i in ("ixx", "iyy", "izz")] == [
+            about
+        ] * 3
+    assert root.find("joint[@name='crank_pin']/limit").get("effort") == "3.0"
+    pins = {frozenset((one, other)) for one, other, _ in (*HINGES, *CUT)}
+    assert len(pins) == 2 * 17 + 1
+    assert all(f"{name_of(one)} and {name_of(other)} at" in text for one, other, _ in CUT)
+
+
+def test_mujoco_reads_the_urdf_with_every_link_in_its_place(robot):
+    mujoco = pytest.importorskip("mujoco")
+    spec = mujoco.MjSpec.from_string(urdf(mechanism(robot), 3.0))
+    spec.compiler.fusestatic = False
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    assert (model.njnt, model.nbody) == (23, 25)
+    assert model.body_mass.sum() == pytest.approx(float(robot.total_mass), rel=1e-14)
+    bodies = [model.body(name_of(body)).id for body in BODIES]
+    centres = kinematics(robot, START).centres
+    np.testing.assert_allclose(data.xipos[bodies][:, [0, 2]], centres, atol=1e-14)
+
+
 def test_the_command_writes_a_file_s_robot_and_replaces_nothing(tmp_path, capsys):
-    toml, mujoco_file = (str(tmp_path / name) for name in ("my.toml", "r.xml"))
+    toml, mujoco_file, tree = (str(tmp_path / name) for name in ("my.toml", "r.xml", "r.urdf"))
     assert main(["robot", "--new", toml]) == OK
-    files = ["--mjcf", mujoco_file]
+    files = ["--mjcf", mujoco_file, "--urdf", tree]
     change = ["--set", "robot.payload=2", "motor.torque_limit=3", "--mu", "0.3"]
     assert main(["export", toml, *files, *change]) == OK
     said = capsys.readouterr().out
     assert "static and kinetic friction are the same" in said
+    assert "tibia and knee_link at" in said
     root = ElementTree.parse(mujoco_file).getroot()
     assert root.find("worldbody/geom").get("friction") == "0.3 0.0 0.0"
     assert root.find("actuator/motor").get("ctrlrange") == "-3.0 3.0"
