@@ -1,6 +1,6 @@
 """The best policy of a biped's task, by value iteration on the environment's own step.
 
-    python -m benchmarks.optimum TASK [--fineness 1] [--actions 41] [--ahead 4] [--beam 4]
+    python -m benchmarks.optimum TASK
 
 Two of the ladder's best known scores come from here. Every action is stepped once from every node
 of a grid of states; results are exact for the process in which a step leads to the corners of the
@@ -23,11 +23,10 @@ import numpy as np
 from jax.scipy.ndimage import map_coordinates
 
 from benchmarks.report import options, provenance, read_json, write_json
-from stickslip.agents.evaluation.rollout import Rollout, horizon, play, without_resets
+from stickslip.agents.evaluation.rollout import horizon, play, without_resets
 from stickslip.agents.evaluation.table import fraction_interval, keep_of, mean_interval
 from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
-from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Grip, Uniform
 from stickslip.envs import BipedEnv, task_by_name
@@ -43,8 +42,6 @@ SLACK = 1e-3
 """Share of an outermost cell by which rounding may leave the grid."""
 AT_ONCE = 2**15
 """Steps that are computed together."""
-WORKING = 3
-"""Times the memory of all transitions that is needed while they are put together and swept."""
 STOPS = -1
 """Sheet where the process has ended, or left the grid."""
 REST, FORWARDS, BACKWARDS = range(3)
@@ -57,6 +54,8 @@ SLOWEST = 1e-5
 """The speed that stands for a slide that is just beginning or ending [m/s]."""
 RATES = (-0.5, 2.5)
 """Crank rates that the grid covers, in commanded rates."""
+ACTIONS, AHEAD, BEAM, EPISODES = 41, 4, 4, 32
+"""Torques, steps that the policy looks ahead, paths that it keeps, episodes that it plays."""
 
 
 class Place(NamedTuple):
@@ -151,13 +150,9 @@ class Walk:
     env: BipedEnv = field(metadata={"static": True})
 
     @classmethod
-    def of(
-        cls, env: BipedEnv, params: BipedEnvParams, actions: int = 41, fineness: float = 1.0
-    ) -> Walk:
-        """The process with its usual grid, `fineness` times as many cells along each axis.
-
-        ValueError for a task whose rewards depend on more than the coordinates.
-        """
+    def of(cls, env: BipedEnv, params: BipedEnvParams, actions: int = ACTIONS) -> Walk:
+        """The process with its usual grid; ValueError for a task whose rewards depend on more than
+        the coordinates."""
         drawn = params.randomisation
         more = [one for one in ("friction", "mass", "payload") if getattr(drawn, one) is not None]
         more += ["mean_rate"] if drawn.mean_rate is not None else []
@@ -171,7 +166,7 @@ class Walk:
         low, high = (share * float(params.mean_rate) for share in RATES)
 
         def plane(name: str) -> tuple[np.ndarray, np.ndarray]:
-            turn, rate = (max(2, round(fineness * count)) + 1 for count in CELLS[name])
+            turn, rate = (count + 1 for count in CELLS[name])
             return np.linspace(SUPPORT_START, SUPPORT_END, turn), np.linspace(low, high, rate)
 
         slide = (*plane("slide"), np.asarray(SPEEDS))
@@ -235,15 +230,10 @@ class Transitions(NamedTuple):
 def transitions(process: Any) -> Transitions:
     """Transitions of all nodes under all actions; what the grid does not cover is not guessed.
 
-    process: a Walk, or another pytree with its methods. ValueError for a grid that memory does not
-    hold, before anything of it exists.
+    process: a Walk, or another pytree with its methods.
     """
-    grid, count, kind = process.grid, len(process.actions), jnp.result_type(process.actions)
-    each = WORKING * (2 + (1 + grid.rank) * kind.itemsize)
-    given = f"{grid.size:,} nodes with {count} actions"
-    require_memory(given, "transitions", grid.size * count, each)
-    sheets, nodes = grid.nodes
-    return _from_nodes(process, sheets.astype(np.int8), nodes.astype(kind))
+    sheets, nodes = process.grid.nodes
+    return _from_nodes(process, sheets.astype(np.int8), nodes.astype(process.actions.dtype))
 
 
 @jax.jit
@@ -333,8 +323,6 @@ class ValuePolicy(Memoryless):
 
     walk: Walk
     values: Float[Array, " nodes"]
-    depth: int = field(default=4, metadata={"static": True})
-    beam: int = field(default=4, metadata={"static": True})
 
     def validate(self) -> ValuePolicy:
         """Return self."""
@@ -345,64 +333,27 @@ class ValuePolicy(Memoryless):
     ) -> tuple[None, Array]:
         """See Controller."""
         walk = replace(self.walk, params=env_params)
-        return memory, look_ahead(walk, self.values, env_state, self.depth, self.beam)[0]
+        return memory, look_ahead(walk, self.values, env_state, AHEAD, BEAM)[0]
 
 
-def solve(walk: Walk, depth: int = 4, beam: int = 4) -> ValuePolicy:
+def solve(walk: Walk) -> ValuePolicy:
     """The policy of the most that can be earned from each node in an episode's steps."""
     values = finite_horizon(walk.grid, transitions(walk), horizon(walk.params))
-    return ValuePolicy(walk, values, depth, beam)
-
-
-class Known(NamedTuple):
-    """Episodes of a value function's policy; every entry [episodes]."""
-
-    reward: np.ndarray
-    """Return of the episode."""
-    fell: np.ndarray
-    """True if it ended otherwise than by the time limit."""
-    expected: np.ndarray
-    """Value of the episode's start on the grid."""
-    off_grid: np.ndarray
-    """Share of the episode's states that the grid does not cover; there its nearest node counts."""
-
-
-def known(policy: ValuePolicy, episodes: int) -> Known:
-    """Play the policy on seeds 0, 1, ... of its task."""
-    walk, grid = policy.walk, policy.walk.grid
-
-    def kept(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Known:
-        standard = keep_of(played, params)
-        off = jax.vmap(lambda state: walk.place(state).outside)(played.state)
-        real = jnp.arange(len(played.reward)) < played.length
-        start = grid.read(policy.values, walk.place(played.start_state))
-        share = jnp.sum(off & real) / played.length
-        found: Any = standard.reward, standard.terminated, start, share
-        return Known(*found)
-
-    return play(walk.env, policy, walk.params, range(episodes), kept)
+    return ValuePolicy(walk, values)
 
 
 def main(arguments: list[str]) -> None:
-    """Write and print what the policy earns on a task, and what the grid says."""
+    """Write and print what the policy earns on a task."""
     parser = options("optimum", __doc__)
     parser.add_argument("task")
-    parser.add_argument("--fineness", type=float, default=1.0)
-    parser.add_argument("--actions", type=int, default=41)
-    parser.add_argument("--ahead", type=int, default=4)
-    parser.add_argument("--beam", type=int, default=4)
-    parser.add_argument("--episodes", type=int, default=32)
     given = parser.parse_args(arguments)
     env, params = task_by_name(given.task).make()
-    walk = Walk.of(cast("BipedEnv", env), params, given.actions, given.fineness)
-    policy = solve(walk, given.ahead, given.beam)
-    found = known(policy, given.episodes)
-    entry = {"settings": vars(given), **found._asdict(), **provenance()}
+    walk = Walk.of(cast("BipedEnv", env), params)
+    found = play(walk.env, solve(walk), params, range(EPISODES), keep_of)
+    entry = {"reward": found.reward, "fell": found.fell, **provenance()}
     write_json({**read_json(given.out), given.task: entry}, given.out)
-    print(f"earned {mean_interval(found.reward).shown(4)}, on the grid {found.expected.mean():.4g}")
-    print(
-        f"fell {fraction_interval(found.fell).value:.0%}, off the grid {found.off_grid.mean():.2%}"
-    )
+    fell = fraction_interval(found.fell).value
+    print(f"earned {mean_interval(found.reward).shown(4)}, fell {fell:.0%}")
 
 
 if __name__ == "__main__":

@@ -51,21 +51,11 @@ def transfer_rows(quick: bool) -> Iterator[dict[str, Any]]:
         yield row
 
 
-def body(content: dict[str, Any]) -> str:
-    """The table of docs/performance.md."""
-    return f"Measured on {where(content)}.\n\n{markdown(content['transfer'])}"
-
-
 def update(content: dict[str, Any]) -> None:
     """Write the page's table."""
-    put_between(DOCUMENT, body(content), "transfer")
-
-
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command, and print the table."""
-    parts = {"transfer": transfer_rows}
-    print(body(measured_by_command("transfer", __doc__, parts, update, arguments)))
+    text = f"Measured on {where(content)}.\n\n{markdown(content['transfer'])}"
+    put_between(DOCUMENT, text, "transfer")
 
 
 if __name__ == "__main__":
-    main()
+    measured_by_command("transfer", __doc__, {"transfer": transfer_rows}, update)

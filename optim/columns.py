@@ -2,46 +2,30 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import itertools
 import math
 import os
 import re
 import stat
-from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.dynamics.checks import nearest, require_memory, shown
+from stickslip.dynamics.machine_file import quantity
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-MOST_IN_A_LINE = 10_000
-"""Characters."""
 BYTES = 20
 """Memory for each byte of a file while it is read, about [bytes]."""
-UNITS: dict[str, dict[str, tuple[float, float]]] = {
-    "s": {"s": (1, 1), "ms": (1, 1000), "min": (60, 1), "h": (3600, 1)},
-    "m": {"m": (1, 1), "mm": (1, 1000), "cm": (1, 100), "km": (1000, 1)},
-    "N m": {"Nm": (1, 1), "mNm": (1, 1000), "Nmm": (1, 1000), "Ncm": (1, 100), "kNm": (1000, 1)},
-    "rad": {"rad": (1, 1), "mrad": (1, 1000), "deg": (math.pi, 180)},
-    "rad/s": {"rad/s": (1, 1), "deg/s": (math.pi, 180), "rpm": (math.pi, 30)},
-    "-": {"": (1, 1)},
-}
-"""Unit of a result -> the units that a head may name, and what to multiply and divide by."""
-SPELLED = {"sec": "s", "seconds": "s", "metres": "m", "meters": "m", "degrees": "deg", "°": "deg"}
-BRACKETED = re.compile(r"(.*?)\s*[\[(]([^\[(]*)[\])]")
-SUFFIXED = re.compile(r"(.+)(?:_|/| in )(.+)")
 DECIMAL_COMMA = re.compile(r"^([+-]?\d*),(\d+(?:[eE][+-]?\d+)?)$")
+BRACKETED = re.compile(r"(.*?)\s*[\[(]([^\[(]*)[\])]")
 
 
 class ColumnSpec(NamedTuple):
-    """A column to look for: its name, its unit (a key of UNITS) and its other names.
+    """A column to look for: its name, its unit and its other names.
 
     The case of a name counts where it tells two columns apart (t and T).
     """
@@ -60,8 +44,8 @@ def accepted_table(wanted: Sequence[ColumnSpec]) -> str:
         for one in wanted
     )
     return (
-        f"columns {columns}, apart by comma, semicolon, tab or blanks, under no head or one with "
-        f"such names; finite numbers, {wanted[0].name} increasing"
+        f"columns {columns}, separated by comma, semicolon, tab or blanks, under no head or one "
+        f"with such names; finite numbers, {wanted[0].name} increasing"
     )
 
 
@@ -75,7 +59,7 @@ def read_columns(
 ) -> Float[np.ndarray, "rows columns"]:
     """Read the wanted columns in their units and order; the first one increases.
 
-    Blank lines and lines that begin with # are passed over; a head in another unit of UNITS is
+    Blank lines and lines that begin with # are passed over; a head in another unit, as "x [mm]", is
     converted. also: what the caller accepts besides, for messages. most: bytes of a file.
     unordered: what to say of a first column that does not increase; None accepts it.
     ValueError names the file, the line and what is accepted; OSError where it cannot be opened.
@@ -94,38 +78,42 @@ class _TableError(Exception):
 def _columns(
     path: Path, text: str, wanted: Sequence[ColumnSpec], unordered: str | None
 ) -> Float[np.ndarray, "rows columns"]:
-    rows = _rows(path, text)
-    place, head = next(rows, ("", []))
-    if not place:
-        raise _TableError(f"{shown_path(path)} is empty")
-    headed = not any(map(is_number, head))
-    names = [_name_and_unit(title.strip("\"'"), "-")[0] for title in head] if headed else []
-    wanted = [
-        one
-        for one in wanted
-        if not one.optional or any(_is_called(name, one, wanted) for name in names)
-    ]
-    if headed:
-        taken, width = [_taken(place, head, one, wanted) for one in wanted], len(head)
+    name = shown_path(path)
+    numbered = ((number, line.strip(" ")) for number, line in enumerate(text.splitlines(), start=1))
+    lines = [one for one in numbered if one[1].strip(" \t;,") and not one[1].startswith("#")]
+    if not lines:
+        raise _TableError(f"{name} is empty")
+    number, first = lines[0]
+    mark = next((mark for mark in ";\t," if mark in first), None)
+    if mark is None:  # blanks within brackets belong to a unit
+        first = re.sub(r"\s*[\[(].*?[\])]", lambda one: re.sub(r"\s", "", one[0]), first)
+    head = _cells(first, mark)
+    if any(map(is_number, head)):
+        wanted = [one for one in wanted if not one.optional]
+        taken, width = [(at, 1.0) for at in range(len(wanted))], len(wanted)
     else:
-        taken, width = [(at, (1, 1)) for at in range(len(wanted))], len(wanted)
-        rows = itertools.chain([(place, head)], rows)
-    found = [array("d") for _ in wanted]
-    for place, cells in rows:
+        wanted = [one for one in wanted if not one.optional or _places(head, one, wanted)]
+        taken, width = [_taken(f"{name}:{number}", head, one, wanted) for one in wanted], len(head)
+        lines = lines[1:]
+    if not lines:
+        raise _TableError(f"{name}: no rows below the head")
+    found: list[list[float]] = []
+    for number, line in lines:
+        cells = _cells(line, mark)
         if len(cells) != width:
-            raise _TableError(f"{place}: {len(cells)} columns instead of {width}")
-        for spec, (at, (times, by)), values in zip(wanted, taken, found, strict=True):
-            value = float(cells[at]) * times / by if is_number(cells[at]) else math.nan
+            raise _TableError(f"{name}:{number}: {len(cells)} columns instead of {width}")
+        row = [
+            factor * float(cells[at]) if is_number(cells[at]) else math.nan for at, factor in taken
+        ]
+        for spec, (at, _), value in zip(wanted, taken, row, strict=True):
             if not math.isfinite(value):
-                raise _TableError(f"{place}: {spec.name} = {shown(cells[at])} is no finite number")
-            values.append(value)
-        if unordered is not None and len(found[0]) > 1 and not found[0][-2] < found[0][-1]:
-            last, now = found[0][-2:]
-            what = f"{place}: {wanted[0].name} = {now} after {last} does not increase"
-            raise _TableError(what + unordered)
-    if not found[0]:
-        raise _TableError(f"{shown_path(path)}: no rows below the head")
-    return np.array(found).T
+                what = f"{spec.name} = {shown(cells[at])} is no finite number"
+                raise _TableError(f"{name}:{number}: {what}")
+        if unordered is not None and found and not found[-1][0] < row[0]:
+            what = f"{wanted[0].name} = {row[0]} after {found[-1][0]} does not increase"
+            raise _TableError(f"{name}:{number}: {what}{unordered}")
+        found.append(row)
+    return np.array(found)
 
 
 def read_text(path: Path, accepted: str, most: int | None = None) -> str:
@@ -158,35 +146,8 @@ def shown_path(path: Path) -> str:
     return text if len(text) <= 200 else f"... {text[-200:]}"
 
 
-def _rows(path: Path, text: str) -> Iterator[tuple[str, list[str]]]:
-    """The cells of each line that has any, and its place in the file."""
-    mark, begun = None, False
-    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
-        place = f"{shown_path(path)}:{number}"
-        if len(line) > MOST_IN_A_LINE:
-            raise ValueError(
-                f"{place}: a line of {len(line)} characters; accepted: up to {MOST_IN_A_LINE}"
-            )
-        line = line.strip(" \r\n")
-        if not line.strip(" \t;,") or line.startswith("#"):
-            continue
-        if not begun:
-            mark = next((mark for mark in ";\t," if mark in line), None)
-            if mark is None:  # blanks within brackets belong to a unit
-                line = re.sub(r"\s*[\[(].*?[\])]", lambda one: re.sub(r"\s", "", one[0]), line)
-        begun = True
-        try:
-            yield place, _cells(line, mark)
-        except csv.Error as error:
-            raise _TableError(f"{place}: {error}") from None
-
-
 def _cells(line: str, mark: str | None) -> list[str]:
-    if mark is None or '"' not in line:
-        cells = line.split(mark)
-    else:
-        cells = next(csv.reader([line], strict=True, delimiter=mark, skipinitialspace=True))
-    cells = [cell.strip() for cell in cells]
+    cells = [cell.strip().strip("\"'") for cell in line.split(mark)]
     if mark != "," and "," in line:
         cells = [DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in cells]
     return cells
@@ -194,37 +155,35 @@ def _cells(line: str, mark: str | None) -> list[str]:
 
 def _taken(
     place: str, head: Sequence[str], spec: ColumnSpec, wanted: Sequence[ColumnSpec]
-) -> tuple[int, tuple[float, float]]:
-    """Index of a wanted column, with its factor and divisor."""
-    titles = [title.strip("\"'") for title in head]
-    parts = [_name_and_unit(title, spec.unit) for title in titles]
-    at = [i for i, (name, _) in enumerate(parts) if _is_called(name, spec, wanted)]
+) -> tuple[int, float]:
+    """Index of a wanted column, and the factor of its unit."""
+    at = _places(head, spec, wanted)
     if len(at) != 1:
         many = "more than one" if at else "no"
-        near = "" if at else nearest(spec.name, [name for name, _ in parts])
-        among = shown(", ".join(titles))
+        near = "" if at else nearest(spec.name, [_name_and_unit(title)[0] for title in head])
+        among = shown(", ".join(head))
         raise _TableError(f"{place}: {many} column {spec.name!r} among {among}{near}")
-    given = re.sub(r"[\s.*·⋅-]", "", parts[at[0]][1])
-    unit, known = SPELLED.get(given.lower(), given), UNITS[spec.unit]
-    if unit not in known:
-        raise ValueError(
-            f"{place}: column {titles[at[0]]!r} is in {shown(parts[at[0]][1])}; accepted: "
-            f"{', '.join(known)}"
-        )
-    return at[0], known[unit]
+    given = _plain(_name_and_unit(head[at[0]])[1])
+    if given in ("", _plain(spec.unit)):
+        return at[0], 1.0
+    given = re.sub(r"N(?=[cm]?m$)", "N*", given)
+    return at[0], quantity(f"{place}: column {shown(head[at[0]])}: unit", f"1 {given}", spec.unit)
 
 
-def _name_and_unit(title: str, unit: str) -> tuple[str, str]:
-    """Name and unit of "time [s]" or "time (s)"; of "time_s", "t/s", "time in s" for a known unit.
+def _plain(unit: str) -> str:
+    return re.sub(r"[\s.*·⋅-]", "", unit)
 
-    A head without a unit is in the one given.
-    """
-    if found := BRACKETED.fullmatch(title):
-        return found[1], found[2]
-    found = SUFFIXED.fullmatch(title)
-    if found and SPELLED.get(found[2].lower(), found[2]) in UNITS[unit]:
-        return found[1].strip(), found[2]
-    return title, unit
+
+def _places(head: Sequence[str], spec: ColumnSpec, wanted: Sequence[ColumnSpec]) -> list[int]:
+    """Indices of the titles that name the column."""
+    names = [_name_and_unit(title)[0] for title in head]
+    return [i for i, name in enumerate(names) if _is_called(name, spec, wanted)]
+
+
+def _name_and_unit(title: str) -> tuple[str, str]:
+    """Name and unit of "time [s]" or "time (s)"; of a head without a unit, the empty text."""
+    found = BRACKETED.fullmatch(title)
+    return (found[1], found[2]) if found else (title, "")
 
 
 def _is_called(title: str, spec: ColumnSpec, wanted: Sequence[ColumnSpec]) -> bool:

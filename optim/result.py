@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from stickslip.dynamics.pytrees import read_only
-from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     import cvxpy as cp
@@ -91,22 +90,6 @@ class Result:
     @property
     def status_in_words(self) -> str:
         return f"{self.status.name}: {self.status.value}"
-
-    def _repr_html_(self) -> str:
-        """HTML for notebooks: outcome, value, bound, violations and cost."""
-        missed = ", ".join(f"{name} {by:.3g}" for name, by in self.residuals.items() if by > 0)
-        bound = "nothing proved" if self.lower_bound is None else f"{self.lower_bound:.8g}"
-        rows = {
-            "method": self.method,
-            "status": self.status_in_words,
-            "message": self.message,
-            "value": "no point" if self.x is None else f"{self.value:.8g}",
-            "lower bound": bound,
-            "constraints missed by": missed or ("-" if self.x is None else "nothing"),
-            "took": f"{self.seconds:.3g} s, {self.evaluations} evaluations",
-        }
-        columns = [Column(type(self).__name__, words=True), Column("", words=True)]
-        return Table(columns, [row for row in rows.items() if row[1]]).html()
 
     @classmethod
     def of(

@@ -187,9 +187,6 @@ def body(content: dict[str, Any]) -> str:
     parts = [
         presets(content),
         f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
-        '<details markdown="1">\n<summary>Every setting on the line of the picture below</summary>',
-        fronts(content),
-        "</details>",
     ]
     return "\n\n".join(parts)
 
@@ -198,21 +195,6 @@ def presets(content: dict[str, Any]) -> str:
     """The presets, what is promised of them, and their costs."""
     chosen = [{"preset": name} | _columns(one) for name, one in presets_of(content).items()]
     return markdown(chosen) if chosen else "Not measured."
-
-
-def fronts(content: dict[str, Any]) -> str:
-    """Every point of every front of the default robot, its knee marked."""
-    lines = []
-    for scene in FLOORS:
-        for batch in COSTS:
-            points = promises_of(content, scene, ROBOTS[0], batch)
-            if not front_of(points):
-                continue
-            knee = knee_of(points)
-            for point in front_of(points):
-                mark = {"": "knee" if point is knee else ""}
-                lines.append({"floor": scene, "environments": batch} | _columns(point) | mark)
-    return markdown(lines) if lines else "Not measured."
 
 
 def _columns(point: Promise) -> dict[str, Any]:

@@ -115,7 +115,7 @@ class Instance:
         return np.array([one.objective(x) for one in free]), feasible
 
     def objective(self, **options: Any) -> Objective:
-        """A fresh Objective, whose options these are: budget, seconds, outside, targets, seed."""
+        """A fresh Objective, whose options these are: budget, seconds, outside, seed."""
         return Objective(self.problems, noisy=self.flags.noisy, **options)
 
     @property

@@ -56,9 +56,9 @@ class Record:
 
     values, gradients: points at which these were computed, each once; batches: calls that computed
     many. clipped, refused, not_numbers: points that lay out of bounds and were moved in or refused,
-    and points that were no numbers. improvements: of feasible points, for one goal alone. hits:
-    (evaluations, seconds) by target. least_violation: of the points seen. front: with several
-    goals, unbeaten points and their values.
+    and points that were no numbers. improvements: of feasible points, for one goal alone.
+    least_violation: of the points seen. front: with several goals, unbeaten points and their
+    values.
     """
 
     values: int = 0
@@ -68,12 +68,10 @@ class Record:
     refused: int = 0
     not_numbers: int = 0
     improvements: list[Improvement] = field(default_factory=list)
-    hits: dict[float, tuple[int, float]] = field(default_factory=dict)
     best_x: np.ndarray | None = None
     least_violation: float = np.inf
     front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     began: float = field(default_factory=time.perf_counter)
-    targets: tuple[float, ...] = ()
     process: int = field(default_factory=os.getpid, repr=False)
     """The process that it counts in."""
 
@@ -112,12 +110,9 @@ class Record:
                 kept = [one for one in self.front if not np.all(values <= one[1])]
                 self.front = [*kept, (read_only(x), read_only(values))]
         elif values[0] < self.best:
-            now = self.evaluations, self.seconds
-            self.improvements.append(Improvement(*now, float(values[0])))
+            better = Improvement(self.evaluations, self.seconds, float(values[0]))
+            self.improvements.append(better)
             self.best_x = read_only(x)
-            for target in self.targets:
-                if target not in self.hits and self.best <= target:
-                    self.hits[target] = now
 
 
 class _Last(NamedTuple):
@@ -139,8 +134,8 @@ class Objective:
     budget: evaluations, values and gradients counted alike; seconds: from the first on. Who asks
     for more gets BudgetSpent. outside: points out of bounds are moved to the nearest inside
     ("clip") or refused with ValueError ("refuse"), and counted; so are points that are no numbers,
-    whose value is infinite with "clip". targets: values whose first hit is kept. seed: of the
-    draws, where the instance is noisy: every evaluation is a draw of its own.
+    whose value is infinite with "clip". seed: of the draws, where the instance is noisy: every
+    evaluation is a draw of its own.
 
     What is asked for at the point looked at last (constraints, or its value again) costs no
     evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
@@ -151,7 +146,6 @@ class Objective:
     budget: int | None = None
     seconds: float | None = None
     outside: Literal["clip", "refuse"] = "clip"
-    targets: tuple[float, ...] = ()
     seed: int = 0
     noisy: bool = False
     record: Record = field(default_factory=Record)
@@ -164,7 +158,6 @@ class Objective:
             require_scalar("seconds", self.seconds, low=0.0, strict=True, accepted=accepted)
         require_choice("outside", self.outside, OUTSIDE)
         require_integer("seed", self.seed, low=0, high=2**31 - 1)
-        self.record.targets = self.targets
 
     def __getstate__(self) -> dict[str, Any]:
         return given_state(self)

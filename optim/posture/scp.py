@@ -199,17 +199,6 @@ GOOD, BAD, TAKEN = 0.75, 0.25, 0.01
 step is refused."""
 
 
-class Step(NamedTuple):
-    """One iteration. objective: after it. decrease: predicted and actual of the merit, the scaled
-    objective and its penalty. radius: half the box [rad]."""
-
-    objective: float
-    predicted: float
-    actual: float
-    radius: float
-    taken: bool
-
-
 def solve_scp(
     problem: PostureProblem,
     *,
@@ -228,8 +217,8 @@ def solve_scp(
 
     Nothing is proved of the value: FEASIBLE, LIMIT after `iterations`, VIOLATED (the message names
     what is missed), INACCURATE where the solver failed to the end, FAILED without a pose to begin.
-    evaluations: linearisations. details: history (Steps), radius, predicted (the last relative
-    decrease that the model promised within the box: zero at a stationary point), solver_failures.
+    evaluations: linearisations. details: steps (iterations), predicted (the last relative decrease
+    that the model promised within the box: zero at a stationary point).
     """
     began = time.perf_counter()
     for name, value in (("radius", radius), ("tolerance", tolerance)):
@@ -255,7 +244,7 @@ def solve_scp(
     with Bar("scp", iterations, "step", progress) as bar:
         for penalty in PENALTIES:
             search.price(penalty, radius)
-            while len(search.history) < iterations and not search.settled:
+            while search.steps < iterations and not search.settled:
                 search.step()
                 bar.advance(note=f"{near.value(near(search.x)):.6g}")
             if search.missed() <= MISSED:
@@ -267,26 +256,20 @@ def solve_scp(
         began=began,
         status=status,
         evaluations=near.evaluations,
-        message=f"{note}{why} after {len(search.history)} steps, the model promising a relative "
+        message=f"{note}{why} after {search.steps} steps, the model promising a relative "
         f"decrease of {search.predicted:.3g}{problem.shortcomings(search.x)}",
-        details={
-            "history": tuple(search.history),
-            "radius": search.radius,
-            "predicted": search.predicted,
-            "solver_failures": search.failures,
-        },
+        details={"steps": search.steps, "predicted": search.predicted},
     )
 
 
 class _Search:
-    """A point, a box about it, and the history of both; tolerance: see solve_scp."""
+    """A point and a box about it; tolerance: see solve_scp."""
 
     def __init__(self, near: Near, x: np.ndarray, tolerance: float):
         self.near, self.x, self.scale = near, x, near.scale(near(x))
         self.tolerance = tolerance
         self.penalty = self.radius = 0.0
-        self.predicted, self.failures, self.failed = np.inf, 0, False
-        self.history: list[Step] = []
+        self.predicted, self.steps, self.failed = np.inf, 0, False
 
     def price(self, penalty: float, radius: float) -> None:
         """Restart from here with this penalty of violated margins and this box [rad]."""
@@ -316,11 +299,10 @@ class _Search:
         """Solve the model, take or refuse its step, and adapt the box."""
         at = self.near(self.x)
         solution = solve_model(self.near, self.x, self.scale, self.radius, self.penalty)
+        self.steps += 1
         self.failed = solution is None
         if solution is None:
-            self.failures += 1
             self.radius /= 4
-            self.history.append(Step(self.near.value(at), np.nan, 0.0, self.radius, False))
             return
         step, promised = solution
         low, high = self.near.problem.bounds
@@ -329,12 +311,9 @@ class _Search:
         predicted = max(before - promised, 0.0)
         self.predicted = predicted / max(before, 1.0)
         share = (before - after) / max(predicted, 1e-300)
-        taken = share > TAKEN
-        if taken:
+        if share > TAKEN:
             self.x = tried
         if share < BAD:
             self.radius = min(self.radius, float(np.max(np.abs(step)))) / 3
         elif share > GOOD:
             self.radius *= 2
-        value = self.near.value(self.near(self.x))
-        self.history.append(Step(value, predicted, before - after, self.radius, taken))

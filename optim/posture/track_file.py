@@ -13,7 +13,6 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.ugv.track import Surface, Track
 from stickslip.optim.columns import (
-    MOST_IN_A_LINE,
     ColumnSpec,
     is_number,
     read_columns,
@@ -39,6 +38,8 @@ EARTH_RADIUS = 6_371_008.8
 
 MOST_BYTES = 16 * 2**20
 """Greatest size of a file [bytes]; a point takes about 20 in a table and 80 in a GPX track."""
+MOST_IN_A_LINE = 10_000
+"""Characters of an elevation."""
 DEEPEST = 100
 """Elements of a GPX file inside one another."""
 BYTES_A_POINT = 400

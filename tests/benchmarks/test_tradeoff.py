@@ -99,4 +99,4 @@ def test_the_command_measures_and_writes(tmp_path, monkeypatch):
     assert first["bounds"]["0.99"][0] is None  # 48 walks bound no such quantile
     assert (tmp_path / "PICTURE.png").read_bytes().startswith(b"\x89PNG")
     assert json.loads((tmp_path / "DATA.png").read_text())["costs_measured_on"]
-    assert "| smooth |" in (tmp_path / "DOCUMENT.png").read_text()
+    assert "Not measured." in (tmp_path / "DOCUMENT.png").read_text()

@@ -145,8 +145,8 @@ def test_lengths_of_treatments_have_units_and_defaults(capsys):
     assert given == pytest.approx(
         {"merge": 0.0, "noise": 0.2, "smooth": 2.0, "gaps": 10.0, "envelope": 0.22}
     )
-    for words in ("noise", "noise=", "noise=3ft", "noise=-x"):
-        with pytest.raises(ValueError, match="accepted: noise=LENGTH"):
+    for words in ("noise", "noise=", "noise=3kg", "noise=-x"):
+        with pytest.raises(ValueError, match=r"--ground noise = .*accepted: a number \[m\]"):
             treatments_of(words, UGVParams())
     for words in ("", "noises=3"):
         with pytest.raises(ValueError, match=r"--ground = .* is unknown"):

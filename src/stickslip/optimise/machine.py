@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +12,10 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.machine_file import quantity
 from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
 from stickslip.dynamics.ugv.vehicle_file import vehicle_text
-from stickslip.optim.columns import UNITS, is_number
+from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.survey import Survey
 from stickslip.optim.posture.track_file import read_survey
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
 ROLLS = 1.1
 """Radius of the default envelope in wheel radii: at 1 a wheel would touch whole arcs at once."""
-LENGTH = re.compile(r"(.*\d\.?)\s*(mm|cm|m|km)?")
 
 
 def vehicle_on_track(given: Namespace) -> tuple[UGVParams, Survey, dict[str, Any]]:
@@ -100,14 +99,11 @@ def treatments_of(text: str | None, params: UGVParams) -> dict[str, float]:
     for word in [] if text is None else text.split(","):
         name, sign, value = map(str.strip, word.partition("="))
         require_choice("--ground", name, tuple(TREATMENTS))
-        length = LENGTH.fullmatch(value)
         if not sign and name in defaults:
             found[name] = defaults[name]
-        elif length and is_number(length[1]):
-            times, by = UNITS["m"][length[2] or "m"]
-            found[name] = float(length[1]) * times / by
         else:
-            raise ValueError(f"--ground {word!r}; accepted: {name}=LENGTH, as 0.2, 0.2m or 20cm")
+            length = float(value) if is_number(value) else value
+            found[name] = quantity(f"--ground {name}", length, "m")
     return found
 
 

@@ -15,7 +15,6 @@ from stickslip.agents.pictures.view import TALL
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 from stickslip.envs.rendering.page import Episode
-from stickslip.optim.result import OptimStatus, Result
 from tests.pages import read_episodes
 
 
@@ -87,17 +86,3 @@ def test_players_are_shown_in_a_frame_that_reaches_nothing(tmp_path: Path):
         view.save(path)
     with pytest.raises(ValueError, match="0 to show"):
         show(env, {}, params)
-
-
-def test_a_result_says_what_is_proved_of_it():
-    found = Result(
-        "dp", OptimStatus.FEASIBLE, np.zeros(2), 3.5, 2.25, True, message="over <angles>"
-    )
-    text = found._repr_html_()
-    assert "3.5" in text
-    assert "2.25" in text
-    assert "over &lt;angles&gt;" in text
-    assert "meets every constraint" in text
-    none = Result("dp", OptimStatus.FAILED, None, np.inf, message="no way")
-    assert "no point" in none._repr_html_()
-    assert "no way" in none._repr_html_()
