@@ -396,17 +396,6 @@ class PostureResult(Result):
         """x as pairs, rear and front leg at each waypoint [rad]."""
         return None if self.x is None else self.x.reshape(-1, 2)
 
-    @property
-    def discretisation(self) -> float:
-        """Relative difference of fine_value from the value; infinite where there is none.
-
-        Where it is not small, the waypoints are too far apart.
-        """
-        if not (np.isfinite(self.value) and np.isfinite(self.fine_value)):
-            return np.inf
-        off = self.fine_value - self.value
-        return off / max(abs(self.value), np.finfo(float).tiny) if off else 0.0
-
 
 def violations(
     problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station

@@ -30,8 +30,7 @@ from stickslip.optim.posture.criteria import (
     step_cost,
 )
 from stickslip.optim.posture.evaluate import PostureResult, below, natural
-from stickslip.optim.posture.layers import CHUNK, Layer, Layers
-from stickslip.optim.posture.shortfall import shortfall
+from stickslip.optim.posture.layers import CHUNK, Layer, Layers, shortfall
 from stickslip.optim.posture.waypoints import (
     CONVEX,
     LEAST,

@@ -1,20 +1,30 @@
-"""The stations of a grid of leg angles, waypoint by waypoint, a block of waypoints at a time."""
+"""The stations of a grid of leg angles, waypoint by waypoint, a block of waypoints at a time.
+
+And why no drive over a grid meets the constraints: where, which, and the drive that misses least.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from scipy.ndimage import minimum_filter
 
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Station
+from stickslip.optim.posture.evaluate import Posture, tolerated
+from stickslip.optim.posture.waypoints import ROUNDING, slopes_at
+from stickslip.optim.problem import FEASIBLE, float64_program
+from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from jaxtyping import Bool, Float
+    from jaxtyping import Array, Bool, Float
 
     from stickslip.optim.posture.problem import PostureProblem
+
 
 CHUNK = evaluate.SIZES[-1]
 """Stations evaluated in one call, about: what bounds the memory."""
@@ -72,3 +82,107 @@ def _evaluate(
     )
     whole = Layer(stations, evaluate.met(problem.posture, stations))
     return [jax.tree.map(lambda of, i=i: of[i], whole) for i in range(len(at))]
+
+
+def shortfall(grid: Any, progress: bool) -> dict[str, Any]:
+    """What a PostureGrid without an admissible path lacks.
+
+    blocked: [n, 2] first and last places of the front wheel [m] where no pair of angles meets the
+    constraints of a station. closest: the leg angles [K, 2] of the path within the leg rates whose
+    scaled violations, the largest of each waypoint, have the least sum; None where postures or the
+    rate let none through. misses: by constraint, the worst violation on it [own unit] and its place
+    [m]. least_friction: with which a path would meet all constraints, for one friction everywhere;
+    None where none would. steepest: the greatest slope angle at a waypoint [rad] and its place [m].
+    """
+    blocked, totals, needed = _passed(grid, progress)
+    closest = grid.angles_at(_back(grid, totals)) if np.any(np.isfinite(totals[-1])) else None
+    x, slopes = grid.problem.x, np.arctan(np.abs(slopes_at(grid.problem.track, grid.problem.x)))
+    runs = np.split(blocked, np.flatnonzero(np.diff(blocked) > 1) + 1) if len(blocked) else []
+    simple = np.ndim(grid.problem.friction) == 0 and grid.problem.track.surface is None
+    return {
+        "blocked": np.array([[x[run[0]], x[run[-1]]] for run in runs]).reshape(-1, 2),
+        "closest": closest,
+        "misses": {} if closest is None else _misses(grid.problem, closest),
+        "least_friction": needed if simple and np.isfinite(needed) else None,
+        "steepest": (float(np.max(slopes)), float(x[np.argmax(slopes)])),
+    }
+
+
+@float64_program
+def _scaled(posture: Posture, at: Station) -> tuple[dict[str, Array], Array]:
+    """Least scaled margin of each group [N], and friction that each station needs, infinite where
+    another constraint is missed."""
+    margins = {name: jnp.min(of, axis=-1) for name, of in posture.margins(at).items()}
+    placed = margins.pop("pose") > 0
+    margins = {name: jnp.where(placed & at.finite, of, -jnp.inf) for name, of in margins.items()}
+    needed = [
+        jnp.where(N > 0, (jnp.abs(F) + posture.min_grip) / N, jnp.inf) for F, N, _ in at.wheels
+    ]
+    others = jnp.stack([of for name, of in margins.items() if name != "grip"])
+    met = jnp.all(others >= 0, axis=0)
+    return margins, jnp.where(met, jnp.maximum(*needed), jnp.inf)
+
+
+def _passed(grid: Any, progress: bool) -> tuple[np.ndarray, list[Float[np.ndarray, "N"]], float]:
+    """Blocked waypoints, least sums of violations up to each node, and the friction that is needed
+    along the path that needs least."""
+    blocked: list[int] = []
+    totals: list[np.ndarray] = []
+    needs = np.zeros(0)
+    with Bar(f"{grid.method}: what misses least", len(grid.layers), "waypoint", progress) as bar:
+        for k, layer in enumerate(grid.layers):
+            margins, need = _scaled(grid.problem.limits, layer.stations)
+            miss = np.max([np.maximum(-of, 0.0) for of in margins.values()], axis=0)
+            if not np.any(layer.admissible):
+                blocked.append(k)
+            if k:
+                miss = miss + _least_before(grid, k, totals[-1])
+                need = np.maximum(need, _least_before(grid, k, needs))
+            totals.append(miss.astype(np.float32))
+            needs = need
+            bar.advance()
+    return np.array(blocked, dtype=int), totals, float(np.min(needs))
+
+
+def _least_before(grid: Any, k: int, values: np.ndarray) -> np.ndarray:
+    """Least value at the nodes from which the rate lets the legs arrive at each node of k."""
+    if len(values) == len(grid.layers[k].admissible) == grid.shape[0] * grid.shape[1]:
+        size = 2 * grid.windows[k - 1] + 1
+        found = minimum_filter(values.reshape(grid.shape), size, mode="constant", cval=np.inf)
+        return found.reshape(-1)
+    return np.min(np.where(grid.near(k - 1), values[:, None], np.inf), axis=0)
+
+
+def _back(grid: Any, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
+    """Nodes of the path with the least sum; of equal ones those with the shortest moves."""
+    nodes = [int(np.argmin(totals[-1]))]
+    for k in range(len(totals) - 1, 0, -1):
+        here, there = (_pairs(grid, j, len(totals[j])) for j in (k, k - 1))
+        move = np.max(np.abs(there - here[nodes[-1] if len(here) > 1 else 0]), axis=1)
+        near = move <= grid.limits[k - 1] * (1 + ROUNDING)
+        least = np.min(totals[k - 1], where=near, initial=np.inf)
+        best = near & (totals[k - 1] <= least)
+        nodes.append(int(np.argmin(np.where(best, move, np.inf))))
+    return nodes[::-1]
+
+
+def _pairs(grid: Any, k: int, count: int) -> Float[np.ndarray, "N 2"]:
+    """Leg angles of the nodes of waypoint k [rad]."""
+    if count == 1:
+        return grid.angles_at(np.zeros(len(grid.layers), int))[[k]]
+    return np.stack(np.meshgrid(grid.rear, grid.front, indexing="ij"), -1).reshape(-1, 2)
+
+
+def _misses(problem: PostureProblem, angles: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Worst violation of each constraint on a drive, in its own unit, and its place [m]; the worst
+    in scale first."""
+    margins, _ = _scaled(
+        problem.limits, jax.tree.map(np.asarray, problem.stations(angles.reshape(-1)))
+    )
+    worst = {name: int(np.argmin(of)) for name, of in margins.items()}
+    missed = sorted((float(margins[name][k]), name) for name, k in worst.items())
+    return {
+        name: (-by * tolerated(problem, name) / FEASIBLE, float(problem.x[worst[name]]))
+        for by, name in missed
+        if by < -FEASIBLE
+    }

@@ -9,6 +9,7 @@ from stickslip.dynamics.ugv import Track
 from stickslip.optim import (
     METHODS,
     Evaluation,
+    FunctionProblem,
     OptimStatus,
     PostureProblem,
     PostureResult,
@@ -188,3 +189,32 @@ def test_a_posture_problem_is_one_of_them():
     np.testing.assert_array_equal(values, problem.objectives(X))
     kept = [problem.is_feasible(x, 1e-12) for x in X]
     assert [bool(of <= 1e-12) for of in missed] == kept
+
+
+LOW, HIGH = np.full(2, -2.0), np.full(2, 2.0)
+
+
+def line(unit, x, draw):
+    """Least -0.5, on the limit; 0 in the middle."""
+    return unit * (x[0] + x[1]), x[0] + x[1] + 0.5
+
+
+def bowl(unit, x, draw):
+    """Least 0.1875 at (0.375, 0.125), on the limit; value and slope 0 in the middle."""
+    return unit * (x[0] ** 2 + 3 * x[1] ** 2), x[0] + x[1] - 0.5
+
+
+def raised(unit, x, draw):
+    """Least 0.125 above a million, on the limit."""
+    return unit * (1e6 + (x[0] - 1) ** 2 + (x[1] - 1) ** 2), 1.5 - x[0] - x[1]
+
+
+@pytest.mark.parametrize("start", [None, [1e-7, 0.0]], ids=["zero", "tiny"])
+@pytest.mark.parametrize(
+    ("function", "least"), [(line, -0.5), (bowl, 0.1875), (raised, 1e6 + 0.125)]
+)
+def test_the_optimum_is_found_in_any_unit_from_any_value(method, function, least, start):
+    for unit in (1e-9, 1e9):
+        found = solve(FunctionProblem(function, unit, LOW, HIGH), method, start=start)
+        assert found.status is OptimStatus.FEASIBLE
+        assert found.value / unit == pytest.approx(least, rel=1e-12, abs=2e-6)

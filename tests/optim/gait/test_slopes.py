@@ -1,10 +1,15 @@
 """Slopes of gaits, beside central differences of what is evaluated."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import scipy.optimize
+from scipy.integrate import quad
 
 from stickslip.optim import solve
+from stickslip.optim.gait import gait as between
+from stickslip.optim.gait.profile import Grid
 from stickslip.optim.problem import Structure
 from tests.optim.gait.helpers import periodic
 
@@ -58,3 +63,35 @@ def test_a_standing_crank_has_no_slope():
     problem = periodic("time", steps=14)
     assert problem.objective(np.zeros(16)) == np.inf
     np.testing.assert_array_equal(problem.gradient(np.zeros(16)), 0.0)
+
+
+def test_a_cells_time_and_least_rate_are_those_of_its_parabola():
+    grid = Grid(1, 40)
+    rng = np.random.default_rng(3)
+    for scale in (0.1, 3.0, 200.0):
+        a = scale * rng.normal(size=grid.theta.shape)
+        b = np.cumsum(np.pad(grid.h * (a[:, :-1] + a[:, 1:]), ((0, 0), (1, 0))), axis=1)
+        b += 1e-3 * rng.uniform() - np.min(between.lowest(grid, a, b))
+        times, lowest = between.times(grid, a, b), between.lowest(grid, a, b)
+        c = np.diff(a, axis=1) / grid.h
+        for k, h in enumerate(grid.h[0]):
+            form = np.poly1d([c[0, k], 2 * a[0, k], b[0, k]])
+            vertex = -a[0, k] / c[0, k]
+            places = sorted({0.0, float(np.clip(vertex, 0, h)), h})
+            parts = [
+                quad(lambda x, form=form: form(x) ** -0.5, *pair, epsabs=0, epsrel=1e-11)[0]
+                for pair in pairwise(places)
+            ]
+            assert times[0, k] == pytest.approx(sum(parts), rel=1e-9)
+            assert lowest[0, k] == pytest.approx(min(form(np.array(places))), rel=1e-9)
+
+
+def test_times_from_rest_and_to_rest_are_those_of_constant_acceleration():
+    grid = Grid(1, 10, from_rest=True, to_rest=True)
+    a = np.where(np.arange(11) < 5, 3.0, -3.0)[None]
+    half = np.where(grid.theta[0] <= np.pi, grid.theta[0] - np.pi / 2, 1.5 * np.pi - grid.theta[0])
+    b = 6.0 * half[None]
+    b[0, -1] = -1e-15  # as rounding leaves it
+    times = between.times(grid, a, b)
+    assert times[0, 0] == pytest.approx(np.sqrt(2 * grid.h[0, 0] / 3.0))
+    assert times[0, -1] == pytest.approx(np.sqrt(2 * grid.h[0, -1] / 3.0))
