@@ -227,7 +227,7 @@ def test_nodes_and_states_are_each_others_inverses():
 def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls():
     scene = Scene.uniform(0.06, 0.05)
     params = from_anywhere(ENV.make_params(mean_rate=6.0, scene=scene))
-    found = play(ENV, solve(Walk.of(ENV, params, 21)), params, range(48), keep_of)
+    found = play(ENV, solve(Walk.of(ENV, params, 31)), params, range(48), keep_of)
     others = play(ENV, ComputedTorque(), params, range(48), keep_of)
     assert not found.fell.any()
     assert np.mean(others.fell) > 0.05
