@@ -32,12 +32,14 @@ def max_torque_of(numbers: Mapping[str, Any], wheel_radius: float) -> float | No
     limits = [one for one in [numbers.get("motor.torque_limit")] if one is not None]
     power, speed = numbers.get("motor.max_power"), numbers.get("motor.speed")
     if (power is None) != (speed is None):
-        raise ValueError("motor.max_power and motor.speed [m/s] at which it holds go together")
-    if power is not None:
+        raise ValueError(
+            f"motor.max_power = {power} [W] with motor.speed = {speed} [m/s]; accepted: both, or "
+            "neither"
+        )
+    if power is not None and speed is not None:
         how: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite number > 0"}
-        for name, one in (("motor.max_power", power), ("motor.speed", speed)):
-            require_one(name, one, **how)
-        limits.append(float(power) * wheel_radius / float(speed))
+        power = require_one("motor.max_power", power, **how)
+        limits.append(power * wheel_radius / require_one("motor.speed", speed, **how))
     return min(limits, default=None)
 
 

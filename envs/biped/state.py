@@ -299,8 +299,8 @@ def shielded(
     here = _friction(scene.floor, place, direction)
     ahead = _friction(scene.floor, place + direction * robot.step_length, direction)
     given = margin, params.control_period, params.torque_limit
-    numbers = (jnp.asarray(one, dtype) for one in given)
-    safe = nearest_safe(robot, state, torque, *numbers, here, ahead.mu_static)
+    kept, period, limit = (jnp.asarray(one, dtype) for one in given)
+    safe = nearest_safe(robot, state, torque, kept, period, limit, here, ahead.mu_static)
     return safe._replace(torque=jnp.where(jnp.isfinite(torque), safe.torque, torque))
 
 
