@@ -120,7 +120,8 @@ def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> P
     """Write a run's policy with its record and what it earns on the task's own episodes."""
     config: Any = read_config(run.path)
     policy, about = read_policy(run.path / POLICY)
-    versions, machine = about["versions"], provenance()["machine"]
+    versions: Any = about["versions"]
+    machine = provenance()["machine"]
     record = {
         "config": json.loads(config.to_json()),
         "seeds_tried": [one.seed for one in configurations(task)],

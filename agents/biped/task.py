@@ -240,8 +240,8 @@ def swept() -> Swept:
     from stickslip.agents.sweeps.swept import Swept
 
     how = {"parts": swept_parts, "with_parts": with_swept, "opened": opened}
-    aliases = {name: (_field_of(place),) for name, place in ROBOT.names.items()}
-    aliases["mu"] = ("scene.mu_static", "scene.mu_kinetic")
+    aliases: dict[str, tuple[str, ...]] = {"mu": ("scene.mu_static", "scene.mu_kinetic")}
+    aliases |= {name: (_field_of(place),) for name, place in ROBOT.names.items()}
     return Swept(UNITS, KEPT, ("slid", "walked"), aliases, **how)
 
 

@@ -118,10 +118,3 @@ def test_bad_input_is_named_before_anything_runs(changed, words):
     usual = {"methods": ["random"], "instances": [NAME], "budget": 5}
     with pytest.raises(ValueError, match=words):
         race(**(usual | changed))
-
-
-def test_a_directory_of_something_else_is_left_alone(tmp_path):
-    (tmp_path / "thesis.tex").write_text("years")
-    with pytest.raises(ValueError, match=r"holds thesis\.tex, but no race"):
-        race(["random"], [NAME], budget=5, out=tmp_path)
-    assert [one.name for one in tmp_path.iterdir()] == ["thesis.tex"]

@@ -18,7 +18,6 @@ from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
 from stickslip.agents.ugv.config import UGVTrainConfig
-from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import TASKS, known_of, task_by_name
 
 NAME = "BipedSteady-v0"
@@ -128,10 +127,3 @@ def test_a_configuration_keeps_its_task_and_writes_nothing_that_it_decides(name:
 def test_what_does_not_go_with_a_task_is_refused_by_name(build, said: str):
     with pytest.raises(ValueError, match=said):
         build()
-
-
-def test_a_task_of_another_machine_is_refused(capsys):
-    assert main(["train", "ugv", "--task", "BipedFast-v0"]) == WRONG_INPUT
-    assert "'BipedFast-v0' is of the biped" in capsys.readouterr().err
-    assert main(["train", "ugv", "--task", "UGVBump-v1", "--friction", "0.5"]) == WRONG_INPUT
-    assert "friction with task = 'UGVBump-v1'" in capsys.readouterr().err
