@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import multiprocessing
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
+from concurrent.futures import Future
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from stickslip.agents.optimisers.methods import METHODS, methods_of
 from stickslip.agents.optimisers.report import Run, read_results
-from stickslip.agents.optimisers.worker import Task, begin_worker, make_run
+from stickslip.agents.optimisers.worker import Task, begin_worker, lost_run, make_run
 from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
@@ -23,7 +23,7 @@ from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from stickslip.agents.optimisers.methods import Optimiser
 
@@ -42,6 +42,7 @@ def race(
     out: str | Path | None = None,
     resume: bool = False,
     workers: int | None = None,
+    limit: float = 120.0,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Run]:
@@ -52,7 +53,9 @@ def race(
 
     budget: evaluations, values and gradients alike; seconds: of processor time; one of both at
     least. seeds: how many, from 0 on. outside: see Objective. A run that raises is recorded with
-    what it had found. Compiling is not counted.
+    what it had found. Compiling is not counted. limit: time on the clock [s], compiling included,
+    after which the process of a run is killed; such a run, and one that ends its process, is
+    recorded with no value.
 
     out: a directory that keeps each run as it is made; resume: continue with what is missing there.
     workers: processes, one for each core if None. progress: say how many runs there are, and show a
@@ -60,14 +63,13 @@ def race(
     `if __name__ == "__main__":`, as for any process of multiprocessing.
 
     ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
-    OSError where a run ends its process.
     """
     names = [instances] if isinstance(instances, str) else list(instances)
     tasks, left_out = _tasks(methods, names, seeds, (budget, seconds, outside))
     if resume and out is None:
         raise ValueError("resume without out; accepted: with the directory of the race")
+    require_scalar("limit", limit, low=0.0, strict=True, accepted="a time > 0 [s]")
     count = cores_here() if workers is None else require_integer("workers", workers, high=256)
-    dumps = require("cloudpickle", "a race", "sweep").dumps
     if progress:
         pairs = f"{len(left_out)} pairs of method and instance do not suit each other"
         print(f"{len(tasks)} runs; {pairs}", flush=True)
@@ -79,21 +81,49 @@ def race(
         head, todo = open_store(path, "race", **about, resume=resume), missing_cells(path, "race")
         at = len(tasks) - len(todo)
         bar = stack.enter_context(Bar("race", len(tasks), "run", progress, at=at))
-        spawn, others = multiprocessing.get_context("spawn"), multiprocessing.active_children()
-        given = {"mp_context": spawn, "initializer": begin_worker}
-        pool = stack.enter_context(ProcessPoolExecutor(count, **given))
+        submit = stack.enter_context(_killable(tasks, count, limit))
 
         def keep(number: int, run: Run) -> None:
             write_cell(path, number, head, run.table())
             bar.advance()
 
-        try:
-            run_cells(lambda one: pool.submit(make_run, dumps(tasks[one])), keep, todo, stop)
-        except BaseException:
-            for one in set(multiprocessing.active_children()) - set(others):
-                one.kill()  # the pool would wait for its runs
-            raise
+        run_cells(submit, keep, todo, stop)
         return read_results(path)
+
+
+@contextmanager
+def _killable(
+    tasks: Sequence[Task], workers: int, limit: float
+) -> Iterator[Callable[[int], Future[Run]]]:
+    """A function that submits a task to a pool of processes, which are killed at the end; a run
+    that takes longer than limit [s], or ends its process, is a `lost_run`."""
+    pickles, pebble = (require(name, "a race", "sweep") for name in ("cloudpickle", "pebble"))
+    spawn = multiprocessing.get_context("spawn")
+    pool = pebble.ProcessPool(workers, initializer=begin_worker, context=spawn)
+
+    def submit(number: int) -> Future[Run]:
+        found, task = Future[Run](), tasks[number]
+
+        def settle(made: Future[Run]) -> None:
+            error = made.exception()
+            if error is None:
+                found.set_result(made.result())
+            elif isinstance(error, TimeoutError):
+                found.set_result(lost_run(task, "timed out", f"{limit:g} s"))
+            elif isinstance(error, pebble.ProcessExpired):
+                found.set_result(lost_run(task, "died", str(error)))
+            else:
+                found.set_exception(error)
+
+        made = pool.schedule(make_run, args=[pickles.dumps(task)], timeout=limit)
+        made.add_done_callback(settle)
+        return found
+
+    try:
+        yield submit
+    finally:
+        pool.stop()
+        pool.join()
 
 
 def _tasks(

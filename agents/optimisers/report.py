@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from stickslip.optim.instances.instance import Instance
 
 
-OUTCOMES = ("spent", "ended", "raised")
-"""The budget ended it, it ended by itself, it raised."""
+OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
+"""The budget ended it, it ended by itself, it raised, its process was killed, its process ended."""
 COUNTED = ("values", "gradients", "batches", "clipped", "refused", "not_numbers")
 """Counters of `Record` that a run keeps."""
 ARRAYS = {"evaluations": np.int64, "seconds": float, "values": float, "point": float}

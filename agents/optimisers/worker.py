@@ -180,6 +180,24 @@ def run_task(task: Task) -> Run:
     )
 
 
+def lost_run(task: Task, outcome: str, message: str) -> Run:
+    """The record of a run whose process was killed, or ended: no value, all counts 0."""
+    none = np.zeros(1)
+    return Run(
+        instance=task.instance,
+        method=task.method.name,
+        seed=task.seed,
+        outcome=outcome,
+        message=message[:MESSAGE],
+        inside=task.method.inside,
+        counts=dict.fromkeys(COUNTED, 0),
+        digest=instance(task.instance).digest(),
+        evaluations=none.astype(np.int64),
+        seconds=none,
+        values=none + np.nan,
+    )
+
+
 def _outcome(task: Task, objective: Objective) -> tuple[str, str]:
     """Outcome and message; what an optimiser raises once the budget is spent is its end."""
     try:

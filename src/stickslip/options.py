@@ -204,4 +204,6 @@ def bench_flags(parser: Parser, part: str) -> None:
     add("--seconds", type=float, help="processor time of a run")
     add("--seeds", type=int, default=3, help="of each method on each instance")
     add("--resume", action="store_true", help="continue the race in --out")
+    about = "time on the clock [s] after which a run is killed (default: %(default)s)"
+    add("--limit", type=float, default=120.0, metavar="SECONDS", help=about)
     add("--workers", type=int, help="processes (default: cores)")

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
-ASKED = ("out", "budget", "seconds", "seeds", "resume", "workers")
+ASKED = ("out", "budget", "seconds", "seeds", "resume", "workers", "limit")
 """Flags that `race` takes by their names."""
 
 

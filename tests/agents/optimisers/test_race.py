@@ -8,10 +8,11 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import race
-from stickslip.agents.optimisers.report import read_results
+from stickslip.agents.optimisers.report import counted_text, read_results
 from stickslip.agents.sweeps.cells import StoppedError
 from tests.agents.optimisers import users
 from tests.agents.optimisers.table import NAME
@@ -51,12 +52,23 @@ race({{"slow": users.is_slow}}, ["{NAME}"], budget=5, seeds=4, workers=1, out=sy
 """
 
 
+GIVEN = {"instances": [NAME], "budget": 5, "seeds": 1, "workers": 1}
+
+
 def test_a_process_that_ends_is_said_and_the_race_goes_on(tmp_path):
-    given = {"instances": [NAME], "budget": 5, "seeds": 1, "workers": 1, "out": tmp_path / "race"}
-    with pytest.raises(OSError, match="workers were lost; what was written stays"):
-        race({"gives_up": users.gives_up, "dies": users.dies}, **given)
+    methods = {"dies": users.dies, "gives_up": users.gives_up}
+    runs = race(methods, **GIVEN, out=tmp_path / "race")
     assert multiprocessing.active_children() == []
-    assert len(read_results(tmp_path / "race")) == 1
+    assert [run.outcome for run in runs] == ["died", "ended"]
+    assert np.isnan(runs[0].best)
+    assert len(read_results(tmp_path / "race")) == 2
+    assert "1 died" in counted_text(runs)
+
+
+def test_a_run_is_killed_at_its_limit():
+    (run,) = race({"sleeps": users.sleeps}, **GIVEN, limit=2.0)
+    assert (run.outcome, run.message) == ("timed out", "2 s")
+    assert multiprocessing.active_children() == []
 
 
 def test_a_race_is_stopped_within_a_run(tmp_path):
