@@ -18,9 +18,12 @@ EXTRAS ?= all
 TYPING := build/typing
 LAYERS := dynamics optim envs agents
 SHAPES := tests/typing/shapes.py tests/dynamics/biped/test_kinematics.py
-# Quick tests compile more than they compute; these halve the time of compiling. What users have,
-# XLA's defaults, the long tests run with, and pytest where it is called by hand.
-QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0
+# Quick tests compile more than they compute; these halve the time of compiling and more: old emitters,
+# LLVM without optimisation and in one piece, and loops as they are traced. What users have, XLA's
+# defaults, the long tests run with, and pytest where it is called by hand.
+LOOP_PASSES := while-loop-invariant-code-motion,simplify-while-loops,while-loop-constant-sinking,while-loop-trip-count-annotator
+QUICKLY := --xla_cpu_use_fusion_emitters=false --xla_backend_optimization_level=0 \
+	--xla_cpu_parallel_codegen_split_count=1 --xla_disable_hlo_passes=$(LOOP_PASSES)
 SOURCES := $(wildcard setup.py $(LAYERS) src tests benchmarks documentation)
 
 # $(INSTALLED) says which extras are there, $(DEMO) that those are which the demo needs. Only a

@@ -49,6 +49,8 @@ from tests.extras import (  # noqa: F401  (pytest finds its hooks here)
 # as Python does by default takes a twentieth of the time.
 gc.set_threshold(100_000, 50, 100)
 
+DROPPING = "test_operations.py"
+"""It drops all that is compiled, as the files with xla_defaults do."""
 LONGEST = ("test_wheel.py", "test_examples.py")
 """Files of few and dear tests, of which two would otherwise begin when the others end."""
 
@@ -81,7 +83,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     with those that take long, or one process is alone with them at the end."""
 
     def place(item: pytest.Item) -> int:
-        if "xla_defaults" in getattr(item, "fixturenames", ()):
+        if "xla_defaults" in getattr(item, "fixturenames", ()) or item.path.name == DROPPING:
             return 0
         return 1 if item.path.name in LONGEST else 2
 
@@ -159,7 +161,12 @@ def xla_defaults() -> Iterator[None]:
     asked = compiler.get_compile_options
 
     def as_users_do(*args: Any, env_options_overrides: Any = None, **kwargs: Any) -> Any:
-        given = {"xla_backend_optimization_level": 3, "xla_cpu_use_fusion_emitters": True}
+        given = {
+            "xla_backend_optimization_level": 3,
+            "xla_cpu_use_fusion_emitters": True,
+            "xla_cpu_parallel_codegen_split_count": 32,
+            "xla_disable_hlo_passes": "",
+        }
         flags = os.environ.get("XLA_FLAGS", "")  # what it names, XLA knows
         given = {name: value for name, value in given.items() if name in flags}
         overrides = given | (env_options_overrides or {})
@@ -194,3 +201,9 @@ def float64() -> Iterator[jnp.dtype]:
 def reference() -> dict[str, Any]:
     """Values of the default biped from independent derivations; "about" says what they are."""
     return json.loads((REFERENCE / "biped_default.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture
+def empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run the test in an empty directory."""
+    monkeypatch.chdir(tmp_path)

@@ -19,10 +19,7 @@ from stickslip.agents.training.run import trainer_of
 from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import BipedEnv
 
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("empty_directory")
 
 
 @pytest.fixture

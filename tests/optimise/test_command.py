@@ -13,13 +13,10 @@ from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optimise.machine import survey_of, track_options_of, treatments_of
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 SMALL = ["optimise", "ugv", "--set", "spacing=1", "leg_rate=none", "angles=4", "polish=false"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

@@ -10,12 +10,9 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, main
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):

@@ -10,12 +10,9 @@ from stickslip.cli import NOTHING_FOUND, OK, main
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.simulate.ugv import read_posture
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 HELD = ["simulate", "ugv", "--angles", "60", "90", "--set", "spacing=1"]
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def test_a_posture_held_is_worth_what_the_problem_says(capsys):

@@ -11,12 +11,9 @@ import pytest
 from stickslip.simulate.torque import Recorded, torque_of
 from stickslip.simulate.ugv import read_posture
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 HEAD = "time [s],torque [N m]\n"
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def recorded(content: str) -> Recorded:

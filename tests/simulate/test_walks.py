@@ -24,14 +24,11 @@ from stickslip.envs.rendering.scene import paint
 from stickslip.simulate import biped
 from stickslip.simulate.torque import Expression
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 WALK = ["simulate", "biped", "--crank-rate=3", "--scene=wet", "--setting=balanced"]
 WALK += ["--seconds=0.3", "--period=0.01"]
 LAW = "8 * (3 - crank_rate)"
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def rows(path: str) -> list[dict[str, str]]:

@@ -20,12 +20,9 @@ from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from tests.precision import mostly_single
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 BIPED, UGV = machine_by_name("biped"), machine_by_name("ugv")
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def still(path: str, size: int, about: dict, outputs: int = 1, push: float = 0.0) -> str:

@@ -17,10 +17,7 @@ from stickslip.envs import BipedEnv
 from stickslip.envs.rendering.page import Episode
 from tests.pages import read_episodes
 
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("empty_directory")
 
 
 def line(shown: Episode, title: str, index: int = 0) -> np.ndarray:

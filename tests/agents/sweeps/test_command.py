@@ -10,13 +10,10 @@ from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassMachine
 from tests.agents.sweeps.masses import StillEnv
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 SWEEP = ["sweep", "mass", "--policy", "pull", "--episodes", "3"]
 AXES = ["--axis", "mu=0.1:0.3:3", "--axis", "task.mass=1,2"]
-
-
-@pytest.fixture(autouse=True)
-def _here(tmp_path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
 
 
 def test_a_sweep_is_one_command_and_goes_on_with_another(tmp_path, capsys):

@@ -18,6 +18,8 @@ from stickslip.agents.ugv.task import ground_by_name, training_task
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import UGVParams
 
+pytestmark = pytest.mark.usefixtures("empty_directory")
+
 pytest.importorskip("optax")
 
 TINY = UGVTrainConfig.of(
@@ -38,11 +40,6 @@ TINY = UGVTrainConfig.of(
 def run(tmp_path_factory: pytest.TempPathFactory) -> Trained:
     """A finished run. Not to be written to."""
     return train(TINY, tmp_path_factory.mktemp("runs") / "ugv", bar=False)
-
-
-@pytest.fixture(autouse=True)
-def _in_an_empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
