@@ -71,8 +71,11 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("stickslip")
 
 
-# Compiled programs appear in the shared folder whole: the processes do without a lock.
-jax._src.compilation_cache.LRUCache = programs.checked_files()  # type: ignore[misc]
+# Compiled programs appear in the shared folder whole: the processes do without a lock. What commands
+# say of an empty folder would stand in the output that tests look at.
+shared = programs.checked_files()
+shared.said = True  # type: ignore[attr-defined]
+jax._src.compilation_cache.LRUCache = shared  # type: ignore[misc]
 # jax has read it: from here on it is for the processes that tests start, which may read the folder
 # and do not write there.
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "1e9"
@@ -104,12 +107,6 @@ def _x64_is_the_callers_switch() -> Iterator[None]:
     if jax.config.read("jax_enable_x64"):
         jax.config.update("jax_enable_x64", False)
         pytest.fail("the test, or what it imports, switched jax_enable_x64 on for the process")
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _compiling_goes_unsaid() -> None:
-    """Have commands say that they compile only where a test asks, not because a day is slow."""
-    programs.PATIENCE = 600.0
 
 
 MOST_MEMORY = 1 / 4
