@@ -71,8 +71,8 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("stickslip")
 
 
-# Compiled programs appear in the shared folder whole: the processes do without a lock. What commands
-# say of an empty folder would stand in the output that tests look at.
+# Compiled programs appear in the shared folder whole: the processes do without a lock. What
+# commands say of an empty folder would stand in the output that tests look at.
 shared = programs.checked_files()
 shared.said = True  # type: ignore[attr-defined]
 jax._src.compilation_cache.LRUCache = shared  # type: ignore[misc]
