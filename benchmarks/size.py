@@ -1,14 +1,19 @@
-"""Size of the project.
+"""Size of the project, and of the part that one call enters.
 
     python -m benchmarks.size [--only PART ...] [--docs docs/design.md]
 
 Lines are those of the files, blank ones and docstrings included. Flags are the long options of
-each command, for either machine.
+each command, for either machine. The files that a call enters are those of the project in which
+a function runs, counted by `sys.setprofile` in a process of its own: a step of the biped's
+environment while it is traced, a short training, a posture problem solved by dynamic programming.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
+import subprocess
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -17,8 +22,54 @@ from benchmarks.report import markdown, put_between
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ("dynamics", "optim", "envs", "agents", "src")
-PARTS = ("source", "words", "flags")
+PARTS = ("source", "words", "flags", "calls")
 MACHINES = ("biped", "ugv")
+
+CALLS = {
+    "biped env.step, traced": """
+import jax
+from stickslip.envs import BipedEnv
+env = BipedEnv()
+params, key = env.make_params(), jax.random.key(0)
+obs, state = env.reset(key, params)
+def call():
+    jax.make_jaxpr(env.step)(key, state, jax.numpy.zeros(1), params)
+""",
+    "train biped --no-pictures": """
+import tempfile
+from pathlib import Path
+from stickslip.cli import main
+out = Path(tempfile.mkdtemp()) / "run"
+def call():
+    main(["train", "biped", "--timesteps", "4000", "--no-pictures", "--out", str(out)])
+""",
+    'solve(problem, method="dp")': """
+import gymnasium  # while it is not imported, its import is watched for, whatever is imported
+from stickslip.dynamics.ugv import Track
+from stickslip.optim import PostureProblem, solve
+problem = PostureProblem.along(Track.bump(), "total_energy", spacing=0.2)
+def call():
+    solve(problem, method="dp")
+""",
+}
+"""Each defines `call`, whose frames are counted; what it imports before is not."""
+
+COUNT = """
+import sys
+seen = set()
+def watch(frame, event, _):
+    if frame.f_code.co_name != "<module>":
+        seen.add(frame.f_code.co_filename)
+import threading
+threading.setprofile(watch)
+sys.setprofile(watch)
+try:
+    call()
+finally:
+    sys.setprofile(None)
+inside = [name for name in seen if name.startswith(ROOT) and "/.venv/" not in name]
+print("files entered:", len(inside), flush=True)
+"""
 
 
 def source() -> list[dict[str, Any]]:
@@ -73,6 +124,22 @@ def _flags(words: list[str]) -> set[str]:
     return {text for one in parser._actions for text in one.option_strings if text[:2] == "--"}
 
 
+def calls() -> list[dict[str, Any]]:
+    """Files of the project that each of CALLS enters."""
+    rows = []
+    for name, program in CALLS.items():
+        text = f"ROOT = {str(ROOT)!r}\n{program}\n{COUNT}"
+        done = subprocess.run(
+            [sys.executable, "-c", text], cwd=ROOT, capture_output=True, text=True, check=False
+        )
+        counted = re.search(r"files entered: (\d+)", done.stdout)
+        if counted is None:
+            raise RuntimeError(f"{name} failed: {done.stderr[-2000:]}")
+        rows.append({"of": name, "files entered": int(counted[1])})
+        print(f"  {name}: {counted[1]}", flush=True)
+    return rows
+
+
 def main(arguments: list[str] | None = None) -> None:
     """Count, print the tables, put them into a page."""
     parser = argparse.ArgumentParser(
@@ -81,7 +148,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
     parser.add_argument("--docs", type=Path, help="page that holds the tables")
     given = parser.parse_args(arguments)
-    measure = {"source": source, "words": words, "flags": flags}
+    measure = {"source": source, "words": words, "flags": flags, "calls": calls}
     text = "\n\n".join(markdown(measure[part]()) for part in given.only)
     print(text)
     if given.docs:
