@@ -11,7 +11,7 @@ derivatives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -293,8 +293,8 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
 
 def _forces(
     v: UGVParams, slope: tuple[Z, Z], between: tuple[Z, Z], lever: tuple[Z, Z], moment: Z
-) -> tuple[Z, Z, Z, Z, Z]:
-    """F_rear, -torque / r, F_front, N_rear, N_front: see `ground_forces`.
+) -> tuple[Any, Any, Any, Any, Any]:
+    """F_rear, -torque / r, F_front, N_rear, N_front, Z each: see `ground_forces`.
 
     slope, between: cosine and sine of the slope at the rear contact, and from there to the front
     one; lever: of F_front and N_front about it; moment: of the weights.
@@ -303,10 +303,10 @@ def _forces(
     r, weight = v.wheel_radius, weight_of(v)
     along, of_F, of_N = sin_r * weight, cos_d + 1.0, sin_d
     if (c := v.rolling_resistance) is not None:  # see ground_forces
-        level, cr = cos_r * weight, interval(c) * r
+        level = cos_r * weight
         of_F, of_N = of_F + sin_d * c, sin_d - of_F * c
-        lever_F, lever_N = lever_F - sin_d * cr, lever_N + (-cos_d + 1.0) * cr
-        along, moment = along + level * c, moment - level * cr
+        lever_F, lever_N = lever_F - sin_d * c * r, lever_N + (-cos_d + 1.0) * c * r
+        along, moment = along + level * c, moment - level * c * r
     det = of_F * lever_N + of_N * lever_F
     F_front = (along * lever_N + of_N * moment) / det
     N_front = (of_F * moment - along * lever_F) / det
