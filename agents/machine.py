@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
 from stickslip.agents.protocol import Env, Options, Params, Task
 from stickslip.agents.training.configuration import UNNAMED, Config, Configuration, content_of
-from stickslip.agents.untrusted import RefusedError
+from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.table import AnyMeasures
     from stickslip.agents.protocol import AnyEnv, AnyPlayer
     from stickslip.agents.sweeps.swept import Swept
-    from stickslip.agents.untrusted import Json
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
 

@@ -14,6 +14,7 @@ import os
 import re
 import stat
 import zipfile
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +23,6 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 from stickslip.dynamics.checks import require_choice, require_kind, require_known, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     import numpy as np
 
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | bool | None"

@@ -37,7 +37,7 @@ from stickslip.agents.policy.file import (
     save_policy,
 )
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
-from stickslip.agents.training.configuration import command_of
+from stickslip.agents.training.configuration import Configuration, command_of
 from stickslip.agents.training.directory import CONFIG, POLICY, read_columns, read_config
 from stickslip.agents.training.run import best_evaluation
 from stickslip.envs import TASKS, task_by_name
@@ -45,7 +45,6 @@ from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.configuration import Configuration
     from stickslip.envs import TaskDefinition
 
 RUNS = Path("runs/policies")

@@ -20,14 +20,14 @@ from scipy.optimize import minimize_scalar
 from benchmarks.report import markdown, options, put_between
 from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, play, without_resets
-from stickslip.agents.evaluation.table import keep_of, mean_interval
+from stickslip.agents.evaluation.table import StandardEpisodes, keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.file import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path, short_name
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
-from stickslip.envs.tasks.known import FILE, read_known
+from stickslip.envs.tasks.known import FILE, Bound, Earned, Known, Learned, read_known
 from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.gait.profile import robot_of
@@ -36,9 +36,7 @@ from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
-    from stickslip.agents.evaluation.table import StandardEpisodes
     from stickslip.envs import UGVEnv
-    from stickslip.envs.tasks.known import Bound, Earned, Known, Learned
 
 
 CLOSE = 1e-4

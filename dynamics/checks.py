@@ -14,12 +14,11 @@ from __future__ import annotations
 import math
 import os
 import reprlib
+from collections.abc import Iterable
 from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import numpy as np
 
 MEMORY_LIMIT = "STICKSLIP_MEMORY_LIMIT"

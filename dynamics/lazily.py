@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import ast
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from typing import Any
 
 
 def loaded_when_used(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

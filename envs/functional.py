@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import partial
 from typing import (
@@ -40,14 +40,11 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.kernels.fused import fused, where_needed
-from stickslip.dynamics.pytrees import Numeric, require_broadcast, require_numeric
+from stickslip.dynamics.pytrees import Lists, Number, Numeric, require_broadcast, require_numeric
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool, Float, Real
 
-    from stickslip.dynamics.pytrees import Lists, Number
 
 AUTORESET = ("same_step", "next_step", "disabled")
 MOST_STEPS = 10**7

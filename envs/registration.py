@@ -6,7 +6,9 @@ Registering needs the ids only: the environments are imported when the first one
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Sequence
 from importlib.util import find_spec
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
@@ -14,9 +16,7 @@ from stickslip.envs.tasks.definition import ENVIRONMENTS, TASKS, task_by_name
 from stickslip.envs.tasks.known import threshold
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
     from importlib.machinery import ModuleSpec
-    from types import ModuleType
 
     from stickslip.envs.adapters.gym import GymEnv, GymVectorEnv
     from stickslip.envs.tasks.definition import Made

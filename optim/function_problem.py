@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -16,8 +17,6 @@ from stickslip.optim.problem import Problem, Structure, as_floats, refuse_after_
 from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Float, PyTree
 
     from stickslip.optim.problem import Batch, Vector

@@ -16,14 +16,13 @@ import numpy as np
 from scipy.optimize import minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
-from stickslip.optim.problem import COUNT, require_scalar
+from stickslip.optim.problem import COUNT, Problem, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import Problem
 
 SLSQP_STATUSES = {0: OptimStatus.FEASIBLE, 9: OptimStatus.LIMIT}
 """SLSQP's; any other is INACCURATE: it stopped, and not at what it calls a solution."""

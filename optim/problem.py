@@ -11,7 +11,7 @@ import inspect
 import os
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property, wraps
@@ -22,17 +22,13 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
-from stickslip.dynamics.pytrees import read_only, require_one
+from stickslip.dynamics.pytrees import Lists, Number, read_only, require_one
 from stickslip.optim import GENERAL_METHODS
 from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import cvxpy as cp
     from jaxtyping import Bool, Float, Real
-
-    from stickslip.dynamics.pytrees import Lists, Number
 
     Vector = Real[Number, "n"] | Lists
     Batch = Real[Number, "B n"] | Lists

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from stickslip.agents.training.configuration import Configuration, drawn, entry, positive, shared
 from stickslip.dynamics.names import SCENES
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 
 SCENE = "slippery"
 """The floor where none is named."""

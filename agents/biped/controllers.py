@@ -13,7 +13,7 @@ from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.biped.contact import sticking
 from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.biped.state import drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, drawn_robot
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Action, Obs
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState
 
 
 BipedController: TypeAlias = "Controller[Any, BipedEnvState, BipedEnvParams]"

@@ -10,21 +10,20 @@ import numpy as np
 
 from stickslip.agents.evaluation.table import (
     Column,
+    Columns,
     Measures,
     fraction_interval,
     mean_interval,
     ratio_interval,
 )
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.state import drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, drawn_robot
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Columns
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState
 
 MIN_DISTANCE = 0.1
 """Mean distance per episode below which nothing is said per metre (NaN) [m]."""

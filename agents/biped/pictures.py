@@ -15,7 +15,7 @@ from stickslip.agents.pictures.episodes import (
     samples,
 )
 from stickslip.envs.biped.picture import BipedFrame, biped_frames, biped_picture
-from stickslip.envs.biped.state import drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, Drawn, drawn_robot
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState, Drawn
     from stickslip.envs.functional import Range
     from stickslip.envs.tasks.known import Scale
 

@@ -6,6 +6,7 @@ is; OptimalGait follows the best gait of all that do not slip.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
@@ -30,12 +31,10 @@ from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
-from stickslip.envs.biped.state import HOLDS, drawn_robot
+from stickslip.envs.biped.state import HOLDS, BipedEnvState, drawn_robot
 from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float, Int
 
@@ -43,7 +42,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedState
     from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState
     from stickslip.optim.gait.gait import Gait
 
 PREDICTIONS = 3

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.machine import TrainingTask
+from stickslip.agents.machine import Parts, TrainingTask
 from stickslip.agents.policy.task import (
     numbers_in_words,
     own_machine,
     require_numbers,
     same_numbers,
 )
-from stickslip.agents.protocol import Task
+from stickslip.agents.protocol import Options, Task
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.robot_file import BARS, NAMES, ROBOT, bars_of, robot_text
 from stickslip.dynamics.names import LENGTHS, SCENES
@@ -26,14 +27,9 @@ from stickslip.envs.biped.params import NUMBERS, OPTIONAL, BipedEnvParams, Rando
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
-    from typing import TypeAlias
-
     from jaxtyping import PyTree
 
     from stickslip.agents.biped.config import TrainConfig
-    from stickslip.agents.machine import Parts
-    from stickslip.agents.protocol import Options
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.dynamics.pytrees import Number
 

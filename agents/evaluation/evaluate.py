@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip.agents.evaluation.players import (
+    Named,
     common_task,
     machine_of,
     places_of,
@@ -35,20 +37,15 @@ from stickslip.agents.evaluation.table import (
 )
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_integer
-from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.definition import TaskDefinition, task_by_name
+from stickslip.envs.tasks.known import Known, known_of
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_folder, require_new, require_writable
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from stickslip.agents.evaluation.players import Named
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.tasks.definition import TaskDefinition
-    from stickslip.envs.tasks.known import Known
 
     Who: TypeAlias = Mapping[str, Named]
     Played: TypeAlias = tuple[Evaluation, dict[str, str]]

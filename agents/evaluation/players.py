@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.machine import machine_of_baseline, machine_of_environment, machines
+from stickslip.agents.machine import (
+    AnyMachine,
+    AnyTask,
+    machine_of_baseline,
+    machine_of_environment,
+    machines,
+)
 from stickslip.agents.policy.file import named_task_of, policy_path, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
-from stickslip.agents.untrusted import RefusedError
+from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from stickslip.agents.machine import AnyMachine, AnyTask
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
-    from stickslip.agents.untrusted import Json
 
 
 @dataclass(frozen=True)

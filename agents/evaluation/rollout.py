@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
@@ -27,8 +27,6 @@ from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_step
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
     from stickslip.agents.protocol import AnyEnv, Timed

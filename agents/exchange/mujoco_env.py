@@ -24,7 +24,7 @@ from stickslip.agents.exchange.mjcf import (
 from stickslip.dynamics.biped import SUPPORT_START, BipedState, Contact
 from stickslip.dynamics.biped.model import loaded_params
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.scene import Floor, Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
 from stickslip.envs.biped.state import BipedEnvState, drawn_robot
@@ -32,7 +32,6 @@ from stickslip.envs.biped.state import BipedEnvState, drawn_robot
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.scene import Floor
 
 AMPLE = 10.0
 """Coefficient of friction on a floor without slip [-]."""

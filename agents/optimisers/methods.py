@@ -7,7 +7,7 @@ restart until the budget ends. Libraries are imported when a method runs.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Literal, TypeAlias
@@ -19,8 +19,6 @@ from stickslip.envs.rendering.extras import require
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from stickslip.optim.instances.instance import Instance
     from stickslip.optim.instances.objective import Objective
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from stickslip.agents.optimisers.methods import METHODS, methods_of
+from stickslip.agents.optimisers.methods import METHODS, Optimiser, methods_of
 from stickslip.agents.optimisers.report import Run, read_results
 from stickslip.agents.optimisers.worker import Task, begin_worker, lost_run, make_run
 from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
@@ -21,11 +22,6 @@ from stickslip.optim.instances.instance import suite
 from stickslip.optim.instances.objective import OUTSIDE
 from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import Bar
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from stickslip.agents.optimisers.methods import Optimiser
 
 MOST = 10**6
 """Runs of one race."""

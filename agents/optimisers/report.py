@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
@@ -13,16 +14,12 @@ from stickslip.agents.sweeps.cells import CELL_FILE, cell_files
 from stickslip.agents.untrusted import RefusedError, reading
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
-from stickslip.optim.instances.instance import suite
+from stickslip.optim.instances.instance import Instance, suite
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
     import pyarrow as pa
     from jaxtyping import Float, Int
-
-    from stickslip.optim.instances.instance import Instance
 
 
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")

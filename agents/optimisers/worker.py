@@ -16,14 +16,12 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 
 from stickslip.agents.optimisers.report import COUNTED, Run, front_merit, gap
-from stickslip.optim.instances.instance import instance
-from stickslip.optim.instances.objective import Record
+from stickslip.optim.instances.instance import Instance, instance
+from stickslip.optim.instances.objective import Objective, Record
 from stickslip.records.signals import ENDING
 
 if TYPE_CHECKING:
     from stickslip.agents.optimisers.methods import Method
-    from stickslip.optim.instances.instance import Instance
-    from stickslip.optim.instances.objective import Objective
 
 TRIED = 6
 """Evaluations of a trial before the first run, besides two batches."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, TypeVar
 
 import jax
@@ -10,16 +10,13 @@ import numpy as np
 
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.known import Scale, known_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import AnyRollout, Rollout
     from stickslip.agents.protocol import AnyEnv, Timed
-    from stickslip.envs.tasks.known import Scale
 
 T = TypeVar("T")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,9 +16,6 @@ from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-    from pathlib import Path
-
     from jaxtyping import Array
 
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
@@ -15,8 +16,6 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import make_sheet, name_panel, save_sheet, styled
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.axes import Axes
 
     from stickslip.agents.training.configuration import Configuration, Trained

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from importlib.util import find_spec
@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.evaluation.players import common_task, machine_of, places_of, read_named
 from stickslip.agents.evaluation.rollout import (
+    AnyRollout,
     planned,
     require_places,
     rollout,
     validated,
     without_resets,
 )
-from stickslip.agents.machine import machine_of_env
+from stickslip.agents.machine import AnyMachine, machine_of_env
 from stickslip.agents.pictures.episodes import scale_of
 from stickslip.agents.pictures.film import write_film
 from stickslip.agents.policy.file import policy_path
@@ -31,10 +32,6 @@ from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State, Timed
     from stickslip.envs.functional import FunctionalEnv
 

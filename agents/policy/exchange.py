@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,6 @@ from stickslip.dynamics.checks import require_kind
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from onnx import ModelProto, NodeProto
     from stable_baselines3.common.base_class import BaseAlgorithm
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import platform
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
@@ -19,6 +20,7 @@ from stickslip.agents.policy.shipped import NAME, no_policy, shipped_names, ship
 from stickslip.agents.training.configuration import command_of
 from stickslip.agents.untrusted import (
     LARGEST,
+    Json,
     RefusedError,
     arrays_and_metadata,
     metadata_text,
@@ -29,16 +31,12 @@ from stickslip.agents.untrusted import (
 from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
 from stickslip.dynamics.pytrees import with_all_digits
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
-from stickslip.envs.tasks.known import earned_in, known_of
+from stickslip.envs.tasks.known import Interval, earned_in, known_of
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from stickslip.agents.protocol import Params, State
-    from stickslip.agents.untrusted import Json
     from stickslip.envs.functional import FunctionalEnv
-    from stickslip.envs.tasks.known import Interval
 
 
 FORMAT, VERSION = "stickslip policy", 1

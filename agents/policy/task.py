@@ -12,24 +12,21 @@ from __future__ import annotations
 import base64
 import json
 import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict, fields, is_dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.untrusted import LARGEST_TEXT, RefusedError, refusing
+from stickslip.agents.untrusted import LARGEST_TEXT, Json, RefusedError, refusing
 from stickslip.dynamics.checks import require_known, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-    from typing import TypeAlias
-
     from stickslip.agents.protocol import AnyEnv, Task, Timed
-    from stickslip.agents.untrusted import Json
 
     Modules: TypeAlias = tuple[str, ...]
     Kinds: TypeAlias = dict[str, Any]

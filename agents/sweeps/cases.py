@@ -19,7 +19,7 @@ from stickslip.agents.evaluation.players import (
     require_observed,
 )
 from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
-from stickslip.agents.machine import machine_by_name, machine_of_env
+from stickslip.agents.machine import AnyMachine, machine_by_name, machine_of_env
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
@@ -28,7 +28,6 @@ from stickslip.envs.tasks.definition import task_by_name
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
 
     Axes: TypeAlias = Mapping[str, tuple[float, ...]]

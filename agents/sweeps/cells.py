@@ -10,9 +10,11 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, wait
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from datetime import UTC, datetime
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stickslip.agents.policy.file import installed
@@ -28,10 +30,6 @@ from stickslip.records.files import PARTIAL, is_remains, write_whole, writing
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from concurrent.futures import Future
-    from pathlib import Path
-
     import pyarrow as pa
 
 Found = TypeVar("Found")

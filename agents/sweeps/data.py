@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.sweeps.cells import CELL_FILE, cell_files, read_head
-from stickslip.agents.sweeps.plan import ENDINGS, values_at
+from stickslip.agents.sweeps.cells import CELL_FILE, Head, cell_files, read_head
+from stickslip.agents.sweeps.plan import ENDINGS, Plan, values_at
 from stickslip.agents.untrusted import reading, refusing
 from stickslip.dynamics.checks import require_known, require_memory
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pyarrow as pa
 
-    from stickslip.agents.sweeps.cells import Head
-    from stickslip.agents.sweeps.plan import Plan
 
 LABELS = ("task", "policy", "point", "seed")
 Z95 = 1.96

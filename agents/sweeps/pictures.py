@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.sweeps.data import Z95, slip_of
+from stickslip.agents.sweeps.data import Z95, SweepArrays, slip_of
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import legend, make_sheet, save_sheet, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stickslip.agents.sweeps.data import SweepArrays
 
 COLOURS = (*theme.PLAYERS, theme.HIP_EDGE, theme.MUTED)
 """Colours of the policies; no more are drawn."""

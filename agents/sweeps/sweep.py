@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pickle
 import time
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -27,7 +28,7 @@ from stickslip.agents.sweeps.cells import (
 )
 from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays
 from stickslip.agents.sweeps.pictures import write_pictures
-from stickslip.agents.sweeps.plan import FORMS, Plan, Player, axes_of
+from stickslip.agents.sweeps.plan import FORMS, AxisLike, Plan, Player, axes_of
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import shown
 from stickslip.envs.collecting import cores_here
@@ -37,14 +38,10 @@ from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from concurrent.futures import Executor
-
     import numpy as np
 
     from stickslip.agents.protocol import Options
     from stickslip.agents.sweeps.cases import Policies, Tasks
-    from stickslip.agents.sweeps.plan import AxisLike
 
 
 @dataclass(frozen=True)

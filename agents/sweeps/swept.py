@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
@@ -10,14 +11,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import nearest, shown
-from stickslip.dynamics.pytrees import float_type
+from stickslip.dynamics.pytrees import Number, float_type
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterator, Mapping
-
     from jaxtyping import PyTree
 
-    from stickslip.dynamics.pytrees import Number
 
 MOST_ENTRIES = 64
 """Larger arrays are not set number by number."""

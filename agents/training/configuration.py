@@ -7,13 +7,16 @@ import itertools
 import json
 import shlex
 import tomllib
+from collections.abc import Iterable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from stickslip.agents.untrusted import (
     LARGEST,
     LARGEST_TEXT,
+    Json,
+    Kind,
     RefusedError,
     Rule,
     parse_json,
@@ -22,12 +25,6 @@ from stickslip.agents.untrusted import (
     require_head,
 )
 from stickslip.dynamics.checks import require_known, require_memory, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from stickslip.agents.untrusted import Json, Kind
-
 
 T = TypeVar("T")
 Config = TypeVar("Config", bound="Configuration")

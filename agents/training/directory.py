@@ -14,6 +14,7 @@ import json
 import math
 import os
 import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,7 +22,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import read_policy
-from stickslip.agents.training.configuration import digest_of
+from stickslip.agents.training.configuration import Configuration, digest_of
 from stickslip.agents.untrusted import (
     LARGEST_TABLE,
     RefusedError,
@@ -47,9 +48,6 @@ from stickslip.records.files import (
 from stickslip.records.table import cell_text, csv_line
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from stickslip.agents.training.configuration import Configuration
     from stickslip.agents.training.trainer import ModelState
 
 CONFIG = "config.json"

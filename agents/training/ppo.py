@@ -26,13 +26,12 @@ import optax
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import Configuration
-from stickslip.agents.training.trainer import Trainer, Update, arrays_of, filled
+from stickslip.agents.training.trainer import ModelState, Trainer, Update, arrays_of, filled
 from stickslip.envs.collecting import Collected, Progress, begin, collect
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.agents.training.trainer import ModelState
     from stickslip.envs.functional import FunctionalEnv
 
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0

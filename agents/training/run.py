@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 import shlex
 import time
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -23,10 +24,10 @@ import numpy as np
 
 from stickslip.agents.evaluation.evaluate import SCORES, scored
 from stickslip.agents.evaluation.rollout import play_unseen
-from stickslip.agents.evaluation.table import INTERVALS, row_of_test
-from stickslip.agents.machine import machine_by_name
+from stickslip.agents.evaluation.table import INTERVALS, AnyMeasures, row_of_test
+from stickslip.agents.machine import AnyMachine, machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
-from stickslip.agents.training.configuration import Configuration, Trained, settings_given
+from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
 from stickslip.agents.training.directory import (
     POLICY,
     MetricsFile,
@@ -51,12 +52,7 @@ from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from stickslip.agents.evaluation.table import AnyMeasures
-    from stickslip.agents.machine import AnyMachine
     from stickslip.agents.protocol import AnyEnv, Options, Policy
-    from stickslip.agents.training.configuration import Config
     from stickslip.agents.training.trainer import Trainer, Update
 
 PACKAGES = ("filelock", "tqdm")

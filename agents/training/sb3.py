@@ -15,12 +15,11 @@ from stable_baselines3.common.utils import set_random_seed
 from stickslip.agents.policy.exchange import from_sb3
 from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import Configuration
-from stickslip.agents.training.trainer import Trainer, Update
+from stickslip.agents.training.trainer import ModelState, Trainer, Update
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 
 if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.training.trainer import ModelState
 
 LOSSES = {
     "policy_loss": "policy_gradient_loss",

@@ -7,6 +7,7 @@ evaluations, progress and resumption stand outside it and serve every trainer.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Generic, NamedTuple, TypeAlias, TypeVar
 
 import jax
@@ -18,8 +19,6 @@ from stickslip.agents.training.configuration import Config
 from stickslip.dynamics.checks import shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from jaxtyping import Array
 
     from stickslip.agents.policy.network import MLPPolicy

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from stickslip.agents.training.configuration import Configuration, drawn, entry, positive, shared
 from stickslip.dynamics.checks import nearest, shown
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.optim.posture import CRITERIA_IN_WORDS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 FIXED = ("bump", "sinusoid", "ramp", "step", "ditch", "flat", "incline")
 GROUND = "random-bump"

@@ -11,6 +11,7 @@ import numpy as np
 
 from stickslip.agents.evaluation.table import (
     Column,
+    Columns,
     Interval,
     Measures,
     fraction_interval,
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.evaluation.table import Columns
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState

@@ -14,14 +14,13 @@ from stickslip.agents.pictures.episodes import (
     samples,
 )
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
-from stickslip.envs.ugv.picture import ugv_frames, ugv_picture
+from stickslip.envs.ugv.picture import UGVFrame, ugv_frames, ugv_picture
 
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.envs.tasks.known import Scale
     from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
-    from stickslip.envs.ugv.picture import UGVFrame
     from stickslip.envs.ugv.state import UGVDrawn, UGVEnvState
 
 GROUND, LEGS = "ground under the wheels", "leg angles, 90 straight down"

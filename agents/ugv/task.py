@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.machine import TrainingTask
+from stickslip.agents.machine import Parts, TrainingTask
 from stickslip.agents.policy.task import (
     numbers_in_words,
     own_machine,
     require_numbers,
     same_numbers,
 )
-from stickslip.agents.protocol import Task
+from stickslip.agents.protocol import Options, Task
 from stickslip.agents.ugv.config import (
     FIXED,
     TRACK_NAMES,
@@ -33,19 +34,14 @@ from stickslip.dynamics.ugv.vehicle_file import vehicle_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import NUMBERS as RULES
+from stickslip.envs.ugv.params import UGVEnvParams
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
-    from typing import TypeAlias
-
     from jaxtyping import PyTree
 
-    from stickslip.agents.machine import Parts
-    from stickslip.agents.protocol import Options
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.dynamics.pytrees import Number
-    from stickslip.envs.ugv.params import UGVEnvParams
 
     UGVTask: TypeAlias = Task[UGVEnv, UGVEnvParams]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import cache, lru_cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -37,10 +37,7 @@ from stickslip.dynamics.biped.recommendation import (
     DEFAULT_GRAVITY,
     QUANTILES,
 )
-from stickslip.dynamics.biped.settings import Setting
-
-if TYPE_CHECKING:
-    from stickslip.dynamics.biped.settings import Fidelity
+from stickslip.dynamics.biped.settings import Fidelity, Setting
 
 CONTROL = 0.02
 """Control period of the default robot [s]."""

@@ -10,8 +10,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.inertia import ExactInertia, inertia_and_moment
-from stickslip.dynamics.biped.joints import JointInertia
+from stickslip.dynamics.biped.inertia import (
+    ExactInertia,
+    GroundMoment,
+    ReducedInertia,
+    inertia_and_moment,
+)
+from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia
 from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, loaded_params, prepare
 from stickslip.dynamics.checks import require_choice
@@ -22,8 +27,6 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joints import DifferencedInertia
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Fidelity
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar

@@ -11,12 +11,14 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.inertia import (
     ExactInertia,
+    GroundMoment,
+    ReducedInertia,
     SeriesInertia,
     TableInertia,
     fit_series,
     fit_table,
 )
-from stickslip.dynamics.biped.joints import JointInertia
+from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia
 from stickslip.dynamics.biped.links import (
     as_batch,
     exchange_mismatch,
@@ -47,8 +49,6 @@ from stickslip.dynamics.pytrees import (
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
-    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joints import DifferencedInertia
     from stickslip.dynamics.pytrees import Flag, Scalar
 
 

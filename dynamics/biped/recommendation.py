@@ -8,8 +8,8 @@ simulated second of each environment.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,9 +25,6 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.measured import cheapest, measured_beside
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MEASURED = measured_beside(__file__)
 """Measurements that `python -m benchmarks.tradeoff --update` wrote.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,9 +21,6 @@ from stickslip.dynamics.machine_file import (
 from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, LINKS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
     from stickslip.dynamics.pytrees import Numeric
 
     Robot = Any

@@ -10,9 +10,10 @@ and EventExact stop at every switching instant.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 import jax
 import numpy as np
@@ -25,9 +26,6 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.pytrees import require_one, settle
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 Choice = TypeVar("Choice")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
@@ -54,8 +55,6 @@ from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Float, Real
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.biped.contact import mode_of, patch_at
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, step_length
 from stickslip.dynamics.biped.model import BipedModel
-from stickslip.dynamics.biped.settings import EventExact, RK4Split
+from stickslip.dynamics.biped.settings import EventExact, Integrator, RK4Split
 from stickslip.dynamics.checks import is_concrete, require_number
 from stickslip.dynamics.pytrees import (
     Numeric,
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, System
     from stickslip.dynamics.biped.params import BipedParams
-    from stickslip.dynamics.biped.settings import Integrator
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 

@@ -17,13 +17,14 @@ those alone. Each member goes through exactly what it would go through by itself
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import cached_property, lru_cache, partial, wraps
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import jax
 import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
-from jax.extend.core import Primitive, jaxpr_as_fun
+from jax.extend.core import ClosedJaxpr, JaxprEqn, Primitive, jaxpr_as_fun
 
 from stickslip.dynamics.kernels.grouping import SWITCH, as_one_kernel, run_as_one_kernel
 from stickslip.dynamics.kernels.jax_interface import (
@@ -35,9 +36,6 @@ from stickslip.dynamics.kernels.jax_interface import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Sequence
-
-    from jax.extend.core import ClosedJaxpr, JaxprEqn
     from jaxtyping import Array, Bool, Int
 
     from stickslip.dynamics.pytrees import Flag

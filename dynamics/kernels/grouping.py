@@ -14,13 +14,14 @@ derivative of a maximum compares it with its arguments, is computed once, howeve
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
 from jax.experimental.xla_metadata import set_xla_metadata
-from jax.extend.core import Literal, jaxpr_as_fun
+from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var, jaxpr_as_fun
 
 from stickslip.dynamics.kernels.jax_interface import (
     IN_FRONT,
@@ -32,9 +33,6 @@ from stickslip.dynamics.kernels.jax_interface import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Primitive, Var
     from jax.typing import ArrayLike
     from jaxtyping import Array
 

@@ -12,21 +12,19 @@ agree, gives wrong derivatives. Hence `jvp_in_front`.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from operator import eq
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
 
 import jax
 import jax.numpy as jnp
 from jax.extend import core
-from jax.extend.core import Primitive
+from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var
 from jax.interpreters import ad, batching, mlir
 from jax.interpreters.partial_eval import dce_jaxpr, dce_rules
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from jax.core import ShapedArray
-    from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Var
     from jax.typing import ArrayLike
     from jaxtyping import Array
 

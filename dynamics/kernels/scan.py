@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -11,8 +12,6 @@ import jax.numpy as jnp
 from stickslip.dynamics.kernels.fused import cut, fused
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool
 
     from stickslip.dynamics.kernels.fused import Fixed

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -19,9 +21,6 @@ from stickslip.dynamics.checks import (
 from stickslip.dynamics.pytrees import Numbers, Numeric, register_pytree, require_broadcast, settle
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.machine_file import OwnMachine

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
 from math import prod
@@ -34,8 +35,6 @@ from stickslip.dynamics.ugv.wheel import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool, Float, Int, Real
 
     from stickslip.dynamics.ugv.ground.shapes import Near, Points, Values

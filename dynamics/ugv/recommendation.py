@@ -6,8 +6,8 @@ how. Costs are seconds for each pose and its equilibrium.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import jax
 import numpy as np
@@ -25,9 +25,6 @@ from stickslip.dynamics.ugv.ground.spline import Spline
 from stickslip.dynamics.ugv.params import UGVParams
 from stickslip.dynamics.ugv.track import Track
 from stickslip.dynamics.ugv.wheel import PoseSolver
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MEASURED = measured_beside(__file__)
 """Measurements that `python -m benchmarks.ugv --update` wrote: settings without a wrong

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv.poses import over_poses, require_place, stand
+from stickslip.dynamics.ugv.poses import Pose, over_poses, require_place, stand
 from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot
 
 if TYPE_CHECKING:
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.dynamics.ugv.ground.shapes import Points, Values
     from stickslip.dynamics.ugv.params import UGVParams
-    from stickslip.dynamics.ugv.poses import Pose
     from stickslip.dynamics.ugv.track import Track
 
 

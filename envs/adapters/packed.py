@@ -6,6 +6,7 @@ parameters are constants, pytrees words, results of a step rows.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
@@ -17,14 +18,11 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory, shown
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.status import Status
-from stickslip.envs.functional import abstract_step, bare_step
+from stickslip.envs.functional import FunctionalEnv, abstract_step, bare_step
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping, Sequence
-
     from jaxtyping import Array, Bool, Float, Integer
 
-    from stickslip.envs.functional import FunctionalEnv
 
 MOST_ENVS = 2**31 - 1
 """Most environments of a batch: the range of JAX's index; memory refuses fewer."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -28,7 +29,7 @@ from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, req
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.pytrees import compensated, require_one
-from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.scene import Grip, Patches, Scene
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.params import (
     CONTROL_PERIOD,
@@ -56,12 +57,9 @@ from stickslip.envs.biped.state import (
 from stickslip.envs.functional import FunctionalEnv, with_keywords_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped import BipedModel, Contact
-    from stickslip.dynamics.scene import Scene
 
 
 MAX_FOOT_VELOCITY = 10.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from stickslip.dynamics.checks import (
     require_known,
 )
 from stickslip.dynamics.pytrees import (
+    Number,
     Numeric,
     float_kind,
     holds_numbers,
@@ -43,13 +45,10 @@ from stickslip.envs.functional import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jax.typing import DTypeLike
     from jaxtyping import Real
 
     from stickslip.dynamics.biped.model import Inertia
-    from stickslip.dynamics.pytrees import Number
 
 
 SLACK = 1e-6

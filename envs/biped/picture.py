@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from math import pi
@@ -13,22 +14,18 @@ import numpy as np
 
 from stickslip.dynamics.biped import floor_position
 from stickslip.dynamics.biped.contact import friction_on, patch_at
-from stickslip.dynamics.scene import Grip, Patches
+from stickslip.dynamics.scene import Floor, Grip, Patches
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.state import drawn_robot, drawn_scene
+from stickslip.envs.biped.state import BipedEnvState, drawn_robot, drawn_scene
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Picture, Stretch
 from stickslip.envs.rendering.linkage import SOLE, Mechanism
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jaxtyping import Array
 
     from stickslip.dynamics.biped import BipedModel, BipedParams, BipedState
-    from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.biped.state import BipedEnvState
 
 Numbers: TypeAlias = Any
 """A number, or an array [n] of NumPy."""

@@ -19,16 +19,14 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.contact import Friction, friction_on, patch_at
 from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
-from stickslip.dynamics.pytrees import all_finite, register_pytree
-from stickslip.dynamics.scene import Grip, Scene
+from stickslip.dynamics.pytrees import Number, all_finite, register_pytree
+from stickslip.dynamics.scene import Floor, Grip, Scene
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped import Contact
-    from stickslip.dynamics.pytrees import Number
-    from stickslip.dynamics.scene import Floor
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.envs.functional import Range
 

@@ -5,17 +5,15 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tempfile
+from collections.abc import Iterable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 import numpy as np
 
 from stickslip.envs.rendering.extras import require
 from stickslip.records.files import writing
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
 
 MP4 = ".mp4"
 FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}

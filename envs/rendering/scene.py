@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import atan, ceil, cos, floor, hypot, pi, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.painter import Painter
+from stickslip.envs.rendering.painter import Box, Painter
 from stickslip.envs.rendering.theme import digits_of, nice_step, written
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from matplotlib.axes import Axes
 
     from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Picture, Stretch
-    from stickslip.envs.rendering.painter import Box
 
 BAND = 46.0
 """Height below the machine's ground, for labels."""

@@ -9,14 +9,12 @@ import hashlib
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip import envs
 from stickslip.dynamics.checks import require_choice
 
 if TYPE_CHECKING:
-    from typing import Any
-
     from stickslip.envs.functional import FunctionalEnv, Plain
 
     Made: TypeAlias = tuple[FunctionalEnv[Any, Any], Any]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -20,7 +21,7 @@ from stickslip.dynamics.pytrees import compensated, rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
-from stickslip.envs.functional import FunctionalEnv, with_keywords_of
+from stickslip.envs.functional import Entries, FunctionalEnv, Given, with_keywords_of
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from stickslip.envs.ugv.state import (
@@ -47,11 +48,8 @@ from stickslip.optim.posture.criteria import (
 from stickslip.optim.posture.problem import PostureProblem
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from jaxtyping import Array, Float
 
-    from stickslip.envs.functional import Entries, Given
 
 T = TypeVar("T")
 OPTIONS = ("start_angles",)

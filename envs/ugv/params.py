@@ -16,6 +16,7 @@ from stickslip.dynamics.checks import (
 )
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.pytrees import (
+    Number,
     Numeric,
     float_kind,
     holds_numbers,
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Int, Real
 
-    from stickslip.dynamics.pytrees import Number
     from stickslip.optim.posture.criteria import Criterion
 
 

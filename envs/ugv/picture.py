@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -16,17 +17,14 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, place
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Picture, Stretch
-from stickslip.envs.ugv.state import ground, places_ahead
+from stickslip.envs.ugv.state import UGVEnvState, ground, places_ahead
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jaxtyping import Float
 
     from stickslip.dynamics.pytrees import Number
     from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
     from stickslip.envs.ugv.params import UGVEnvParams
-    from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim.posture.criteria import Station
 
     Array: TypeAlias = jax.Array | np.ndarray

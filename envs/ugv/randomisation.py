@@ -18,7 +18,7 @@ from stickslip.dynamics.checks import (
     shown,
 )
 from stickslip.dynamics.names import RANDOM_TRACKS, TRACKS
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import Number, Numeric, register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Real
 
-    from stickslip.dynamics.pytrees import Number, Numeric
 
 CLASS_A, CLASS_C, CLASS_D = 16e-6, 256e-6, 1024e-6
 """Roughness of ISO 8608 [m^3]."""

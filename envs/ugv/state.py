@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.ugv.params import penalty_for
+from stickslip.envs.ugv.params import UGVEnvParams, penalty_for
 from stickslip.envs.ugv.randomisation import uniform
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.ugv import Odometer
-    from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.optim.posture.criteria import Criterion, Station
 
 MAX_SLOPE = 1.6

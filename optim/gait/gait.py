@@ -10,7 +10,7 @@ with f(z) = artanh(z) / z where c > 0, arctan(z) / z where c < 0; z < 1 there un
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
@@ -21,18 +21,14 @@ from numpy.polynomial.chebyshev import chebval, chebvander
 from scipy.integrate import quad_vec
 
 from stickslip.dynamics.checks import require_choice, require_known, shown
-from stickslip.dynamics.pytrees import read_only
+from stickslip.dynamics.pytrees import Number, read_only
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.gait.profile import Grid, Profile, Profiles
 from stickslip.optim.problem import require_scalar
 from stickslip.optim.result import Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Bool, Float
-
-    from stickslip.dynamics.pytrees import Number
 
 
 TIME, TORQUE, WORK = "time", "torque", "work"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -13,19 +13,16 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.optim.gait import METHODS
 from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program, friction_along
-from stickslip.optim.gait.gait import GaitResult, goal_of
+from stickslip.optim.gait.gait import Gait, GaitResult, Goal, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
 from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
 from stickslip.optim.result import Evaluation
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import cvxpy as cp
     from jaxtyping import Float
 
     from stickslip.dynamics.pytrees import Lists, Number
-    from stickslip.optim.gait.gait import Gait, Goal
     from stickslip.optim.problem import Vector
 
 NODE = 20_000

@@ -6,6 +6,7 @@ Functions here build problems in double precision: call them inside `jax.enable_
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import TYPE_CHECKING
@@ -35,16 +36,13 @@ from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.problem import FEASIBLE, Problem, Structure
-from stickslip.optim.result import Result
+from stickslip.optim.result import Evaluation, Result
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import cvxpy as cp
     from jaxtyping import Array, Float, PyTree
 
     from stickslip.optim.problem import Vector
-    from stickslip.optim.result import Evaluation
 
 FINE = RK4Split(substeps=2, max_events=6)
 """Of the scene "firm", on which a walk in usual steps topples a little later."""

@@ -11,6 +11,7 @@ objective's own. A box of sides 1 is scaled by `Objective.from_unit`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -22,8 +23,6 @@ from stickslip.optim.instances.objective import PENALTY, Objective
 from stickslip.optim.methods import own_draws
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Float
 
     from stickslip.optim.instances.instance import Instance

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
 from importlib import import_module
@@ -23,8 +24,6 @@ from stickslip.optim.instances.objective import Objective
 from stickslip.optim.problem import given_state, refuse_after_fork
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from jaxtyping import Float
 
     from stickslip.optim.problem import AnyProblem, Vector

@@ -6,6 +6,7 @@ Functions here build problems in double precision: call them inside `jax.enable_
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,17 +16,14 @@ import numpy as np
 
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium, ground_forces
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.posture.evaluate import finite_cost
+from stickslip.optim.posture.evaluate import Posture, finite_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import cvxpy as cp
     from jaxtyping import Array, Float
 
-    from stickslip.optim.posture.evaluate import Posture
 
 STRAIGHT = np.full(2, np.pi / 2)
 LEG_RATE = 1.0

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.pytrees import Numeric, register_pytree, same_rank
+from stickslip.dynamics.pytrees import Number, Numeric, register_pytree, same_rank
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.odometer import wheel_lags
@@ -22,8 +22,6 @@ from stickslip.optim.posture import CRITERIA_IN_WORDS
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float, Int, Real
-
-    from stickslip.dynamics.pytrees import Number
 
 
 PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)

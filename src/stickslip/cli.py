@@ -9,8 +9,9 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Mapping, Sequence
 from contextlib import redirect_stdout
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 from stickslip.commands import (
     COMMANDS,
@@ -26,10 +27,6 @@ from stickslip.commands import (
 from stickslip.parser import Parser, examples_text, tables_text
 from stickslip.programs import compiled_programs
 from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
 
 __all__ = ["COMMANDS", "NOTHING_FOUND", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
 ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."

@@ -7,12 +7,9 @@ named as "module:function" and imported when their command is asked for. Example
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 OK, NOTHING_FOUND, WRONG_INPUT, READER_LEFT = 0, 1, 2, 141
 """Exit statuses. NOTHING_FOUND: no drive, no gait, or a simulated machine that did not get to the

@@ -6,21 +6,17 @@ Names and words only: nothing heavy is imported.
 from __future__ import annotations
 
 import argparse
-from dataclasses import fields
+from collections.abc import Mapping, Sequence
+from dataclasses import Field, fields
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.machine import machine_by_name, machines
+from stickslip.agents.machine import AnyMachine, machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_titles
 from stickslip.envs.tasks.definition import TASKS
-from stickslip.parser import add_overwrite, flag_of, truth
+from stickslip.parser import Parser, add_overwrite, flag_of, truth
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from dataclasses import Field
-
-    from stickslip.agents.machine import AnyMachine
     from stickslip.agents.training.configuration import Configuration
-    from stickslip.parser import Parser
 
 AXIS_VALUES = {
     "LOW:HIGH:N": "N values, evenly spaced",

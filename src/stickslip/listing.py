@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stickslip.agents.policy.file import every_record, record_of
-from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, task_by_name
+from stickslip.agents.policy.file import Record, every_record, record_of
+from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.records.table import Column, Content, Table
-
-if TYPE_CHECKING:
-    from stickslip.agents.policy.file import Record
-    from stickslip.envs.tasks.definition import TaskDefinition
 
 SCORES = """
 Scores: 0 is a trivial policy (every action 0), 1 the most that a policy is known to have earned in

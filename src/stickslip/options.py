@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from typing import Any
 
 from stickslip.dynamics.names import SCENES, TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS, TREATMENTS
-from stickslip.parser import add_overwrite, limit, truth
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from stickslip.parser import Parser
+from stickslip.parser import Parser, add_overwrite, limit, truth
 
 TRACK_OPTIONS = {
     "flat": ("start=0.0", "end=8.0"),

@@ -10,15 +10,13 @@ from __future__ import annotations
 import hashlib
 import os
 import platform
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import write_whole
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 FOLDER = "STICKSLIP_CACHE"
 """Environment variable: the folder to keep programs in, or OFF."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from stickslip.agents.optimisers.methods import METHODS, methods_table
 from stickslip.agents.optimisers.racing import race
@@ -19,10 +20,6 @@ from stickslip.optim import suite
 from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Content
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from typing import Any
 
 ASKED = ("out", "budget", "seconds", "seeds", "resume", "workers", "limit")
 """Flags that `race` takes by their names."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -20,9 +22,6 @@ from stickslip.records.files import (
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Callable, Iterable, Mapping
-
     from matplotlib.figure import Figure
 
 Maker: TypeAlias = "Callable[[Path], object]"

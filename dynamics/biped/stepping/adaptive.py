@@ -8,18 +8,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, Torque
-from stickslip.dynamics.biped.state import within_turn
-from stickslip.dynamics.biped.stepping.stages import Taken, midpoint
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, Friction, System, Torque
+from stickslip.dynamics.biped.state import Walk, within_turn
+from stickslip.dynamics.biped.stepping.stages import Beginning, Event, Samples, Taken, midpoint
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.biped.contact import Friction, System
     from stickslip.dynamics.biped.settings import EventExact
-    from stickslip.dynamics.biped.state import Walk
-    from stickslip.dynamics.biped.stepping.stages import Beginning, Event, Samples
 
 
 # Dormand and Prince, J. Comp. Appl. Math. 6 (1980): the seven stages, the seventh at the end; the

@@ -6,6 +6,7 @@ middle and the end of a trial step; time runs from 0 to 1.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -13,18 +14,15 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import CrankMotion, Torque, ankle_moment, fall_under
 from stickslip.dynamics.biped.inertia import GroundMoment
-from stickslip.dynamics.biped.state import supports
+from stickslip.dynamics.biped.state import Walk, supports
 from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped.contact import Coefficients, Friction, Motion, System
     from stickslip.dynamics.biped.model import BipedModel
-    from stickslip.dynamics.biped.state import Walk
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
     Sampled = Sequence[Scalar]

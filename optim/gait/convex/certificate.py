@@ -17,6 +17,7 @@ by golden section. All in units of about 1.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -25,8 +26,6 @@ import numpy as np
 from stickslip.optim.gait.gait import TIME, TORQUE, WORK
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Float
 
     from stickslip.optim.gait.convex.grid_problem import Duals, GridProblem, Numbers, Sample

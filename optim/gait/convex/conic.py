@@ -8,6 +8,7 @@ gait within the limits would have the value 0.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +16,21 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
-from stickslip.optim.gait.convex.grid_problem import NORMAL, POWER, STANDING, ZMP, Solved
+from stickslip.optim.gait.convex.grid_problem import (
+    NORMAL,
+    POWER,
+    STANDING,
+    ZMP,
+    GridProblem,
+    Numbers,
+    Solved,
+)
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
     TORQUE,
     Certificate,
+    Gait,
     GaitResult,
     Polynomials,
     goal_of,
@@ -31,10 +41,6 @@ from stickslip.optim.problem import FEASIBLE
 from stickslip.optim.result import Ended, OptimStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from stickslip.optim.gait.convex.grid_problem import GridProblem, Numbers
-    from stickslip.optim.gait.gait import Gait
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.profile import Grid
 

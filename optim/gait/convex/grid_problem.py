@@ -11,8 +11,10 @@ cone. The program's numbers are in the units of `Numbers`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cvxpy as cp
@@ -21,13 +23,14 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.pytrees import read_only
+from stickslip.dynamics.pytrees import Lists, Number, read_only
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
     TORQUE,
     WORK,
     Gait,
+    Goal,
     friction_uses,
     terms_on_grid,
 )
@@ -35,13 +38,8 @@ from stickslip.optim.problem import as_floats, float64_program
 from stickslip.optim.result import Ended, OptimStatus, solve_quietly
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from types import ModuleType
-
     from jaxtyping import Float
 
-    from stickslip.dynamics.pytrees import Lists, Number
-    from stickslip.optim.gait.gait import Goal
     from stickslip.optim.gait.profile import Grid, Profile, Profiles
 
     Traced = Any  # an array of NumPy, or one of JAX that is traced

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import numpy as np
 
-from stickslip.optim.intervals import Interval, interval
+from stickslip.optim.intervals import Interval, Jet, interval
 from stickslip.optim.posture.bounds.ground import Arc, Ground, ground_of
 from stickslip.optim.posture.bounds.vehicle import (
     Bracket,
@@ -30,15 +30,13 @@ from stickslip.optim.posture.bounds.vehicle import (
     wheel_at,
     wheelbase_squared,
 )
-from stickslip.optim.posture.waypoints import longest_wheelbase
+from stickslip.optim.posture.waypoints import PostureData, longest_wheelbase
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
     from jaxtyping import Bool, Float, Int
 
-    from stickslip.optim.intervals import Jet
     from stickslip.optim.posture.problem import PostureProblem
-    from stickslip.optim.posture.waypoints import PostureData
 
 
 NONE, SQUARE, AHEAD, BACK = range(4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -22,8 +23,6 @@ from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from stickslip.optim import Gait
 
 NODES, PICTURE, ROBOT = "gait.csv", "gait.png", "robot.toml"

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +23,6 @@ from stickslip.optim.posture.survey import Survey
 from stickslip.optim.posture.track_file import read_survey
 from stickslip.records.table import Column, Table
 from stickslip.report import one_row
-
-if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Callable, Iterable, Mapping
 
 ROLLS = 1.1
 """Radius of the default envelope in wheel radii: at 1 a wheel would touch whole arcs at once."""

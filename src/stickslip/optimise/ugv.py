@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from argparse import Namespace
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +29,6 @@ from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from stickslip.optim import Station
 
 STATIONS, PICTURE, VEHICLE = "stations.csv", "drive.png", "vehicle.toml"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,8 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 from stickslip.dynamics.checks import require_known
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from stickslip.dynamics.biped import BipedParams
     from stickslip.dynamics.ugv import UGVParams
     from stickslip.paper.result import Result

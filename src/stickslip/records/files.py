@@ -7,13 +7,11 @@ import re
 import secrets
 import shutil
 import tempfile
+from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from errno import ENOTDIR
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Iterator, Sequence
+from typing import IO
 
 PARTIAL = ".part"
 LONGEST_NAME = 255

@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import math
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +19,6 @@ from stickslip.dynamics.checks import nearest, require_number, shown
 from stickslip.optim.columns import ColumnSpec, read_columns, read_text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from jaxtyping import Array, Float
 
     from stickslip.dynamics.biped import BipedState

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -26,7 +26,7 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.pytrees import run_once
-from stickslip.dynamics.scene import Grip
+from stickslip.dynamics.scene import Floor, Grip
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass
@@ -36,12 +36,9 @@ from stickslip.report import one_row
 from stickslip.simulate.torque import Expression, PhaseRates, Rate, Recorded, rates_at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from jaxtyping import Array, Float
 
     from stickslip.dynamics import Scene, Setting
-    from stickslip.dynamics.scene import Floor
 
 BYTES = 3000
 """Memory of a row of a table."""
