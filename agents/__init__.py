@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Idle, Rollout, rollout
     from stickslip.agents.evaluation.table import Evaluation
     from stickslip.agents.machine import Machine, machines, register
-    from stickslip.agents.pictures.film import film
+    from stickslip.agents.pictures.episodes import film
     from stickslip.agents.pictures.view import View, show
     from stickslip.agents.policy.exchange import export_onnx, from_sb3
     from stickslip.agents.policy.file import (

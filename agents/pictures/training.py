@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.agents import load_policy
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.pictures.film import plot_episode, write_film
+from stickslip.agents.pictures.episodes import plot_episode, write_film
 from stickslip.agents.training.directory import read_columns
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import make_sheet, name_panel, save_sheet, styled

@@ -20,8 +20,7 @@ from stickslip.agents.evaluation.rollout import (
     without_resets,
 )
 from stickslip.agents.machine import AnyMachine, machine_of_env
-from stickslip.agents.pictures.episodes import scale_of
-from stickslip.agents.pictures.film import write_film
+from stickslip.agents.pictures.episodes import scale_of, write_film
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
 from stickslip.dynamics.checks import require_integer

@@ -95,7 +95,7 @@ class UGVTrainConfig(Configuration):
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
         """See Configuration."""
         from stickslip.dynamics.ugv import UGVParams
-        from stickslip.dynamics.ugv.vehicle_file import vehicle_text
+        from stickslip.dynamics.ugv.params import vehicle_text
 
         vehicle, motor = UGVParams.with_motor(path, changes)
         return {cls.OWN: vehicle_text(vars(vehicle), motor.get("max_torque"))}

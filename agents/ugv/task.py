@@ -28,9 +28,8 @@ from stickslip.agents.ugv.config import (
 )
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
-from stickslip.dynamics.ugv.params import OPTIONAL
-from stickslip.dynamics.ugv.vehicle_file import UNITS as OF_VEHICLE
-from stickslip.dynamics.ugv.vehicle_file import vehicle_text
+from stickslip.dynamics.ugv.params import OPTIONAL, vehicle_text
+from stickslip.dynamics.ugv.params import UNITS as OF_VEHICLE
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.envs.ugv.params import NUMBERS as RULES

@@ -7,7 +7,7 @@ import pytest
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import NAMES, ROBOT
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.dynamics.ugv.vehicle_file import MOTOR, VEHICLE
+from stickslip.dynamics.ugv.params import MOTOR, VEHICLE
 
 
 def leaves(machine):

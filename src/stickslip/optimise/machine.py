@@ -16,7 +16,7 @@ from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.machine_file import quantity
 from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
-from stickslip.dynamics.ugv.vehicle_file import vehicle_text
+from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.survey import Survey

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.agents.biped.pictures import walk_panels
 from stickslip.agents.biped.task import floor_words
-from stickslip.agents.pictures.film import plot_panels, write_pictures
+from stickslip.agents.pictures.episodes import plot_panels, write_pictures
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene
 from stickslip.dynamics.biped import SUPPORT_START, BipedParams, BipedState, EventExact

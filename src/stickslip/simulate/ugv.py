@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.agents.pictures.film import write_pictures
+from stickslip.agents.pictures.episodes import write_pictures
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.scene import paint

@@ -10,7 +10,7 @@ import pytest
 from stickslip.agents.biped.controllers import ConstantTorque
 from stickslip.agents.biped.pictures import as_episode
 from stickslip.agents.evaluation.rollout import rollout
-from stickslip.agents.pictures.film import film, plot_episode
+from stickslip.agents.pictures.episodes import film, plot_episode
 from stickslip.envs import BipedEnv
 
 pytest.importorskip("matplotlib")

@@ -17,7 +17,7 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import ROBOT
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import Track, UGVParams
-from stickslip.dynamics.ugv.vehicle_file import VEHICLE
+from stickslip.dynamics.ugv.params import VEHICLE
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 
 SHORT = 0.1
