@@ -42,6 +42,7 @@ def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):
     assert found["summary"][0]["status"] == "OK"
 
 
+@pytest.mark.long
 def test_a_policy_keeps_its_robot_and_is_tried_on_another(tmp_path, capsys):
     path = tmp_path / "my.toml"
     path.write_text('[bars]\nhip_mass = "2 kg"\n[motor]\ntorque_limit = "5 N m"\n')

@@ -43,6 +43,7 @@ def test_the_reference_robot_has_the_chapters_numbers(tmp_path, capsys):
     assert path.with_suffix(".png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_a_vehicle_climbs_what_friction_and_motors_let_it(tmp_path, capsys):
     path = tmp_path / "van.toml"
     path.write_text('machine = "ugv"\n[motor]\ntorque_limit = "150 N m"\n')

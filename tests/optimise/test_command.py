@@ -119,6 +119,7 @@ def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
     assert track_options_of(["a=1", "b=-2.5", "c=x", "a=3"]) == {"a": 3, "b": -2.5, "c": "x"}
 
 
+@pytest.mark.long
 def test_treated_ground_is_drawn_and_written_with_what_was_changed(capsys):
     pytest.importorskip("matplotlib")
     x = np.append(np.arange(0.0, 8.5, 0.5), 8.0)

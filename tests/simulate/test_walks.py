@@ -142,6 +142,7 @@ def test_names_in_the_help_are_those_of_the_library():
     assert tuple(options.SETTINGS) == tuple(PRESETS)
 
 
+@pytest.mark.long
 def test_a_walk_whose_first_torque_is_no_number_is_refused_and_the_file_kept(capsys):
     Path("walk.csv").write_text("good")
     assert main([*WALK, "--torque=log(t - 1)", "--overwrite"]) == WRONG_INPUT

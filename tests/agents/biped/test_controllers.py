@@ -157,6 +157,7 @@ def gaits() -> GaitTable:
     return gaits_of(robot, RATES, "energy", mu=0.045, torque_limit=3.6, steps=32)
 
 
+@pytest.mark.long
 def test_it_walks_from_rest_and_from_anywhere_and_comes_to_the_gaits_mean_rate(gaits: GaitTable):
     drawn = Randomisation(phase=(1.6, 4.7), crank_rate=(0.0, 4.0))
     params = ENV.make_params(

@@ -117,7 +117,7 @@ def test_the_robot_starts_with_the_torque_of_our_equations(float64):
         (("1",), 3e-3),
         # the swinging foot's heel dips 0.34 mm below the floor, from 0.75 rad before the exchange
         # on: it strikes, brakes the crank and tips the foot by 1 mrad, at any time step
-        (FEET, 0.05),
+        pytest.param(FEET, 0.05, marks=pytest.mark.long),
     ],
 )
 def test_a_second_of_walking_without_slip_is_ours(float64, feet, tolerance):

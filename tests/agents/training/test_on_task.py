@@ -70,6 +70,7 @@ def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
     np.testing.assert_allclose(scaled, 3.0, rtol=1e-6)
 
 
+@pytest.mark.long
 def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
     pytest.importorskip("optax")
     config = TrainConfig.of(

@@ -121,6 +121,7 @@ def test_the_next_foothold_counts_where_it_is_reached():
         assert (icy < plain) == counts
 
 
+@pytest.mark.long
 def test_derivatives_are_those_of_differences():
     robot = prepare(BipedParams.from_bars(), fidelity="table")
 
@@ -146,6 +147,7 @@ def test_bad_numbers_are_refused_by_name(given, named):
         )
 
 
+@pytest.mark.long
 def test_behind_the_shield_no_episode_slides_whose_interval_is_never_empty():
     env = BipedEnv(autoreset="disabled", shield=0.02)
     starts = {"phase": (SUPPORT_START, SUPPORT_END), "crank_rate": (-3.0, 8.0)}

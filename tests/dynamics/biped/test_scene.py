@@ -113,6 +113,7 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
             np.testing.assert_allclose(ratio, -mu, rtol=1e-12)
 
 
+@pytest.mark.long
 def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
     params, floor = (
         default_params().replace(payload=jnp.asarray(0.0)),  # as what is loaded: one program

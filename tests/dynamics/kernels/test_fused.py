@@ -229,7 +229,13 @@ def test_the_switch_leaves_the_function_to_xla(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("width", "depth", "size"), [(1, 60, None), (64, 60, 64), (300, 60, 4096), (1, 60, 100_001)]
+    ("width", "depth", "size"),
+    [
+        (1, 60, None),
+        (64, 60, 64),
+        pytest.param(300, 60, 4096, marks=pytest.mark.long),
+        (1, 60, 100_001),
+    ],
 )
 def test_functions_too_costly_for_one_loop_compile(width, depth, size):
     """XLA would go through a costly loop with several threads, which fails in a kernel."""

@@ -45,6 +45,7 @@ def test_nothing_that_was_returned_is_used_again():
     np.testing.assert_allclose(third[0][:, 0], kept[:, 0] + 0.06, atol=1e-6)
 
 
+@pytest.mark.long
 def test_vector_wrappers_of_gymnasium_work():
     env = NormalizeObservation(RecordEpisodeStatistics(make_vec(3, "next_step")))
     env.reset(seed=0)

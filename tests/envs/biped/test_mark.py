@@ -42,6 +42,7 @@ def walk():
     return params, rollout(ENV, SERVO, params, 3, 500)
 
 
+@pytest.mark.long
 def test_nearness_pays_and_the_way_to_the_mark_is_seen(walk):
     params, played = walk
     before = jax.tree.map(lambda one: one[None], played.start_state.biped)

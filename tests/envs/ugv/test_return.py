@@ -32,6 +32,7 @@ def test_the_return_is_minus_the_objective(float64, criterion):
     assert problem.is_feasible(path_of(run))
 
 
+@pytest.mark.long
 def test_losses_of_the_vehicle_count_in_the_return_and_in_the_penalty(float64):
     env, usual = task(dtype="float64", criterion="total_energy")
     params = usual.replace(

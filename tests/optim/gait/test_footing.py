@@ -30,6 +30,7 @@ def test_a_constant_rate_needs_the_chapters_friction():
     assert Footing.of(robot).at_rate(9.5).friction == np.inf  # the foot leaves the ground
 
 
+@pytest.mark.long
 def test_rates_over_time_and_angle_need_what_fine_samples_of_them_show():
     robot = BipedParams.from_bars(hip_mass=1.1)
     footing, times = Footing.of(robot), np.linspace(0, 2, 200_001)

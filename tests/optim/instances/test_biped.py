@@ -138,6 +138,7 @@ def test_the_reference_robot_as_a_design_is_the_reference_robot():
     assert one.best_known < 0.7 * value[0]
 
 
+@pytest.mark.long
 def test_robots_that_cannot_walk_are_bounded_and_no_better_than_those_that_do():
     one = instance("design-biped-energy-d12-v1")
     objective = one.objective()

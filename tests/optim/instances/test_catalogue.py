@@ -91,6 +91,7 @@ def test_a_split_costs_the_squared_torques_of_the_forces_that_hold_each_posture(
     np.testing.assert_allclose(found, np.sort(margins.ravel()), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_the_usual_vehicle_as_a_design_drives_as_a_posture_problem_says():
     with jax.enable_x64(True):
         problem = vehicle_design("wheel_energy", ("sinusoid",))

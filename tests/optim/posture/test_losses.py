@@ -19,7 +19,7 @@ LOSSES["rolling_resistance"] = 0.03
 LOSSY = UGVParams(**LOSSES)
 
 
-@pytest.mark.parametrize("name", ["wheel_energy", "grip"])
+@pytest.mark.parametrize("name", [pytest.param("wheel_energy", marks=pytest.mark.long), "grip"])
 def test_rolling_resistance_counts_in_dp_and_scp(name):
     """Brute force over all paths of a grid; off it scp finds one that is no worse."""
     problem = replace(tiny(name), params=ROLLING)
@@ -49,7 +49,9 @@ def electrical(at, legs: bool, params: UGVParams) -> np.ndarray:
     return total
 
 
-@pytest.mark.parametrize("name", ["wheel_energy", "total_energy"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("wheel_energy", marks=pytest.mark.long), "total_energy"]
+)
 def test_energies_are_electrical_and_heat_of_the_legs_counts(name):
     problem = replace(tiny(name), params=LOSSY)
     costs = electrical(every_path(problem)[1], name == "total_energy", LOSSY)

@@ -70,6 +70,7 @@ def test_the_closest_drive_misses_least_of_all_paths_over_the_grid(given):
         assert missed(closest) == pytest.approx(min(map(missed, paths)), rel=1e-5)
 
 
+@pytest.mark.long
 def test_the_steepest_place_is_that_of_the_track():
     found = lost(PostureProblem.along(Track.ramp(slope=0.5), spacing=0.5, friction=0.01))
     angle, at = found["steepest"]

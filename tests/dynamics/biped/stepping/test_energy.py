@@ -23,6 +23,7 @@ def controlled(state: BipedState):
     return 5.0 * (3.0 - state.crank_rate)
 
 
+@pytest.mark.long
 def test_energy_balance_over_ten_steps_of_walking(float64):
     scene = Scene.grip(outputs="state")
     begin = state_of(crank_rate=3.0)

@@ -154,6 +154,7 @@ def test_proofs_of_the_grid_alone_are_those_of_the_grid():
         solve(problem, certify="all")
 
 
+@pytest.mark.long
 def test_nothing_on_a_fine_lattice_is_below_the_least_and_something_is_near_it():
     rng = np.random.default_rng(7)
     m = 40
