@@ -135,6 +135,7 @@ class DoubleIntegrator(OneSheet):
         return S
 
 
+@pytest.mark.long
 def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_the_cells(float64):
     errors, at = [], np.mgrid[-1:1:9j, -1:1:9j].reshape(2, -1).T
     for cells in (32, 64):

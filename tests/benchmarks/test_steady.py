@@ -27,6 +27,7 @@ def bound():
     return bound_steady_reward(robot(), 5.0, **FLOOR, cells=40)
 
 
+@pytest.mark.long
 def test_no_gait_earns_more_and_one_of_its_rate_nearly_as_much(bound):
     for asked in (2.0, 3.7, bound.mean_rate):
         limits = FLOOR | {"mean_rate": asked, "zmp": True}

@@ -15,6 +15,7 @@ pytestmark = pytest.mark.usefixtures("empty_directory")
 SMALL = ["optimise", "biped", "--set=cells=40", "--mu=0.1"]
 
 
+@pytest.mark.long
 def test_the_table_the_json_and_the_nodes_tell_the_same(capsys):
     pytest.importorskip("matplotlib")
     asked = ["--objective=energy", "--mean-rate=4", "--set=reserve=0.05", "--out=run"]

@@ -81,6 +81,7 @@ def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
     assert np.max(off) < 0.01 * 4.6 * 0.02, "within a hundredth of a control period"
 
 
+@pytest.mark.long
 def test_constant_crank_speed_slips_where_computed_torque_does_not():
     params = ENV.default_params
     played = walk_on(CrankSpeedPI(), params, [0.06, 0.2], [0.05, 0.2])

@@ -120,6 +120,7 @@ def test_the_robot_starts_with_the_torque_of_our_equations(float64):
         pytest.param(FEET, 0.05, marks=pytest.mark.long),
     ],
 )
+@pytest.mark.long
 def test_a_second_of_walking_without_slip_is_ours(float64, feet, tolerance):
     robot, friction = BipedParams.from_bars(), 0.5  # 0.08 suffices at this rate
 

@@ -55,6 +55,7 @@ def test_states_are_the_same_without_forces(float64):
     assert full.contacts.zmp.shape == (COUNT,)
 
 
+@pytest.mark.long
 def test_a_sliding_foot_takes_the_friction_of_the_side_it_is_on(float64):
     """A walk over an edge is one on the left floor up to it and one on the right floor after."""
     begin, edge, duration = state_of(phase=2.4, crank_rate=1.0, foot_velocity=0.5), 0.02, 0.1

@@ -74,6 +74,7 @@ def test_a_walk_of_200_seconds_takes_200_seconds(start):
     np.testing.assert_allclose(walk.torques, 1e-6 * exact[:-1], rtol=6 * HALF)
 
 
+@pytest.mark.long
 def test_an_episode_of_200_seconds_loses_nothing_in_its_totals():
     env = BipedEnv(setting=Setting(integrator=RK4Split()), autoreset="disabled")
     robot = BipedParams.from_bars(heel=1e6, toe=1e6, dtype=np.float32)

@@ -86,6 +86,7 @@ def test_going_on_is_one_long_walk(few):
 
 
 @pytest.mark.parametrize("cores", [1, 2, pytest.param(3, marks=pytest.mark.long)])
+@pytest.mark.long
 def test_cores_change_roundings_at_most(few, cores):
     again = collected(6, cores=cores)
     np.testing.assert_allclose(again.reward, few.reward, atol=2e-6)

@@ -42,6 +42,7 @@ def problem(**fields) -> PostureProblem:
 
 
 @pytest.mark.parametrize("wide", [False, pytest.param(True, marks=pytest.mark.long)])
+@pytest.mark.long
 def test_a_bound_called_proved_holds_against_every_drive_looked_at(wide, truth):
     """On 1 km of points 0.1 m apart, 1500 m up; at the place once called infeasible."""
     with jax.enable_x64(wide):

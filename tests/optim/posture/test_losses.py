@@ -20,6 +20,7 @@ LOSSY = UGVParams(**LOSSES)
 
 
 @pytest.mark.parametrize("name", [pytest.param("wheel_energy", marks=pytest.mark.long), "grip"])
+@pytest.mark.long
 def test_rolling_resistance_counts_in_dp_and_scp(name):
     """Brute force over all paths of a grid; off it scp finds one that is no worse."""
     problem = replace(tiny(name), params=ROLLING)
@@ -75,6 +76,7 @@ def test_a_descent_recovers_its_share_of_the_potential_energy():
     assert values == pytest.approx([-0.6 * lift, lift / 0.8], rel=1e-9)
 
 
+@pytest.mark.long
 def test_the_friction_of_a_tracks_file_is_that_under_each_wheel(tmp_path):
     """Grip by hand at both contacts, dp by brute force, and a bound that no drive is below."""
     path, x = tmp_path / "wet.csv", np.linspace(0.0, 8.0, 81)

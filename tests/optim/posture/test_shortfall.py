@@ -78,6 +78,7 @@ def test_the_steepest_place_is_that_of_the_track():
     assert 2.5 <= at <= 5.5
 
 
+@pytest.mark.long
 def test_hollow_ground_is_placed_and_the_treatment_named():
     track = Track.from_points([0.0, 3.0, 3.1, 3.2, 8.0], [0.0, 0.0, -0.5, 0.0, 0.0], "pchip")
     found = solve(PostureProblem.along(track, spacing=0.1), "dp", angles=3, polish=False)

@@ -184,6 +184,7 @@ def frictionless_starts():
 
 
 @mostly_single
+@pytest.mark.long
 def test_without_friction_momentum_and_energy_are_kept(dtype):
     """0.3 s from rest and sliding, through exchanges, turning back on the way."""
     starts = frictionless_starts()

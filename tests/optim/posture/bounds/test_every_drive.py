@@ -80,6 +80,7 @@ def test_what_was_ruled_out_is_infeasible_everywhere():
     assert answer.status in (Status.VIOLATED, Status.INFEASIBLE)
 
 
+@pytest.mark.long
 def test_the_method_says_how_good_its_drive_is(searched):
     problem = over("wheel_energy", "short")
     x, value = values(problem, searched, "short wheel_energy")
