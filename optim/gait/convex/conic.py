@@ -122,11 +122,13 @@ def within_power(free: Answer, power: float) -> Answer:
     exceeds them least. The answer exceeds the power where that search ends at a gait that does.
     """
     gait, best, before = free.gait, None, np.inf
-    while best is not None or gait.power_at_nodes > power * (1 + FEASIBLE):
+    if gait.power_at_nodes <= power * (1 + FEASIBLE):
+        return free
+    for _ in range(ROUNDS):
         at = replace(free.problem, around=gait.b)
         found = best_of(at, every=False)
         if isinstance(found, Answer):
-            if best is not None and found.certificate.value > best.certificate.value * SETTLED:
+            if best is not None and found.certificate.value >= best.certificate.value * SETTLED:
                 break
             best, gait = found, found.gait
             continue
