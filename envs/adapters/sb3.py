@@ -64,6 +64,8 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def reset(self) -> np.ndarray:
         """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
+        if len(self._options) != self.num_envs:
+            raise ValueError(f"{len(self._options)} options; accepted: {self.num_envs}, or a dict")
         params = self._episode_params(self._options[0])
         if any(options != self._options[0] for options in self._options):
             raise ValueError("options differ; accepted: a dict, for all environments")
