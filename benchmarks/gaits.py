@@ -114,13 +114,11 @@ def draw(content: dict[str, Any]) -> bytes:
 
 def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """The rows as a page shows them: four digits, a dash for none."""
-
-    def short(value: Any) -> Any:
-        if value is None:
-            return "-"
-        return f"{value:.4g}" if isinstance(value, float) else value
-
-    return [{name: short(value) for name, value in row.items()} for row in rows]
+    known = ({name: "-" if one is None else one for name, one in row.items()} for row in rows)
+    return [
+        {name: f"{one:.4g}" if isinstance(one, float) else one for name, one in row.items()}
+        for row in known
+    ]
 
 
 def update(content: dict[str, Any]) -> None:

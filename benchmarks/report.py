@@ -68,9 +68,8 @@ def markdown(rows: list[dict[str, Any]]) -> str:
     a digit holds numbers, which stand to the right."""
     words = {name: not all(str(row[name])[:1].isdigit() for row in rows) for name in rows[0]}
     columns = [Column(name, words=word) for name, word in words.items()]
-    return Table(columns, [[row[name] for name in words] for row in rows]).markdown(aligned=True)[
-        :-1
-    ]
+    table = Table(columns, [[row[name] for name in words] for row in rows])
+    return table.markdown(aligned=True)[:-1]
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:
@@ -266,13 +265,8 @@ def unbeaten(rated: Mapping[int, tuple[Hashable, tuple[float, ...]]]) -> set[int
 
 
 def _commit() -> str | None:
-    found = subprocess.run(
-        ["git", "rev-parse", "--short", "HEAD"],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=Path(__file__).parent,
-    )
+    command, here = ["git", "rev-parse", "--short", "HEAD"], Path(__file__).parent
+    found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=here)
     return found.stdout.strip() or None
 
 

@@ -27,7 +27,7 @@ from stickslip.agents.policy.shipped import policy_name, shipped_path, short_nam
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
-from stickslip.envs.tasks.known import FILE, Bound, Earned, Known, Learned, read_known
+from stickslip.envs.tasks.known import FILE, Bound, read_known
 from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.gait.profile import robot_of
@@ -130,7 +130,6 @@ LEFT_OUT = ("receding-horizon",)
 """It plans at every step, for minutes; what it earns lies below the optimum's."""
 DIGITS = 6
 STARTS = {"phase", "crank_rate"}
-CELLS = 200
 ROUNDING = 5e-4
 """Relative excess of a return in single precision over a bound in double that is rounding."""
 DOCS = Path(__file__).parents[1] / "docs"
@@ -258,7 +257,6 @@ def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
         tracking_weight=numbers["tracking_weight"],
         energy_weight=numbers["energy_weight"],
         copper_loss=numbers["copper_loss"],
-        cells=CELLS,
     )
     return {
         "value": rounded(found.value * numbers["time_limit"]),
@@ -284,13 +282,14 @@ def long_table() -> str:
         known = known_of(task)
         if known is None:
             continue
-        learned = known.learned
+        hand, learned = known.by_hand, known.learned
+        scores = [known.scale.score(one) for one in learned.returns] if learned else []
         rows.append(
             {
                 "task": f"`{task.name}`",
                 "idle (0)": f"{known.trivial.value:.4g}",
-                "best by hand": _cell(known, known.by_hand),
-                "PPO": "" if learned is None else _learned(known, learned),
+                "best by hand": f"{known.score_of(hand).shown(2)}: {hand.shown}, {hand.policy}",
+                "PPO": "" if learned is None else mean_interval(scores).shown(2),
                 "shipped": _shipped(task.name),
                 "best known (1)": known.best.shown,
                 "if steady, no slip": _at_most(known.assumed),
@@ -312,20 +311,12 @@ def _in_words() -> str:
     return "\n\n".join(found)
 
 
-def _cell(known: Known, earned: Earned) -> str:
-    return f"{known.score_of(earned).shown(2)}: {earned.shown}, {earned.policy}"
-
-
 def _shipped(task: str) -> str:
     """The score of the package's policy."""
     if shipped_path(policy_name(task)) is None:
         return ""
     score = record_of(policy_name(task)).score
     return "" if score is None else score.shown(2)
-
-
-def _learned(known: Known, learned: Learned) -> str:
-    return mean_interval([known.scale.score(one) for one in learned.returns]).shown(2)
 
 
 def _at_most(bound: Bound | None) -> str:

@@ -219,10 +219,8 @@ def accuracy(quick: bool) -> Iterator[dict[str, float]]:
 def body(content: dict[str, Any]) -> str:
     """The table of the page."""
     lines = [
-        {
-            "interface": one["interface"],
-            "environment": one["environment"],
-            "batch": one["batch"],
+        {name: one[name] for name in ("interface", "environment", "batch")}
+        | {
             "steps/s": f"{one['steps_per_second']:,.0f}",
             "a core-second": f"{one['per_core_second']:,.0f}",
             "compile [s]": f"{one['compile_seconds']:.1f}",

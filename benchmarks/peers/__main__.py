@@ -90,7 +90,6 @@ def _creep_of_foot() -> float:
     return 1e6 * float(jnp.max(jnp.abs(walk.states.foot_velocity)))
 
 
-RESULTS = Path("benchmarks/results/peers.json")
 DOCUMENT = Path("docs/performance.md")
 
 
@@ -127,20 +126,16 @@ def body(content: dict[str, Any]) -> str:
     return f"Measured on {where(content, 'rows')}.\n\n{markdown(at_bounds(content['rows']))}"
 
 
-def creep(content: dict[str, Any]) -> str:
-    """The table of creeping contacts of docs/performance.md."""
-    lines = [row | {"creep": f"{row['creep']:.3g} um/s"} for row in content["creep"]]
-    return f"Measured on {where(content, 'creep')}.\n\n{markdown(lines)}"
-
-
 def _short(value: float) -> str:
     return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def update(content: dict[str, Any]) -> None:
-    """Write the page's table."""
+    """Write the page's tables."""
     put_between(DOCUMENT, body(content), "peers")
-    put_between(DOCUMENT, creep(content), "creep")
+    creeps = [row | {"creep": f"{row['creep']:.3g} um/s"} for row in content["creep"]]
+    text = f"Measured on {where(content, 'creep')}.\n\n{markdown(creeps)}"
+    put_between(DOCUMENT, text, "creep")
 
 
 if __name__ == "__main__":

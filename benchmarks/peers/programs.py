@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.exchange.mjcf import Mechanism, Settings, joint_of, mechanism, mjcf
+from stickslip.agents.exchange.mjcf import Settings, joint_of, mechanism, mjcf
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     SUPPORT_START,
@@ -63,14 +63,14 @@ def error_of(angles: Any, wanted: Any) -> float:
 
 
 @lru_cache
-def reference(case: Case, torques: tuple[float, ...] = (TORQUE,), steps: int = 7900) -> np.ndarray:
+def reference(case: Case, torques: tuple[float, ...] = (TORQUE,)) -> np.ndarray:
     """Crank angles [torques, SAMPLES] with exact inertia functions in float64 and tiny steps.
 
     Needs 64 bits switched on. Halving the steps moves it by less than 1e-10 rad.
     """
     if jnp.zeros(()).dtype != np.float64:
         raise ValueError("the reference needs 64 bits: jax.config.update('jax_enable_x64', True)")
-    params = BipedParams.from_bars(dtype=np.float64)
+    params, steps = BipedParams.from_bars(dtype=np.float64), 7900
 
     def walk(torque):
         path = simulate(params, case.scene, BipedState(), torque, DURATION, DURATION / steps)
@@ -87,36 +87,33 @@ def measured(
     repeats: int,
     *,
     batch: int = 1,
-    walks: int | None = None,
 ) -> dict[str, Any]:
     """Error of the first and the last walk, and simulated seconds a wall and a core-second.
 
-    run: returns crank angles [walks, SAMPLES]. walks: their number, where it returns fewer. The
-    wall rate is of the fastest run, the core rate of the median one, of up to a second of runs.
+    run: returns crank angles [walks, SAMPLES]. The wall rate is of the fastest run, the core rate
+    of the median one, of up to a second of runs.
     """
     angles = np.atleast_2d(np.asarray(run()))
     wanted = reference(case, SPREAD) if batch > 1 else reference(case)
-    error = error_of(angles[[0, -1]], wanted)
     seconds: list[float] = []
     core: list[float] = []
     while len(seconds) < repeats and (not seconds or sum(seconds) + seconds[-1] <= 1.0):
         begun, before = time.perf_counter(), time.process_time()
-        run()
+        jax.block_until_ready(run())
         core.append(time.process_time() - before)
         seconds.append(time.perf_counter() - begun)
-    simulated = (walks or len(angles)) * DURATION
+    simulated = len(angles) * DURATION
     return {
         "program": program,
         "case": case.name,
         "setting": setting,
         "batch": batch,
-        "error": error if np.isfinite(error) else None,
+        "error": error_of(angles[[0, -1]], wanted),
         "rate": simulated / min(seconds),
         "core_rate": simulated / max(float(np.median(core)), 1e-9),
     }
 
 
-STICKSLIP = "stickslip"
 BATCH = 4096
 IN_A_ROW = 256
 """Walks that a call of batch 1 takes one after another, so that the call itself weighs nothing."""
@@ -133,13 +130,10 @@ def stickslip_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
             for count in PER_SAMPLE[:4] if quick else PER_SAMPLE:
                 length = DURATION / (SAMPLES * count)
                 size = jnp.asarray(length, dtype), jnp.asarray(count, jnp.int32)
-
-                def run(walks=walks, torques=torques, size=size):
-                    return jax.block_until_ready(walks(torques, *size))
-
                 setting = f"{np.dtype(dtype).name}, table {table.pieces}x{table.degree}, "
                 setting += f"{1e3 * length:.3g} ms"
-                yield measured(STICKSLIP, case, setting, run, 5 if quick else 10, batch=batch)
+                run, repeats = partial(walks, torques, *size), 5 if quick else 10
+                yield measured("stickslip", case, setting, run, repeats, batch=batch)
 
 
 def program(case: Case, table: Table, dtype: Any, batch: int):
@@ -155,7 +149,7 @@ def program(case: Case, table: Table, dtype: Any, batch: int):
             state = jax.lax.fori_loop(0, count, move, state)
             return state, state.crank_angle
 
-        return jax.lax.scan(sample, _at_rest(dtype), length=SAMPLES)[1]
+        return jax.lax.scan(sample, BipedState().astype(dtype), length=SAMPLES)[1]
 
     def walks(torques, dt, count):
         one = partial(walk, dt=dt, count=count)
@@ -167,13 +161,6 @@ def program(case: Case, table: Table, dtype: Any, batch: int):
         np.random.default_rng(0).shuffle(torques[1:-1])
     return jnp.asarray(torques, dtype), jax.jit(walks)
 
-
-def _at_rest(dtype: Any) -> BipedState:
-    values = {name: jnp.asarray(value, dtype) for name, value in vars(BipedState()).items()}
-    return BipedState(**{**values, "steps": jnp.zeros((), jnp.int32)})
-
-
-MUJOCO = "MuJoCo"
 
 # integrator and time constant of the constraints in timesteps. RK4 is stable down to 0.5 and, the
 # more so the softer, of second order; contacts chatter below 1.
@@ -191,7 +178,8 @@ class Engine:
     def __init__(self, case: Case, settings: Settings):
         mujoco: Any = import_module("mujoco")
         self.rollout = import_module("mujoco.rollout").rollout
-        text = mjcf(_machine(), settings, case.friction, feet=("1",))
+        robot = mechanism(BipedParams.from_bars(dtype=np.float64))
+        text = mjcf(robot, settings, case.friction, feet=("1",))
         self.model = mujoco.MjModel.from_xml_string(text)
         self.data = [mujoco.MjData(self.model)]
         self.steps = round(DURATION / settings.timestep)
@@ -218,16 +206,5 @@ def mujoco_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
             timestep = DURATION / steps
             settings = Settings(timestep, integrator, (ratio * timestep, 1.0))
             run = partial(Engine(case, settings).run, torque)
-            yield measured(MUJOCO, case, describe(settings), run, 2 if quick else 5)
-
-
-def describe(settings: Settings) -> str:
-    """The settings in a few words."""
-    words = [settings.integrator, f"{1e3 * settings.timestep:.3g} ms"]
-    words.append(f"solref {settings.solref[0] / settings.timestep:.2g} steps")
-    return ", ".join(words)
-
-
-@lru_cache
-def _machine() -> Mechanism:
-    return mechanism(BipedParams.from_bars(dtype=np.float64))
+            words = f"{integrator}, {1e3 * timestep:.3g} ms, solref {ratio:.2g} steps"
+            yield measured("MuJoCo", case, words, run, 2 if quick else 5)

@@ -44,7 +44,6 @@ NAMES = ("fidelity", "integrator", "dt", "dtype")
 """Columns that define a setting, as code."""
 PROMISED = str(0.95)
 """The quantile that `recommend` goes by."""
-UNBOUNDED = float("inf")
 
 
 class Promise(NamedTuple):
@@ -103,7 +102,7 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
         if (row["scene"], row["robots"]) != (scene, robots) or names not in costs:
             continue
         bounds = {
-            str(q): tuple(UNBOUNDED if v is None else v for v in row["bounds"][str(q)])
+            str(q): tuple(math.inf if v is None else v for v in row["bounds"][str(q)])
             for q in QUANTILES
         }
         found.append(Promise(*names, bounds, row["ends_otherwise"], costs[names]))  # type: ignore[arg-type]
@@ -184,11 +183,8 @@ def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
 
 def body(content: dict[str, Any]) -> str:
     """The tables of docs/accuracy.md."""
-    parts = [
-        presets(content),
-        f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}.",
-    ]
-    return "\n\n".join(parts)
+    measured = f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}."
+    return f"{presets(content)}\n\n{measured}"
 
 
 def presets(content: dict[str, Any]) -> str:
@@ -248,7 +244,6 @@ def draw(content: dict[str, Any], path: Path) -> None:
     save_sheet(figure, path)
 
 
-RESULTS = Path("benchmarks/results/tradeoff.json")
 DOCUMENT = Path("docs/accuracy.md")
 PICTURE = Path("docs/tradeoff.png")
 DATA = Path("dynamics/biped/measured.json")

@@ -128,12 +128,8 @@ def _one(floor: str, seed: int, robots: str) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
     found = _robot(rng)
     if robots == "default":
-        found = {
-            **MASSES,
-            "crank_length": DEFAULT_CRANK,
-            "payload": 0.0,
-            "gravity": DEFAULT_GRAVITY,
-        }
+        own = {"crank_length": DEFAULT_CRANK, "payload": 0.0, "gravity": DEFAULT_GRAVITY}
+        found = MASSES | own
     slips = floor != "smooth" and rng.random() < 0.5
     found |= {
         "phase": rng.uniform(SUPPORT_START, SUPPORT_END),
@@ -343,13 +339,7 @@ def _quantiles(off: np.ndarray, path: Path, truth: Path, own: np.ndarray) -> dic
     over, ended = ends > 1, wanted > 1
     return {
         "bounds": {
-            str(q): [_number(upper_bound(one, q, CONFIDENCE)) for one in off[:, own]]
-            for q in QUANTILES
+            str(q): [upper_bound(one, q, CONFIDENCE) for one in off[:, own]] for q in QUANTILES
         },
         "ends_otherwise": float(np.mean((over != ended) | (over & (ends != wanted)))),
     }
-
-
-def _number(value: float) -> float | None:
-    """None for an error without bound, which JSON has no number for."""
-    return float(value) if np.isfinite(value) else None

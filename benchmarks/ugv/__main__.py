@@ -47,7 +47,6 @@ from stickslip.records.files import write_whole
 
 NAMES = ("ground", "place", "solver", "dtype")
 """What a promise is about."""
-RESULTS = Path("benchmarks/results/ugv.json")
 DOCUMENT = Path("docs/drives.md")
 DATA = Path("dynamics/ugv/measured.json")
 BATCHES = (1, 1 << 14)
@@ -169,7 +168,10 @@ def source(content: dict[str, Any]) -> str:
     promises, costs = [], {}
     for p in recommended(content):
         index = settings.setdefault((p["solver"], p["dtype"]), len(settings))
-        errors = [_numbers(*p[name]) for name in ("torque", "contact")]
+        errors = [  # rounded up but for the median
+            [three(typical), *(three(1.005 * one) for one in others)]
+            for typical, *others in (p["torque"], p["contact"])
+        ]
         promises.append([p["ground"], p["place"], index, p["poses"], *errors])
         costs |= {(p["ground"], index, batch): cost for batch, cost in p["costs"].items()}
     return rows_json(
@@ -182,11 +184,6 @@ def source(content: dict[str, Any]) -> str:
             "costs": [[*key, three(cost)] for key, cost in sorted(costs.items())],
         }
     )
-
-
-def _numbers(typical: float, *others: float) -> list[float | None]:
-    """Errors to three digits, rounded up but for the median."""
-    return [three(typical), *(three(1.005 * number) for number in others)]
 
 
 def table(content: dict[str, Any]) -> str:

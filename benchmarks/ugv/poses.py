@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -51,11 +51,7 @@ QUANTILE, CONFIDENCE = 0.999, 0.95
 FRICTION = 0.8
 SURE = 1e-15
 """[-]: smaller errors are not claimed."""
-SOLVERS = (
-    PoseSolver(),
-    PoseSolver(samples=0),
-    PoseSolver(samples=0, tolerance=1e-4),
-)
+SOLVERS = (PoseSolver(), PoseSolver(samples=0), PoseSolver(samples=0, tolerance=1e-4))
 QUICK = SOLVERS[1:3]
 UNSEEN = (Status.HOLLOW_GROUND, Status.GROUNDED)
 """Statuses that a setting without the checks cannot detect."""
@@ -190,10 +186,10 @@ def _closed(random, limits: Limits, at, height, shifted):
     return Together(shapes, height), at + beside + late
 
 
-def _wave_numbers(random, limits: Limits, count=16):
+def _wave_numbers(random, limits: Limits):
     """Amplitudes [m], frequencies [cycles/m], phases and the shortest wave: half are one to eight
-    sines of any length, half a band with the spectrum of ISO 8608 cut into `count`."""
-    n, r = len(limits.radius), limits.radius
+    sines of any length, half a band with the spectrum of ISO 8608 cut into 16."""
+    n, r, count = len(limits.radius), limits.radius, 16
     shortest = r * _log_uniform(random, 3.0, 40.0, n)
     rough = random.uniform(0, 1, n) < 0.5
     sines = np.sort(_log_uniform(random, 0.02, 1.0, (n, count)), axis=1)
@@ -435,35 +431,30 @@ def promised(chosen: Differences, held_out: Differences) -> dict[str, Any]:
 
 def answers_of(solver: PoseSolver, drawn: Drawn, dtype: str = "float64") -> Equilibrium:
     """A solver's answers to all poses."""
-    poses = drawn.params, drawn.shape, drawn.x, drawn.angles
-    return _run_over(_answer(solver), poses, dtype)
+    return _run_over(_answer, solver, drawn, dtype)
 
 
-@cache
-def _answer(solver: PoseSolver):
-    def answer(params, shape, x, angles):
-        return equilibrium(params, Track(shape, 0.0, 1.0), x, angles, FRICTION, solver=solver)
-
-    return answer
+def _answer(solver: PoseSolver, params: UGVParams, shape, x, angles) -> Equilibrium:
+    return equilibrium(params, Track(shape, 0.0, 1.0), x, angles, FRICTION, solver=solver)
 
 
 def depths(drawn: Drawn, wanted: Equilibrium) -> np.ndarray:
     """Depth to which the ground enters a wheel of each pose [m]."""
-    return _run_over(_depth, (drawn.params, drawn.shape, wanted.pose))
+    return _run_over(_depth, NEWTON, (drawn.params, drawn.shape, wanted.pose))
 
 
-def _depth(params: UGVParams, shape, placed: Pose) -> jax.Array:
+def _depth(solver: PoseSolver, params: UGVParams, shape, placed: Pose) -> jax.Array:
     track, r = Track(shape, 0.0, 1.0), params.wheel_radius
     wheels = placed.rear, placed.front
-    return jnp.maximum(*(penetration(track, wheel, r, NEWTON.samples) for wheel in wheels))
+    return jnp.maximum(*(penetration(track, wheel, r, solver.samples) for wheel in wheels))
 
 
-def _run_over(function, arguments, dtype: str = "float64"):
-    """The function of each row of the arguments, in blocks, as NumPy arrays."""
+def _run_over(function, solver: PoseSolver, arguments, dtype: str = "float64"):
+    """The function of a solver and each row of the arguments, in blocks, as NumPy arrays."""
     arguments = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), arguments)
-    return jax.tree.map(np.asarray, _mapped(function)(arguments))
+    return jax.tree.map(np.asarray, _mapped(function, solver, tuple(arguments)))
 
 
-@cache
-def _mapped(function):
-    return jax.jit(lambda rows: jax.lax.map(lambda row: function(*row), rows, batch_size=BLOCK))
+@partial(jax.jit, static_argnums=(0, 1))
+def _mapped(function, solver: PoseSolver, rows):
+    return jax.lax.map(lambda row: function(solver, *row), rows, batch_size=BLOCK)

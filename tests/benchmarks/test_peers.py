@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.peers import __main__ as command
 from benchmarks.peers.programs import CASES, error_of
+from benchmarks.report import RESULTS
 from stickslip.agents.exchange.mjcf import Settings
 
 pytestmark = pytest.mark.long
@@ -15,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def test_the_page_has_the_fastest_settings_that_meet_each_bound():
-    content = json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
+    content = json.loads((ROOT / RESULTS / "peers.json").read_text(encoding="utf-8"))
     page = (ROOT / command.DOCUMENT).read_text(encoding="utf-8")
     assert f"<!-- peers -->\n{command.body(content)}\n<!-- end of peers -->" in page
     row = {"program": "MuJoCo", "case": "stick", "setting": "RK4, 1 ms", "batch": 1}

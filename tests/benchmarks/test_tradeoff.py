@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.report import MARKS, upper_bound
+from benchmarks.report import MARKS, RESULTS, upper_bound
 from benchmarks.tradeoff import __main__ as command
 from benchmarks.tradeoff import walks as population
 from benchmarks.tradeoff.__main__ import cost_of
@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture(scope="module")
 def content():
-    return json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
+    return json.loads((ROOT / RESULTS / "tradeoff.json").read_text(encoding="utf-8"))
 
 
 def test_measured_module_and_tables_are_those_of_the_results(content):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from benchmarks.report import MARKS
+from benchmarks.report import MARKS, RESULTS
 from benchmarks.ugv import __main__ as command
 from benchmarks.ugv.poses import (
     AS_FUNCTION,
@@ -33,7 +33,7 @@ RARE = 1e-4
 
 @pytest.fixture(scope="module")
 def content():
-    return json.loads((ROOT / command.RESULTS).read_text(encoding="utf-8"))
+    return json.loads((ROOT / RESULTS / "ugv.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture(scope="module")
