@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from stickslip.dynamics.names import SCENES, TRACKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS, TREATMENTS
-from stickslip.parser import Parser, add_overwrite, limit, truth
+from stickslip.parser import Parser, limit, truth
 
 TRACK_OPTIONS = {
     "flat": ("start=0.0", "end=8.0"),
@@ -45,83 +44,75 @@ NAMES = {
 
 def simulate_flags(parser: Parser, machine: str) -> None:
     """Add the flags of a simulation of the machine."""
-    add = parser.add_argument
+    add, rows = parser.add, "walk.csv"
     if machine == "biped":
         _add_walk(parser)
     else:
-        about = "stations.csv of `stickslip optimise ugv`, or its directory"
-        add("--posture", help=about)
+        rows = "drive.csv"
+        add("--posture", "stations.csv of `stickslip optimise ugv`, or its directory")
         about = "instead: rear and front leg, held [degrees]; 90: straight down, more: outwards"
-        add("--angles", type=float, nargs=2, help=about)
+        add("--angles", about, type=float, nargs=2)
         _add_track(parser)
-    rows = "walk.csv" if machine == "biped" else "drive.csv"
-    add("--out", default=rows, help="rows with units, .csv")
-    add("--plot", help="also a .png of the numbers")
-    add("--film", help="also a film: .gif, .png (animated), .webp or .mp4")
-    add_overwrite(parser)
+    add("--out", "rows with units, .csv", default=rows)
+    add("--plot", "also a .png of the numbers")
+    add("--film", "also a film: .gif, .png (animated), .webp or .mp4")
+    add("--overwrite", "replace the files", action="store_true")
 
 
 def _add_walk(parser: Parser) -> None:
     """A walk of the biped under a torque."""
-    add, put = parser.add_argument, parser.add_setting
+    add, put = parser.add, parser.put
     about = (
         "of the motor [N m], held for each --period: a number, a .csv of times and torques, or "
         "arithmetic, see below"
     )
-    add("--torque", metavar="TORQUE", help=about)
+    add("--torque TORQUE", about)
     about = (
         "instead: crank rate [rad/s], a number or a .csv over time or crank angle, straight "
         "between the ends of each --period"
     )
-    add("--rate", metavar="RATE", help=about)
-    about = "to walk (default: 6, or the length of a file over time)"
-    add("--seconds", type=float, help=about)
+    add("--rate RATE", about)
+    add("--seconds", "to walk (default: 6, or the length of a file over time)", type=float)
     about = "between two rows, for which a torque is held [s]"
-    add("--period", type=float, default=0.02, help=about)
-    add("--crank-rate", type=float, help="at the start [rad/s] (default: 0)")
+    add("--period", about, type=float, default=0.02)
+    add("--crank-rate", "at the start [rad/s] (default: 0)", type=float)
     about = f"a floor: {', '.join(SCENES)} (default: {SCENES[0]})"
-    add("--scene", choices=SCENES, metavar="NAME", help=about)
-    several: dict[str, Any] = {"type": float, "nargs": "+"}
-    add("--mu-static", **several, help="one floor instead, or one for each patch")
-    add("--mu-kinetic", **several, help="kinetic friction (default: the static one)")
-    add("--edges", **several, help="of patches, where friction changes [m]")
-    add("--payload", type=float, help="mass on the hip, beside the robot's own [kg]")
+    add("--scene NAME", about, choices=SCENES)
+    add("--mu-static", "one floor instead, or one for each patch", type=float, nargs="+")
+    add("--mu-kinetic", "kinetic friction (default: the static one)", type=float, nargs="+")
+    add("--edges", "of patches, where friction changes [m]", type=float, nargs="+")
+    add("--payload", "mass on the hip, beside the robot's own [kg]", type=float)
     about = "fidelity, integrator, step and precision, see below"
-    add("--setting", choices=tuple(SETTINGS), default="exact", metavar="NAME", help=about)
-    put("phase", type=float, help="crank angle at the start [rad] (default: pi/2)")
-    put("foot_velocity", type=float, default=0.0, help="at the start [m/s]")
-    about = "also the 68 components of the joints' forces"
-    put("joints", type=truth, default=False, help=about)
+    add("--setting NAME", about, choices=tuple(SETTINGS), default="exact")
+    put("phase", "crank angle at the start [rad] (default: pi/2)", type=float)
+    put("foot_velocity", "at the start [m/s]", type=float, default=0.0)
+    put("joints", "also the 68 components of the joints' forces", type=truth, default=False)
     add_machine(parser, "robot", "bars")
     parser.tables = {"names in a torque": NAMES, "settings": SETTINGS}
 
 
 def _add_track(parser: Parser) -> None:
     """Ground, waypoints and limits of a drive."""
-    add, put = parser.add_argument, parser.add_setting
-    about = f"{', '.join(TRACKS)}, or a file of x and y or GPX"
-    add("--track", default="bump", metavar="TRACK", help=about)
+    add, put = parser.add, parser.put
+    add("--track TRACK", f"{', '.join(TRACKS)}, or a file of x and y or GPX", default="bump")
     about = "of the track, as often as needed: height=0.2; see below"
-    how: dict[str, Any] = {"action": "append", "default": [], "metavar": "NAME=VALUE"}
-    add("--track-option", dest="track_options", **how, help=about)
+    add("--track-option NAME=VALUE", about, dest="track_options", action="append", default=[])
     about = "treatments of the file's points: merge,outliers=1,noise=0.2m,envelope; see below"
-    add("--ground", metavar="NAME=LENGTH,...", help=about)
-    about = "under the wheels where the track has no mu [-]"
-    add("--friction", type=float, default=0.8, help=about)
+    add("--ground NAME=LENGTH,...", about)
+    add("--friction", "under the wheels where the track has no mu [-]", type=float, default=0.8)
     about = "of each wheel's motor [N m], or none (default: of the vehicle's file)"
-    add("--max-torque", type=limit, help=about)
-    put("leg_rate", type=limit, default=1.0, help="of a leg along the way [rad/m], or none")
-    put("spacing", type=float, help="of waypoints [m] (default: 0.1)")
-    put("start", type=float, help="first place of the front wheel [m]")
-    put("end", type=float, help="last place of the front wheel [m]")
+    add("--max-torque", about, type=limit)
+    put("leg_rate", "of a leg along the way [rad/m], or none", type=limit, default=1.0)
+    put("spacing", "of waypoints [m] (default: 0.1)", type=float)
+    put("start", "first place of the front wheel [m]", type=float)
+    put("end", "last place of the front wheel [m]", type=float)
     add_machine(parser, "vehicle")
     parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS}
 
 
 def add_machine(parser: Parser, name: str, *parts: str) -> None:
     """A machine of one's own, and changes of it. parts: of its file besides its own and motor."""
-    about = f"file in TOML; --set {name}.NAME=VALUE changes a number"
-    parser.add_argument(f"--{name}", help=about)
+    parser.add(f"--{name}", f"file in TOML; --set {name}.NAME=VALUE changes a number")
     parser.add_parts("changes", (name, *parts, "motor"))
 
 
@@ -133,73 +124,68 @@ def optimise_flags(parser: Parser, machine: str) -> None:
     else:
         _add_posture(parser)
         out = "runs/ugv-TRACK-CRITERION-METHOD"
-    parser.add_argument("--out", metavar="DIR", help=f"directory (default: {out})")
-    parser.add_argument("--no-pictures", dest="pictures", action="store_false", help="no plot")
-    add_overwrite(parser, "the result in --out")
+    parser.add("--out DIR", f"directory (default: {out})")
+    parser.add("--no-pictures", "no plot", dest="pictures", action="store_false")
+    parser.add("--overwrite", "replace the result in --out", action="store_true")
 
 
 def _add_posture(parser: Parser) -> None:
     """A posture problem and the method that solves it."""
-    add, put = parser.add_argument, parser.add_setting
-    add("--criterion", default="wheel_energy", metavar="NAME", help="objective, see below")
-    add("--method", default="dp", metavar="NAME", help="see below")
-    add("--seed", type=int, help="of the method cma")
+    add, put = parser.add, parser.put
+    add("--criterion NAME", "objective, see below", default="wheel_energy")
+    add("--method NAME", "see below", default="dp")
+    add("--seed", "of the method cma", type=int)
     _add_track(parser)
     about = "let the wheels overlap, as the chapter does; no vehicle can"
-    put("overlap", type=truth, default=False, help=about)
+    put("overlap", about, type=truth, default=False)
     for name, place in (("start_angles", "first"), ("end_angles", "last")):
         about = f"rear and front leg at the {place} waypoint [rad] (default: any)"
-        put(name, type=float, nargs=2, help=about)
-    about = "of each leg on the grid (default: a grid that uses the leg rate)"
-    put("angles", type=int, help=about)
-    about = "let scp follow the grid's path (default: up to 2000 waypoints)"
-    put("polish", type=truth, help=about)
+        put(name, about, type=float, nargs=2)
+    put("angles", "of each leg on the grid (default: a grid that uses the leg rate)", type=int)
+    put("polish", "let scp follow the grid's path (default: up to 2000 waypoints)", type=truth)
     parser.tables |= {"methods": METHODS}
 
 
 def _add_gait(parser: Parser) -> None:
     """A gait problem."""
-    add, put = parser.add_argument, parser.add_setting
-    about = "see below, or a sum: time=1,energy=0.2"
-    add("--objective", default="time", metavar="NAME", help=about)
+    add, put = parser.add, parser.put
+    add("--objective NAME", "see below, or a sum: time=1,energy=0.2", default="time")
     about = "static friction, one number or one a step (default: the foot never slips)"
-    add("--mu", type=float, nargs="+", help=about)
-    add("--mean-rate", type=float, help="least mean crank rate [rad/s] (default: any)")
+    add("--mu", about, type=float, nargs="+")
+    add("--mean-rate", "least mean crank rate [rad/s] (default: any)", type=float)
     about = "of the motor [N m], or none (default: of the robot's file, else 4)"
-    add("--torque-limit", type=limit, help=about)
-    add("--payload", type=float, default=0.0, help="on the hip, beside the robot's own [kg]")
-    add("--steps", type=int, help="of a walk (default: one periodic step)")
-    put("min_normal", type=float, default=0.0, help="least normal force [N]")
-    about = "keep the zero-moment point inside the foot"
-    put("zmp", type=truth, default=False, help=about)
+    add("--torque-limit", about, type=limit)
+    add("--payload", "on the hip, beside the robot's own [kg]", type=float, default=0.0)
+    add("--steps", "of a walk (default: one periodic step)", type=int)
+    put("min_normal", "least normal force [N]", type=float, default=0.0)
+    put("zmp", "keep the zero-moment point inside the foot", type=truth, default=False)
     about = "for the energy [W/(N m)^2] (default: of the robot's file, else 0.5)"
-    put("copper_loss", type=float, help=about)
+    put("copper_loss", about, type=float)
     about = "share of friction left unused; 0.02 lets the replay walk without a slip"
-    put("reserve", type=float, default=0.0, help=about)
-    put("start", type=float, help="crank rate when a walk begins [rad/s] (default: 0)")
-    put("end", type=float, help="crank rate when it ends, 0: a stop (default: any)")
-    put("cells", type=int, default=200, help="of the grid in each step")
-    about = "of the second replay [1/rad]; the first one has none"
-    put("feedback", type=float, default=2.0, help=about)
+    put("reserve", about, type=float, default=0.0)
+    put("start", "crank rate when a walk begins [rad/s] (default: 0)", type=float)
+    put("end", "crank rate when it ends, 0: a stop (default: any)", type=float)
+    put("cells", "of the grid in each step", type=int, default=200)
+    put("feedback", "of the second replay [1/rad]; the first one has none", type=float, default=2.0)
     add_machine(parser, "robot", "bars")
     parser.tables = {"objectives": OBJECTIVES, "methods": GAIT_METHODS}
 
 
 def bench_flags(parser: Parser, part: str) -> None:
     """Add the flags of a race, or of a report of races."""
-    add = parser.add_argument
+    add = parser.add
     if part == "report":
-        add("source", nargs="+", help="directories of races")
-        add("--out", required=True, metavar="DIR", help="a new directory")
+        add("source", "directories of races", nargs="+")
+        add("--out DIR", "a new directory", required=True)
     if part != "run":
         return
-    add("--out", required=True, metavar="DIR", help="directory of the race")
-    add("--methods", nargs="+", metavar="NAME", help="names (default: all)")
-    add("--instances", nargs="+", metavar="ID", help="ids of the suite (default: all)")
-    add("--budget", type=int, help="values and gradients of a run")
-    add("--seconds", type=float, help="processor time of a run")
-    add("--seeds", type=int, default=3, help="of each method on each instance")
-    add("--resume", action="store_true", help="continue the race in --out")
+    add("--out DIR", "directory of the race", required=True)
+    add("--methods NAME", "names (default: all)", nargs="+")
+    add("--instances ID", "ids of the suite (default: all)", nargs="+")
+    add("--budget", "values and gradients of a run", type=int)
+    add("--seconds", "processor time of a run", type=float)
+    add("--seeds", "of each method on each instance", type=int, default=3)
+    add("--resume", "continue the race in --out", action="store_true")
     about = "time on the clock [s] after which a run is killed (default: %(default)s)"
-    add("--limit", type=float, default=120.0, metavar="SECONDS", help=about)
-    add("--workers", type=int, help="processes (default: cores)")
+    add("--limit SECONDS", about, type=float, default=120.0)
+    add("--workers", "processes (default: cores)", type=int)

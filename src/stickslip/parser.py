@@ -48,10 +48,15 @@ class Parser(argparse.ArgumentParser):
         self.parts: dict[str, str] = {}
         self.numbers = ""
 
-    def add_setting(self, name: str, **options: Any) -> None:
+    def add(self, name: str, about: str, **options: Any) -> None:
+        """Add a flag, as "--out DIR" with its value's name, by the options of `add_argument`."""
+        name, _, value = name.partition(" ")
+        self.add_argument(name, help=about, **({"metavar": value} if value else {}), **options)
+
+    def put(self, name: str, about: str, **options: Any) -> None:
         """Add a setting with the options of `add_argument`; nargs: values between commas."""
         self._add_set()
-        action = argparse._StoreAction([name], dest=name, **options)
+        action = argparse._StoreAction([name], dest=name, help=about, **options)
         self.settings[name] = action
         if action.default is not argparse.SUPPRESS:
             self.set_defaults(**{name: action.default})
@@ -64,8 +69,7 @@ class Parser(argparse.ArgumentParser):
     def _add_set(self) -> None:
         if "--set" not in self._option_string_actions:
             about = "settings below; the flag may come again"
-            how: dict[str, Any] = {"nargs": "+", "action": "extend", "default": []}
-            self.add_argument("--set", metavar="NAME=VALUE", help=about, **how)
+            self.add("--set NAME=VALUE", about, nargs="+", action="extend", default=[])
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:  # type: ignore[override]
         """Parse, and refuse unknown flags with the nearest known one.
@@ -160,11 +164,6 @@ def help_of(action: argparse.Action) -> str:
 def flag_of(name: str) -> str:
     """The flag of a name: --na-me of na_me."""
     return "--" + name.replace("_", "-")
-
-
-def add_overwrite(parser: Parser, what: str = "the files") -> None:
-    """--overwrite, without which nothing that exists is replaced."""
-    parser.add_argument("--overwrite", action="store_true", help=f"replace {what}")
 
 
 def truth(text: str) -> bool:
