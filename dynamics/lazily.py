@@ -1,4 +1,4 @@
-"""Attributes of a package that are loaded when they are first used (PEP 562)."""
+"""What is loaded when it is first used: attributes of a package (PEP 562), packages of an extra."""
 
 from __future__ import annotations
 
@@ -34,3 +34,21 @@ def loaded_when_used(package: str) -> tuple[Callable[[str], Any], Callable[[], l
         return found
 
     return load, lambda: sorted({*vars(module), *homes})
+
+
+def require(module: str, what: str = "rendering", extra: str = "viz") -> Any:
+    """The module by its dotted name, or an ImportError that says what to install.
+
+    what: that needs it. extra: that brings it, empty where none does.
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as error:
+        package = module.partition(".")[0]
+        if error.name is None or error.name.partition(".")[0] != package:
+            raise
+        raise ModuleNotFoundError(
+            f"{what} needs {package}, which is not installed; "
+            f'run: pip install "{f"stickslip[{extra}]" if extra else package}"',
+            name=error.name,
+        ) from error

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.dynamics.lazily import require
 from stickslip.optim.problem import COUNT, Problem, require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.optim.result import OptimStatus, Result
@@ -157,7 +158,7 @@ def solve_cma(
     begin with. evaluations: points, with the start's and that generation's. details: stop (cma's
     reasons), seed. ImportError without the package.
     """
-    library = package()
+    library = require("cma", "the method 'cma'", "optim")
     began = time.perf_counter()
     for name, number in (("sigma", sigma), ("penalty", penalty)):
         require_scalar(name, number, low=0.0, strict=True, accepted="a number > 0")
@@ -230,15 +231,6 @@ def own_draws(seed: int) -> dict[str, object]:
 
 def _normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
     return rng.standard_normal(shape)
-
-
-def package() -> Any:
-    """The package cma, or ImportError saying how to get it."""
-    try:
-        import cma
-    except ImportError as error:
-        raise ImportError("the method 'cma' needs cma: pip install 'stickslip[optim]'") from error
-    return cma
 
 
 def scattered(problem: Problem[Any], count: int) -> Float[np.ndarray, "count n"]:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind, shown
-from stickslip.envs.rendering.extras import require
+from stickslip.dynamics.lazily import require
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

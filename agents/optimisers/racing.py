@@ -16,8 +16,8 @@ from stickslip.agents.optimisers.worker import Task, begin_worker, lost_run, mak
 from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
+from stickslip.dynamics.lazily import require
 from stickslip.envs.collecting import cores_here
-from stickslip.envs.rendering.extras import require
 from stickslip.optim.instances.instance import suite
 from stickslip.optim.instances.objective import OUTSIDE
 from stickslip.optim.problem import require_scalar

@@ -44,7 +44,7 @@ from stickslip.agents.training.directory import (
     write_checkpoint,
 )
 from stickslip.dynamics.checks import require_kind
-from stickslip.envs.rendering.extras import require
+from stickslip.dynamics.lazily import require
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import Bar, say_stage

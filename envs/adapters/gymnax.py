@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.lazily import require
 from stickslip.envs.adapters.base import require_autoreset
 from stickslip.envs.functional import FunctionalEnv, Params, State
-from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real

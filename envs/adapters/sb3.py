@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.lazily import require
 from stickslip.envs.adapters.base import Compiled, require_autoreset
 from stickslip.envs.adapters.packed import MOST_SEED, Results
-from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

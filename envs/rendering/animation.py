@@ -12,7 +12,7 @@ from typing import IO
 
 import numpy as np
 
-from stickslip.envs.rendering.extras import require
+from stickslip.dynamics.lazily import require
 from stickslip.records.files import writing
 
 MP4 = ".mp4"

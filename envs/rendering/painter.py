@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from stickslip.dynamics.lazily import require
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.extras import require
 
 if TYPE_CHECKING:
     from matplotlib.backend_bases import GraphicsContextBase

@@ -8,8 +8,8 @@ from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
+from stickslip.dynamics.lazily import require
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.extras import require
 from stickslip.records.files import write_whole
 
 if TYPE_CHECKING:

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.lazily import require
 from stickslip.optim.instances.objective import PENALTY, Objective
 from stickslip.optim.methods import own_draws
 
@@ -64,7 +64,7 @@ def as_scipy_global(objective: Objective) -> dict[str, External]:
 
 def as_pymoo(objective: Objective) -> External:
     """A pymoo Problem that evaluates whole populations, one or several goals, with constraints."""
-    pymoo = _library("pymoo.core.problem")
+    pymoo = require("pymoo.core.problem", "as_pymoo", "optimisers")
     low, high = map(np.array, objective.bounds)
 
     class Exported(pymoo.Problem):
@@ -106,7 +106,8 @@ def as_nevergrad(objective: Objective) -> tuple[External, Callable[[External], f
     """A parametrisation and a function: `Optimizer(parametrization, budget).minimize(function)`."""
     _require_one_goal(objective)
     low, high = objective.bounds
-    where = _library("nevergrad").p.Array(init=objective.middle, lower=low, upper=high)
+    array = require("nevergrad", "as_nevergrad", "optimisers").p.Array
+    where = array(init=objective.middle, lower=low, upper=high)
     return where, objective.penalised
 
 
@@ -125,7 +126,8 @@ def as_evosax(objective: Objective) -> tuple[np.ndarray, Callable[[External], np
 def as_ioh(objective: Objective, name: str) -> External:
     """A problem of IOHexperimenter, to which its loggers can be attached; x in a box of sides 1."""
     function, size = _in_unit_box(objective), objective.n
-    return _library("ioh").wrap_problem(function, name=name, dimension=size, lb=0.0, ub=1.0)
+    wrap = require("ioh", "as_ioh", "").wrap_problem
+    return wrap(function, name=name, dimension=size, lb=0.0, ub=1.0)
 
 
 def as_cvxpy(instance: Instance) -> tuple[External, Callable[[], Float[np.ndarray, "n"]]]:
@@ -164,14 +166,3 @@ def _of_trial(objective: Objective, trial: External) -> External:
 def _require_one_goal(objective: Objective) -> None:
     if objective.k > 1:
         raise ValueError(f"{objective.k} goals; accepted: one (pymoo and optuna take several)")
-
-
-def _library(module: str) -> External:
-    """A library that is an extra."""
-    try:
-        return import_module(module)
-    except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(
-            f"{module.split('.')[0]} is not there ({error}); the extra stickslip[optimisers] has "
-            "all of these libraries but ioh and cyipopt"
-        ) from error

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from stickslip.dynamics.lazily import require
 from stickslip.envs.rendering.animation import require_format
-from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import (

@@ -16,12 +16,12 @@ from stickslip.dynamics.biped import (
     step_length,
 )
 from stickslip.dynamics.biped.settings import precision
+from stickslip.dynamics.lazily import require
 from stickslip.dynamics.machine_file import machine_in
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.envs.biped.picture import BipedFrame, biped_drawing
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.scene import draw_machine
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled

@@ -12,7 +12,7 @@ import numpy as np
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
-from stickslip.envs.rendering.extras import require
+from stickslip.dynamics.lazily import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS

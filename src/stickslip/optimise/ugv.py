@@ -12,9 +12,9 @@ import numpy as np
 
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.lazily import require
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver
-from stickslip.envs.rendering.extras import require
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
@@ -77,7 +77,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     if given.pictures:
         require("matplotlib.figure")
     if given.method == "cma":
-        import cma  # noqa: F401  (where it is missing, nothing is computed in vain)
+        require("cma", "the method 'cma'", "optim")  # before anything is computed in vain
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
     summary, tables, x = result_summary(problem, result), {}, result.x
     motor = {"max_torque": problem.max_torque}

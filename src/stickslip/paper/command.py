@@ -11,8 +11,8 @@ import jax
 from stickslip.agents.policy.task import same_numbers
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.lazily import require
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.envs.rendering.extras import require
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
 from stickslip.paper.figure import Figure, figures_of

@@ -102,5 +102,8 @@ def test_a_library_that_is_not_there_is_named(monkeypatch):
     import sys
 
     monkeypatch.setitem(sys.modules, "ioh", None)
-    with pytest.raises(ModuleNotFoundError, match=r"ioh is not there .*stickslip\[optimisers\]"):
+    with pytest.raises(ModuleNotFoundError, match=r'as_ioh needs ioh, .*pip install "ioh"'):
         exports.as_ioh(toy().objective(), "toy")
+    monkeypatch.setitem(sys.modules, "pymoo.core.problem", None)
+    with pytest.raises(ModuleNotFoundError, match=r"needs pymoo, .*stickslip\[optimisers\]"):
+        exports.as_pymoo(toy().objective())
