@@ -92,9 +92,10 @@ def _columns(
         wanted = [one for one in wanted if not one.optional]
         taken, width = [(at, 1.0) for at in range(len(wanted))], len(wanted)
     else:
-        wanted = [one for one in wanted if not one.optional or _places(head, one, wanted)]
-        taken, width = [_taken(f"{name}:{number}", head, one, wanted) for one in wanted], len(head)
-        lines = lines[1:]
+        called = [_named(_name_and_unit(title)[0], wanted) for title in head]
+        wanted = [one for one in wanted if not one.optional or one in called]
+        place, width, lines = f"{name}:{number}", len(head), lines[1:]
+        taken = [_taken(place, head, called, one) for one in wanted]
     if not lines:
         raise _TableError(f"{name}: no rows below the head")
     found: list[list[float]] = []
@@ -154,30 +155,24 @@ def _cells(line: str, mark: str | None) -> list[str]:
 
 
 def _taken(
-    place: str, head: Sequence[str], spec: ColumnSpec, wanted: Sequence[ColumnSpec]
+    place: str, head: Sequence[str], called: Sequence[ColumnSpec | None], spec: ColumnSpec
 ) -> tuple[int, float]:
-    """Index of a wanted column, and the factor of its unit."""
-    at = _places(head, spec, wanted)
-    if len(at) != 1:
-        many = "more than one" if at else "no"
-        near = "" if at else nearest(spec.name, [_name_and_unit(title)[0] for title in head])
-        among = shown(", ".join(head))
+    """Index of a wanted column, and the factor of its unit. called: the column of each title."""
+    if called.count(spec) != 1:
+        many = "more than one" if spec in called else "no"
+        near = nearest(spec.name, [_name_and_unit(title)[0] for title in head])
+        near, among = "" if spec in called else near, shown(", ".join(head))
         raise _TableError(f"{place}: {many} column {spec.name!r} among {among}{near}")
-    given = _plain(_name_and_unit(head[at[0]])[1])
+    at = called.index(spec)
+    given = _plain(_name_and_unit(head[at])[1])
     if given in ("", _plain(spec.unit)):
-        return at[0], 1.0
+        return at, 1.0
     given = re.sub(r"N(?=[cm]?m$)", "N*", given)
-    return at[0], quantity(f"{place}: column {shown(head[at[0]])}: unit", f"1 {given}", spec.unit)
+    return at, quantity(f"{place}: column {shown(head[at])}: unit", f"1 {given}", spec.unit)
 
 
 def _plain(unit: str) -> str:
     return re.sub(r"[\s.*·⋅-]", "", unit)
-
-
-def _places(head: Sequence[str], spec: ColumnSpec, wanted: Sequence[ColumnSpec]) -> list[int]:
-    """Indices of the titles that name the column."""
-    names = [_name_and_unit(title)[0] for title in head]
-    return [i for i, name in enumerate(names) if _is_called(name, spec, wanted)]
 
 
 def _name_and_unit(title: str) -> tuple[str, str]:
@@ -186,14 +181,14 @@ def _name_and_unit(title: str) -> tuple[str, str]:
     return (found[1], found[2]) if found else (title, "")
 
 
-def _is_called(title: str, spec: ColumnSpec, wanted: Sequence[ColumnSpec]) -> bool:
-    """True if the title is a name of the column; case counts where it names another one."""
+def _named(title: str, wanted: Sequence[ColumnSpec]) -> ColumnSpec | None:
+    """The column that has the title among its names; case counts where it names another one."""
     title = title.replace("_", " ")
     for same in (str, str.lower):
-        called = [one for one in wanted if same(title) in map(same, (one.name, *one.also))]
-        if called:
-            return spec in called
-    return False
+        for one in wanted:
+            if same(title) in map(same, (one.name, *one.also)):
+                return one
+    return None
 
 
 def is_number(text: str) -> bool:

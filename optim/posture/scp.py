@@ -41,60 +41,34 @@ SMOOTH = ("grip", "normal", "clearance", "wheels", "torque")
 
 
 class Linear(NamedTuple):
-    """Values and slopes at one point.
+    """The objective and its linear model at one point.
 
-    terms: [K-1, m] of sums over steps, [K, m] of worst stations. term_slopes: [K-1, m, 4] in the
-    rear and front angle where the step begins, then where it ends; [K, m, 2] of stations. margins,
-    margin_slopes: by name, [K, m] and [K, m, 2], satisfied where >= 0. placed: whether the vehicle
-    has a pose at every waypoint, and all terms are finite.
+    value: infinite where the vehicle has no pose or no forces. terms: [K-1, m] of sums over steps,
+    [K, m] of worst stations. term_slopes: [K-1, m, 4] in the rear and front angle where the step
+    begins, then where it ends; [K, m, 2] of stations. margins, margin_slopes: by name, [K, m] and
+    [K, m, 2], satisfied where >= 0.
     """
 
+    value: float
     terms: Float[np.ndarray, "rows m"]
     term_slopes: Float[np.ndarray, "rows m d"]
     margins: dict[str, Float[np.ndarray, "K m"]]
     margin_slopes: dict[str, Float[np.ndarray, "K m 2"]]
-    placed: np.ndarray
 
     @property
     def shortfall(self) -> float:
         return sum(float(np.sum(np.maximum(-of, 0))) for of in self.margins.values())
 
 
-class Near:
-    """Linear models of a problem in float64, remembering the last point; counts evaluations."""
-
-    def __init__(self, problem: PostureProblem):
-        self.problem, self.evaluations = problem, 0
-        self._at: np.ndarray | None = None
-        self._linear: Linear | None = None
-
-    def __call__(self, x: Float[np.ndarray, "n"]) -> Linear:
-        """The linear model at x [2K], as NumPy arrays."""
-        if self._linear is None or self._at is None or not np.array_equal(x, self._at):
-            self._linear = self._linearised(self.problem.angles(x))
-            self._at = np.array(x)
-            self.evaluations += 1
-        return self._linear
-
-    def _linearised(self, angles: np.ndarray) -> Linear:
-        both = self.problem.waypoints.sloped(angles)
-        terms, term_slopes, placed = linear_terms(self.problem.posture.criterion, *both)
-        margins, slopes = evaluate.margins_and_slopes(self.problem.limits, *both)
-        # In SMOOTH's order, which a solver's last digits depend on.
-        names = [name for name in SMOOTH if name in margins]
-        kept = [{name: of[name] for name in names} for of in (margins, slopes)]
-        return Linear(terms, term_slopes, kept[0], kept[1], placed)
-
-    def value(self, at: Linear) -> float:
-        """The objective, from the terms; infinite where there is none."""
-        if not at.placed:
-            return np.inf
-        return outer(self.problem.posture.criterion, at.terms)
-
-    def scale(self, at: Linear) -> float:
-        """A positive size of the objective near there, to divide it by."""
-        small, value = outer(self.problem.posture.criterion, np.abs(at.terms)), self.value(at)
-        return max(abs(value) if np.isfinite(value) else 0.0, 1e-3 * small, 1e-12)
+def linearised(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Linear:
+    """The linear model at x [2K], in float64."""
+    both, criterion = problem.waypoints.sloped(problem.angles(x)), problem.posture.criterion
+    terms, term_slopes, sound = linear_terms(criterion, *both)
+    margins, slopes = evaluate.margins_and_slopes(problem.limits, *both)
+    # In SMOOTH's order, which a solver's last digits depend on.
+    names = [name for name in SMOOTH if name in margins]
+    kept = [{name: of[name] for name in names} for of in (margins, slopes)]
+    return Linear(outer(criterion, terms) if sound else np.inf, terms, term_slopes, *kept)
 
 
 def outer(criterion: Criterion, terms: np.ndarray) -> float:
@@ -111,7 +85,7 @@ def outer(criterion: Criterion, terms: np.ndarray) -> float:
 
 @float64_program
 def linear_terms(criterion: Criterion, at: Station, slopes: Station):
-    """Terms and their slopes, as in Linear, and whether all terms are finite."""
+    """Terms and their slopes, as in Linear, and whether there are poses and finite terms."""
     each = each_angle(slopes)
     none = jax.tree.map(lambda of: jnp.zeros_like(of[:, 1:]), each)
     begin = jax.tree.map(lambda of, zero: jnp.concatenate([of[:, :-1], zero]), each, none)
@@ -144,11 +118,10 @@ def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarr
 
 
 def solve_model(
-    near: Near, x: np.ndarray, scale: float, radius: float, penalty: float
+    problem: PostureProblem, x: np.ndarray, at: Linear, scale: float, radius: float, penalty: float
 ) -> tuple[np.ndarray, float] | None:
     """The best step [2K] within the box of that radius [rad] about x, and the merit that the model
     promises there; None where the solver gave up. scale: the objective's size."""
-    problem, at = near.problem, near(x)
     low, high = problem.bounds
     step = cp.Variable(problem.n)
     constraints: list[cp.Constraint] = [
@@ -235,18 +208,17 @@ def solve_scp(
             method="scp", status=OptimStatus.INFEASIBLE, began=began,
             message="leg_rate lets no path lead from start_angles to end_angles in this range",
         )  # fmt: skip
-    near = Near(problem)
-    if not near(x).placed:
+    search = _Search(problem, x, tolerance)
+    if not np.isfinite(search.at.value):
         message = f"{note}where it begins there is no pose, or no forces{problem.shortcomings(x)}"
         status = OptimStatus.FAILED
         return problem.result(x, method="scp", status=status, began=began, message=message)
-    search = _Search(near, x, tolerance)
     with Bar("scp", iterations, "step", progress) as bar:
         for penalty in PENALTIES:
-            search.price(penalty, radius)
+            search.penalty, search.radius, search.predicted = penalty, radius, np.inf
             while search.steps < iterations and not search.settled:
                 search.step()
-                bar.advance(note=f"{near.value(near(search.x)):.6g}")
+                bar.advance(note=f"{search.at.value:.6g}")
             if search.missed() <= MISSED:
                 break
     status, why = search.ended()
@@ -255,7 +227,7 @@ def solve_scp(
         method="scp",
         began=began,
         status=status,
-        evaluations=near.evaluations,
+        evaluations=search.evaluations,
         message=f"{note}{why} after {search.steps} steps, the model promising a relative "
         f"decrease of {search.predicted:.3g}{problem.shortcomings(search.x)}",
         details={"steps": search.steps, "predicted": search.predicted},
@@ -263,18 +235,15 @@ def solve_scp(
 
 
 class _Search:
-    """A point and a box about it; tolerance: see solve_scp."""
+    """A point, its linear model and a box about it; tolerance: see solve_scp."""
 
-    def __init__(self, near: Near, x: np.ndarray, tolerance: float):
-        self.near, self.x, self.scale = near, x, near.scale(near(x))
-        self.tolerance = tolerance
+    def __init__(self, problem: PostureProblem, x: np.ndarray, tolerance: float):
+        self.problem, self.x, self.tolerance = problem, x, tolerance
+        self.at, self.evaluations = linearised(problem, x), 1
+        small = outer(problem.posture.criterion, np.abs(self.at.terms))
+        self.scale = max(abs(self.at.value), 1e-3 * small, 1e-12)
         self.penalty = self.radius = 0.0
         self.predicted, self.steps, self.failed = np.inf, 0, False
-
-    def price(self, penalty: float, radius: float) -> None:
-        """Restart from here with this penalty of violated margins and this box [rad]."""
-        self.penalty, self.radius, self.predicted = penalty, radius, np.inf
-        self.failed = False
 
     @property
     def settled(self) -> bool:
@@ -289,30 +258,31 @@ class _Search:
         return status, "no step in the smallest box helped"
 
     def missed(self) -> float:
-        return max(0.0, *(float(-np.min(of)) for of in self.near(self.x).margins.values()))
+        return max(0.0, *(float(-np.min(of)) for of in self.at.margins.values()))
 
     def merit(self, at: Linear) -> float:
         """Scaled objective and penalty; infinite where the vehicle has no pose."""
-        return self.near.value(at) / self.scale + self.penalty * at.shortfall
+        return at.value / self.scale + self.penalty * at.shortfall
 
     def step(self) -> None:
         """Solve the model, take or refuse its step, and adapt the box."""
-        at = self.near(self.x)
-        solution = solve_model(self.near, self.x, self.scale, self.radius, self.penalty)
+        numbers = self.scale, self.radius, self.penalty
+        solution = solve_model(self.problem, self.x, self.at, *numbers)
         self.steps += 1
         self.failed = solution is None
         if solution is None:
             self.radius /= 4
             return
         step, promised = solution
-        low, high = self.near.problem.bounds
-        tried = np.clip(self.x + step, low, high)
-        before, after = self.merit(at), self.merit(self.near(tried))
+        tried = np.clip(self.x + step, *self.problem.bounds)
+        there = linearised(self.problem, tried)
+        self.evaluations += 1
+        before, after = self.merit(self.at), self.merit(there)
         predicted = max(before - promised, 0.0)
         self.predicted = predicted / max(before, 1.0)
         share = (before - after) / max(predicted, 1e-300)
         if share > TAKEN:
-            self.x = tried
+            self.x, self.at = tried, there
         if share < BAD:
             self.radius = min(self.radius, float(np.max(np.abs(step)))) / 3
         elif share > GOOD:

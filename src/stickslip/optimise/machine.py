@@ -19,8 +19,7 @@ from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
 from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
-from stickslip.optim.posture.survey import Survey
-from stickslip.optim.posture.track_file import read_survey
+from stickslip.optim.posture.track_file import Survey, read_survey
 from stickslip.records.table import Column, Table
 from stickslip.report import one_row
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from stickslip.envs.rendering.drawing import Drawing
     from stickslip.optim import GaitProblem, GaitResult, PostureProblem, Station
-    from stickslip.optim.posture.survey import Survey
+    from stickslip.optim.posture.track_file import Survey
 
 VEHICLES = 6
 """Drawn at most; fewer where they would cover each other."""

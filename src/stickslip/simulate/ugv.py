@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
     from stickslip.optim import Station
-    from stickslip.optim.posture.survey import Survey
+    from stickslip.optim.posture.track_file import Survey
 
 COLUMNS = (
     ColumnSpec(FRONT_WHEEL, "m", ("x",)),

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import linprog
 
 from stickslip.optim import OptimStatus, solve
-from stickslip.optim.posture.scp import Near
+from stickslip.optim.posture.scp import linearised
 from tests.optim.posture.helpers import over_bump, random_x
 
 GRID = 9
@@ -14,11 +14,11 @@ GRID = 9
 @pytest.mark.parametrize("criterion", ["friction_demand", "total_energy", "torque_variation"])
 def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
     problem = over_bump(criterion)
-    near, x = Near(problem), random_x(problem, 1)
-    at = near(x)
-    np.testing.assert_allclose(near.value(at), problem.objective(x), rtol=1e-12)
+    x = random_x(problem, 1)
+    at = linearised(problem, x)
+    np.testing.assert_allclose(at.value, problem.objective(x), rtol=1e-12)
     way = np.random.default_rng(2).standard_normal(problem.n)
-    ahead, behind = near(x + 1e-6 * way), near(x - 1e-6 * way)
+    ahead, behind = (linearised(problem, x + by * way) for by in (1e-6, -1e-6))
     pairs = way.reshape(-1, 2)
     moves = pairs if at.term_slopes.shape[-1] == 2 else np.hstack([pairs[:-1], pairs[1:]])
     along, slope = np.einsum("kmd,kd->km", at.term_slopes, moves), (ahead.terms - behind.terms)
@@ -51,7 +51,7 @@ def least_promised(problem, x, radius):
 
     For sums of positive parts and for worst stations; constraints linear, from the jacobian.
     """
-    at = Near(problem)(x)
+    at = linearised(problem, x)
     terms, slopes = at.terms, at.term_slopes
     rows, m, d = slopes.shape
     peak = problem.criterion.kind == "max"

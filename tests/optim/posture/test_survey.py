@@ -5,8 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from stickslip.optim.posture.survey import enveloped
-from stickslip.optim.posture.track_file import read_survey, read_track
+from stickslip.optim.posture.track_file import enveloped, read_survey, read_track
 from tests.optim.posture.test_track_file import gpx, write
 
 
