@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from stickslip.dynamics.lazily import loaded_when_used
 
 if TYPE_CHECKING:
-    from stickslip.agents.biped.config import TrainConfig
     from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
+    from stickslip.agents.biped.machine import TrainConfig
     from stickslip.agents.biped.prediction import ComputedTorque, GaitTable, OptimalGait, gaits_of
     from stickslip.agents.evaluation.evaluate import evaluate, evaluate_task
     from stickslip.agents.evaluation.rollout import Idle, Rollout, rollout
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from stickslip.agents.sweeps.sweep import sweep
     from stickslip.agents.training.configuration import Trained
     from stickslip.agents.training.run import train
-    from stickslip.agents.ugv.config import UGVTrainConfig
     from stickslip.agents.ugv.controllers import (
         FixedPosture,
         FollowPath,
@@ -36,6 +35,7 @@ if TYPE_CHECKING:
         Optimum,
         RecedingHorizon,
     )
+    from stickslip.agents.ugv.machine import UGVTrainConfig
 else:
     __getattr__, __dir__ = loaded_when_used(__name__)
 

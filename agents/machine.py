@@ -78,8 +78,6 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Description of files that may be named instead."""
     axes: ClassVar[Mapping[str, str]] = {}
     """Some of the numbers that a sweep may vary, with descriptions and units."""
-    measured: ClassVar[str] = "stickslip.agents.evaluation.table"
-    """Module with the MEASURES of its episodes."""
     evaluated: ClassVar[tuple[str, ...]] = ("return", "duration", "failures")
     """Columns of evaluations.csv; "return" among them."""
     frames: ClassVar[float] = 25.0
@@ -180,10 +178,12 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     def measures(self, env: Env) -> AnyMeasures:
         """Kept values of an environment's episodes, and the columns of its tables."""
-        return import_module(self.measured).MEASURES
+        from stickslip.agents.evaluation.table import MEASURES
+
+        return MEASURES
 
     def swept(self) -> Swept:
-        """Numbers of its tasks that a sweep may vary, and columns of an episode."""
+        """Numbers of its tasks that a sweep may vary."""
         from stickslip.agents.sweeps.swept import Swept
 
         return Swept()

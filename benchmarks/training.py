@@ -27,7 +27,7 @@ from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.ppo import PPOTrainer, settings_of
-from stickslip.agents.ugv.config import USUAL
+from stickslip.agents.ugv.machine import USUAL
 from stickslip.envs import TASKS, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 

@@ -7,11 +7,9 @@ from dataclasses import fields
 
 import pytest
 
-from stickslip.agents.biped.config import TrainConfig
 from stickslip.agents.biped.controllers import CONTROLLERS
-from stickslip.agents.biped.machine import BIPED_BASELINES
-from stickslip.agents.ugv.config import TRACK_NAMES, UGVTrainConfig
-from stickslip.agents.ugv.machine import UGV_BASELINES
+from stickslip.agents.biped.machine import BIPED_BASELINES, TrainConfig
+from stickslip.agents.ugv.machine import TRACK_NAMES, UGV_BASELINES, UGVTrainConfig
 from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
 from stickslip.commands import EXAMPLES, GROUPS
 from stickslip.dynamics.names import SCENES

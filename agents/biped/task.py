@@ -29,7 +29,7 @@ from stickslip.envs.tasks.definition import task_by_name
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.biped.config import TrainConfig
+    from stickslip.agents.biped.machine import TrainConfig
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.dynamics.pytrees import Number
 
@@ -75,16 +75,6 @@ UNITS = {
     "randomisation.mark": "m",
 }
 """Units of numbers that a sweep may vary."""
-KEPT = {
-    "reward": "-",
-    "duration": "s",
-    "turned": "rad",
-    "walked": "m",
-    "slid": "m",
-    "energy": "J",
-    "weight": "N",
-}
-"""Columns that a sweep writes of an episode, with units."""
 
 
 def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]:
@@ -238,7 +228,7 @@ def swept() -> Swept:
     how = {"parts": swept_parts, "with_parts": with_swept, "opened": opened}
     aliases: dict[str, tuple[str, ...]] = {"mu": ("scene.mu_static", "scene.mu_kinetic")}
     aliases |= {name: (_field_of(place),) for name, place in ROBOT.names.items()}
-    return Swept(UNITS, KEPT, ("slid", "walked"), aliases, **how)
+    return Swept(UNITS, ("slid", "walked"), aliases, **how)
 
 
 def _field_of(place: str) -> str:

@@ -60,11 +60,13 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
     """Kept data of an episode, and the metrics of it.
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
-    [episodes]. It has `reward` and says which episodes ended outside the model, `fell`.
+    [episodes]. It has `reward` and says which episodes ended outside the model, `fell`. kept: its
+    entries that a sweep writes, with units.
     """
 
     keep: Keep[State_contra, Params_contra, Kept]
     columns: Columns[Kept]
+    kept: Mapping[str, str]
 
 
 AnyMeasures: TypeAlias = Measures[Any, Any, Any]
@@ -247,14 +249,15 @@ def _student(value: float, residuals: np.ndarray) -> Interval:
 
 
 class StandardEpisodes(NamedTuple):
-    """Kept data of each episode; every entry [episodes]."""
+    """Kept data of each episode; every entry [episodes].
+
+    reward: sum. duration: control steps times control period [s]. terminated: ended otherwise than
+    by the time limit.
+    """
 
     reward: Array | np.ndarray
-    """Sum of rewards."""
     duration: Array | np.ndarray
-    """Control steps times control period [s]."""
     terminated: Array | np.ndarray
-    """Ended otherwise than by the time limit."""
 
     @property
     def fell(self) -> np.ndarray:
@@ -280,4 +283,4 @@ COLUMNS: Columns[StandardEpisodes] = {
         lambda played: fraction_interval(played.fell),
     ),
 }
-MEASURES = Measures(keep_of, COLUMNS)
+MEASURES = Measures(keep_of, COLUMNS, {"reward": "-", "duration": "s"})

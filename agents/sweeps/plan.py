@@ -191,9 +191,9 @@ class Plan:
     @cached_property
     def units(self) -> dict[str, str]:
         """Units of the axes and of the columns kept of an episode."""
-        swept = self.machine.swept()
+        swept, measures = self.machine.swept(), self.machine.measures(self.cases[0].env)
         axes = {name: swept.unit(one[0]) for name, one in self.cases[0].fields.items()}
-        return axes | dict(swept.kept_units(self.cases[0].env))
+        return axes | dict(measures.kept)
 
 
 class Player:
@@ -205,7 +205,7 @@ class Player:
 
     def __init__(self, plan: Plan):
         self._plan, self._swept = plan, plan.machine.swept()
-        self._keep = plan.machine.measures(plan.cases[0].env).keep
+        self._measures = plan.machine.measures(plan.cases[0].env)
         self._programs: dict[str, Callable[..., PyTree]] = {}
 
     def __call__(self, number: int) -> dict[str, np.ndarray]:
@@ -217,14 +217,14 @@ class Player:
         count = min(plan.points, (plan.cell - 2) // plan.episodes + 2)
         values = values_at(plan.axes, np.minimum(points[0] + np.arange(count), plan.points - 1))
         fields = {field: values[name] for name in values for field in case.fields[name]}
-        play = jax.jit(partial(play_cell, self._swept, self._keep, case))
+        play = jax.jit(partial(play_cell, self._swept, self._measures.keep, case))
         program = self._programs.setdefault(case.program, play)
         devices = jax.local_devices()
         with jax.default_device(devices[number % len(devices)]):
             index = (points - points[0]).astype(np.int32), seeds.astype(np.uint32)
             given = jax.tree.map(jnp.asarray, (case.player, fields, *index))
             found = jax.tree.map(np.asarray, program(*given))
-        columns = {name: getattr(found, name) for name in self._swept.kept_units(case.env)}
+        columns = {name: getattr(found, name) for name in self._measures.kept}
         columns["fell"] = np.asarray(found.fell, bool)
         if hasattr(found, "status"):
             columns["ending"] = np.asarray(found.status, np.int8)

@@ -38,8 +38,6 @@ class Swept:
 
     units: Mapping[str, str] = field(default_factory=dict)
     """Units of fields, by their dotted name without array indices, or its first or last word."""
-    kept: Mapping[str, str] = field(default_factory=lambda: {"reward": "-", "duration": "s"})
-    """Columns that are written of an episode, of those that the machine's measures keep; units."""
     slip: tuple[str, str] | None = None
     """Columns of the distance slid and of the distance travelled, where slip is of interest."""
     aliases: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -52,12 +50,6 @@ class Swept:
     """Replace the parts of parameters. values: by the dotted names of the fields that changed."""
     opened: Callable[[PyTree, Collection[str]], PyTree] = lambda params, names: params
     """Give the parameters a structure that has a place for every named axis."""
-    own_units: Callable[[PyTree], Mapping[str, str]] = lambda env: {}
-    """Units of `kept` that an environment decides."""
-
-    def kept_units(self, env: PyTree) -> Mapping[str, str]:
-        """`kept` of an environment."""
-        return {**self.kept, **self.own_units(env)}
 
     def unit(self, name: str) -> str:
         """Unit of a dotted name."""

@@ -19,7 +19,7 @@ from stickslip.agents.policy.task import (
     same_numbers,
 )
 from stickslip.agents.protocol import Options, Task
-from stickslip.agents.ugv.config import (
+from stickslip.agents.ugv.machine import (
     FIXED,
     TRACK_NAMES,
     USUAL,
@@ -74,15 +74,6 @@ UNITS = {
     "track.end": "m",
 }
 """Units of numbers that a sweep may vary."""
-KEPT = {
-    "reward": "-",
-    "cost": "-",
-    "distance": "m",
-    "wheel_energy": "J",
-    "total_energy": "J",
-    "demand": "-",
-}
-"""Columns that a sweep writes of an episode, with units."""
 
 
 def ground_by_name(name: str) -> tuple[Track, RandomTrack | None]:
@@ -242,12 +233,10 @@ def swept() -> Swept:
 
     return Swept(
         UNITS,
-        KEPT,
         aliases={"motor.torque_limit": ("task.max_torque",)},
         parts=swept_parts,
         with_parts=with_swept,
         opened=opened,
-        own_units=lambda env: {"cost": env.measure.unit},
     )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import MLPPolicy, describe_environment, save_policy
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.training.run import trainer_of
 from stickslip.cli import WRONG_INPUT, main
 from stickslip.envs import BipedEnv

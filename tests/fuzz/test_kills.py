@@ -26,7 +26,7 @@ AGAIN = 0.25
 """Share of the resumptions that are killed."""
 TRAIN = """
 import sys
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.training.run import train
 small = dict(num_envs=4, hidden=8, evaluation_episodes=1, episode_time=0.4, seed=3)
 few = dict(timesteps=4096, checkpoint_interval=128, rollout_steps=32, batch_size=64, epochs=1)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.network import FARTHEST
 from stickslip.agents.training.directory import (

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.biped.pictures import walk_panels
+from stickslip.agents.biped.episodes import walk_panels
 from stickslip.agents.biped.task import floor_words
 from stickslip.agents.pictures.episodes import plot_panels, write_pictures
 from stickslip.commands import NOTHING_FOUND, OK

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.biped.controllers import ConstantTorque
-from stickslip.agents.biped.pictures import as_episode
+from stickslip.agents.biped.episodes import as_episode
 from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.pictures.episodes import film, plot_episode
 from stickslip.envs import BipedEnv

@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import read_sweep, sweep, sweep_arrays
-from stickslip.agents.biped.evaluate import Episodes
+from stickslip.agents.biped.episodes import Episodes
 from stickslip.agents.machine import machine_of_env
 from stickslip.agents.ugv.controllers import Optimum
-from stickslip.agents.ugv.evaluate import UGVEpisodes
+from stickslip.agents.ugv.episodes import UGVEpisodes
 from stickslip.envs import BipedEnv, UGVEnv
 from tests.agents.mass import MassEnv, Pull
 from tests.agents.sweeps.masses import TASK, WHO, swept
@@ -124,6 +124,6 @@ def test_numbers_that_are_none_are_refused(tmp_path, how, said: str):
 
 @pytest.mark.parametrize(("env", "kept"), [(BipedEnv(), Episodes), (UGVEnv(), UGVEpisodes)])
 def test_what_is_written_of_an_episode_is_kept_and_has_a_unit(env, kept: type):
-    units = machine_of_env(env).swept().kept_units(env)
+    units = machine_of_env(env).measures(env).kept
     assert {*units, "status"} <= set(kept.__annotations__)
     assert all(units.values())

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.training.configuration import rule_of
-from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.machine import UGVTrainConfig
 
 KINDS = (TrainConfig, UGVTrainConfig)
 each_kind = pytest.mark.parametrize("kind", KINDS)

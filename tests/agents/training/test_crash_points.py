@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.training.directory import (
     MetricsFile,
     TrainState,

@@ -11,13 +11,13 @@ import pytest
 
 from stickslip.agents import evaluate_task, load_policy
 from stickslip.agents.biped import task as biped_task
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.evaluation.rollout import TEST_SEEDS
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
-from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.machine import UGVTrainConfig
 from stickslip.envs import TASKS, known_of, task_by_name
 
 NAME = "BipedSteady-v0"

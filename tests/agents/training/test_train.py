@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import read_metadata
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import (
     STATE,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.agents.biped.config import TrainConfig
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.training.configuration import (
     command_of,
@@ -17,7 +17,7 @@ from stickslip.agents.training.configuration import (
     settings_given,
 )
 from stickslip.agents.training.directory import MetricsFile, read_columns
-from stickslip.agents.ugv.config import UGVTrainConfig
+from stickslip.agents.ugv.machine import UGVTrainConfig
 from stickslip.cli import make_parser
 from stickslip.flags import add_fields
 from stickslip.parser import Parser

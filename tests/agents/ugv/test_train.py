@@ -13,7 +13,7 @@ from stickslip.agents.machine import read_configuration
 from stickslip.agents.training.configuration import Trained
 from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
-from stickslip.agents.ugv.config import LEGS, TRACK_NAMES, UGVTrainConfig
+from stickslip.agents.ugv.machine import LEGS, TRACK_NAMES, UGVTrainConfig
 from stickslip.agents.ugv.task import ground_by_name, training_task
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics.ugv import UGVParams
