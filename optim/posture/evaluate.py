@@ -195,13 +195,17 @@ class Waypoints(NamedTuple):
             shared = jax.device_put(replace(posture, **shared))
             reach = _reach(posture.params)
 
-            def part(begin: int, size: int) -> Posture:
-                at = padded(x[begin:], size)
-                ground = posture.odometer.between(np.min(at) - reach, np.max(at) + reach)
+            each = _calls(len(x))
+            places = [padded(x[begin:], size) for begin, size in each]
+            longest = max((np.ptp(at) for at in places), default=0.0)
+
+            def part(begin: int, size: int, at: np.ndarray) -> Posture:
+                first = np.min(at) - reach
+                ground = posture.odometer.between(first, first + longest + 2 * reach)
                 own = {"x": at, "friction": padded(friction[begin:], size), "odometer": ground}
                 return replace(shared, **jax.device_put(own))
 
-            calls = tuple((*call, part(*call)) for call in _calls(len(x)))
+            calls = tuple((*call, part(*call, at)) for call, at in zip(each, places, strict=True))
         return cls(calls, len(x))
 
     def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Station:
@@ -283,25 +287,12 @@ def padded(rows: np.ndarray, size: int) -> np.ndarray:
     return filled
 
 
-def _calls(count: int) -> list[tuple[int, int]]:
-    """Start and size of each call, for so many stations."""
-    whole, rest = divmod(count, SIZES[-1])
-    sizes = (*[SIZES[-1]] * whole, *_sizes(rest))
-    begins = np.cumsum((0, *sizes)).tolist()
-    return list(zip(begins, sizes, strict=False))
-
-
 @lru_cache
-def _sizes(count: int) -> tuple[int, ...]:
-    """The calls that take least together: one that is too large, or several smaller ones."""
-    if count <= 0:
-        return ()
-    one = (next(size for size in SIZES if size >= count),)
-    smaller = [size for size in SIZES if size < count]
-    if not smaller:
-        return one
-    several = (smaller[-1], *_sizes(count - smaller[-1]))
-    return min(one, several, key=lambda sizes: sum(sizes) + A_CALL * len(sizes))
+def _calls(count: int) -> list[tuple[int, int]]:
+    """Start and size of each call for so many stations: all of the size that takes least time, so
+    that one program is compiled."""
+    size = min(SIZES, key=lambda size: -(-count // size) * (size + A_CALL))
+    return [(begin, size) for begin in range(0, count, size)]
 
 
 def finite_cost(

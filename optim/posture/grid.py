@@ -342,12 +342,13 @@ def _arrivals(
     how many moves the rate and the constraints allow; the largest finite cost of all."""
     costs, back, count = _first_costs(grid), [], 0
     size = _largest(costs)
+    node = np.min_scalar_type(grid.shape[0] * grid.shape[1])
     with Bar(f"{grid.method}: paths", len(grid.layers) - 1, "step", progress) as bar:
         for step in range(len(grid.layers) - 1):
             if not np.any(np.isfinite(costs)):
                 break
             costs, came, edges = _arrive(grid, step, costs)
-            back.append(came)
+            back.append(came.astype(node))
             count += edges
             size = max(size, _largest(costs))
             bar.advance()

@@ -6,6 +6,7 @@ And why no drive over a grid meets the constraints: where, which, and the drive 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -43,13 +44,16 @@ class Layer(NamedTuple):
 
 
 class Layers(Sequence[Layer]):
-    """The layers of all waypoints, evaluated a block of waypoints at a time when they are asked
-    for; only the last two blocks are kept."""
+    """The layers of all waypoints, evaluated a block of waypoints at a time.
+
+    The next one is evaluated in a thread meanwhile; of the others only the last two are kept.
+    """
 
     def __init__(self, problem: PostureProblem, pairs: Float[np.ndarray, "N 2"]):
         self._problem, self._pairs = problem, pairs
         self._rows = min(max(1, CHUNK // len(pairs)), len(problem.x))
-        self._blocks: dict[int, list[Layer]] = {}
+        self._blocks: dict[int, Future[list[Layer]]] = {}
+        self._thread = ThreadPoolExecutor(1)
         self._ends: dict[int, Layer] = {}
         for k, pair in ((0, problem.start_angles), (len(self) - 1, problem.end_angles)):
             if pair is not None:
@@ -64,12 +68,15 @@ class Layers(Sequence[Layer]):
         if k in self._ends:
             return self._ends[k]
         block, row = divmod(k, self._rows)
-        if block not in self._blocks:
-            begin = block * self._rows
-            at = np.arange(begin, min(begin + self._rows, len(self)))
-            kept = {block - 1: self._blocks[block - 1]} if block - 1 in self._blocks else {}
-            self._blocks = kept | {block: _evaluate(self._problem, at, self._pairs)}
-        return self._blocks[block][row]
+        self._blocks = {b: of for b, of in self._blocks.items() if -1 <= b - block <= 2}
+        for b in (block, block + 1):
+            if b not in self._blocks and b * self._rows < len(self):
+                self._blocks[b] = self._thread.submit(self._block, b)
+        return self._blocks[block].result()[row]
+
+    def _block(self, block: int) -> list[Layer]:
+        at = np.arange(block * self._rows, (block + 1) * self._rows)
+        return _evaluate(self._problem, np.minimum(at, len(self) - 1), self._pairs)
 
 
 def _evaluate(

@@ -33,8 +33,8 @@ EVEN = 1e-6
 
 MOST_PIECES = 2**11
 """Most pieces of a spline whose bend is bounded in a kernel."""
-SHORT = 512
-"""Most pieces of ground that are never cut."""
+SHORT, LEAST = 512, 64
+"""Most pieces of ground that are never cut, and fewest that are cut out."""
 POWERS = 6
 """Greatest order of a spline's polynomials."""
 STEEPEST = 8.0
@@ -108,7 +108,7 @@ class Spline(Closed):
         return jnp.where(smooth, bend, jnp.inf)
 
     def cut(self, first: float, last: float) -> Spline:
-        """The pieces from first to last [m], and so many more that their count is a power of two;
+        """The pieces from first to last [m], and so many more that their count is a power of four;
         itself where it is short. Of concrete numbers."""
         part = pieces_between(np.asarray(self.knots), first, last)
         if part is None:
@@ -148,14 +148,18 @@ class Spline(Closed):
 
 
 def pieces_between(edges: Float[np.ndarray, "n+1"], first: float, last: float) -> slice | None:
-    """Pieces of ground from first to last [m], a power of two of them; None: all, where they are
-    no more than SHORT. Evaluating few pieces is faster, and equal counts share programs."""
+    """Pieces of ground from first to last [m], a power of four of them, LEAST or more; None: all,
+    where they are no more than SHORT. Evaluating few pieces is faster, and equal counts share
+    programs: a part that reaches beyond an end is moved, not shortened."""
     pieces = len(edges) - 1
     if edges.ndim != 1 or pieces <= SHORT:
         return None
-    begin, end = np.searchsorted(edges, [first, last], side="right").tolist()
+    beyond = max(edges[0] - first, 0.0) - max(last - edges[-1], 0.0)
+    begin, end = np.searchsorted(edges, [first + beyond, last + beyond], side="right").tolist()
     begin = max(begin - 2, 0)
-    count = 1 << (max(end + 1 - begin, SHORT // 8) - 1).bit_length()
+    count = LEAST
+    while count < end + 1 - begin:
+        count *= 4
     if count >= pieces:
         return None
     begin = min(begin, pieces - count)

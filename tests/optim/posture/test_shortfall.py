@@ -103,3 +103,13 @@ def test_stations_over_a_part_of_long_ground_are_those_over_all_of_it():
         for k in (0, 50, len(problem.x) - 1):
             part = evaluate.rows_at(posture, problem.x[[k]], 0.8, angles[[k]])
             np.testing.assert_allclose(part, whole[:, [k]], rtol=1e-9, atol=1e-9)
+
+
+def test_all_calls_of_a_long_drive_share_one_program():
+    """Compiling a program takes as long as a million stations."""
+    x = np.linspace(0.0, 300.0, 3001)
+    problem = PostureProblem.along(Track.from_points(x, 0.3 * np.sin(x)), spacing=0.1)
+    calls = problem.waypoints.calls
+    assert len(calls) > 2
+    shapes = {tuple(leaf.shape for leaf in jax.tree.leaves(posture)) for _, _, posture in calls}
+    assert len(shapes) == 1
