@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
 from stickslip.agents.protocol import Env, Options, Params, Task
@@ -48,7 +48,7 @@ class _DefinedIn(NamedTuple):
 
     def __get__(self, machine: object, kind: type) -> object:
         """The function; its module is imported at the first call."""
-        return getattr(import_module(self.module), self.name)
+        return resolve_name(f"{self.module}:{self.name}")
 
 
 class Machine(ABC, Generic[Env, Params, Config]):
@@ -215,22 +215,13 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
 AnyMachine: TypeAlias = Machine[Any, Any, Any]
 """Whichever machine."""
-AnyTask: TypeAlias = Task[Any, Any]
-"""A task of whichever machine."""
 
 
-class Declared(NamedTuple):
-    """A machine that is imported when it is used: its environment's class, its own, the module."""
-
-    environment: str
-    kind: str
-    module: str
-
-
-_MACHINES: dict[str, AnyMachine | Declared] = {
-    "biped": Declared("BipedEnv", "BipedMachine", "stickslip.agents.biped.machine"),
-    "ugv": Declared("UGVEnv", "UGVMachine", "stickslip.agents.ugv.machine"),
+_MACHINES: dict[str, AnyMachine | str] = {
+    "biped": "stickslip.agents.biped.machine:BipedMachine",
+    "ugv": "stickslip.agents.ugv.machine:UGVMachine",
 }
+"""Machines by name, or their classes, which are imported when they are used."""
 
 
 def register(machine: AnyMachine) -> None:
@@ -258,15 +249,15 @@ def machines() -> tuple[AnyMachine, ...]:
 
 def environments() -> dict[str, str]:
     """Names of all machines, in the same order, and of their environments' classes."""
-    return {name: one.environment for name, one in _MACHINES.items()}
+    return {one.name: one.environment for one in machines()}
 
 
 def machine_by_name(name: str) -> AnyMachine:
     """The machine of a name. ValueError for an unknown one."""
     require_choice("machine", name, tuple(_MACHINES))
     found = _MACHINES[name]
-    if isinstance(found, Declared):
-        found = _MACHINES[name] = getattr(import_module(found.module), found.kind)()
+    if isinstance(found, str):
+        found = _MACHINES[name] = resolve_name(found)()
     return found
 
 
@@ -282,8 +273,7 @@ def machine_of_env(env: AnyEnv) -> AnyMachine:
 
 def machine_of_environment(environment: Json) -> AnyMachine | None:
     """The machine whose environment's class has that name, if there is one."""
-    named = (name for name, one in environments().items() if one == environment)
-    return next(map(machine_by_name, named), None)
+    return next((one for one in machines() if one.environment == environment), None)
 
 
 def machine_of_baseline(name: str) -> AnyMachine | None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import (
     TYPE_CHECKING,
     Any,
+    ClassVar,
     Generic,
     NamedTuple,
     Protocol,
@@ -14,6 +15,8 @@ from typing import (
     TypeVar,
     runtime_checkable,
 )
+
+from stickslip.dynamics.checks import require_number
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -80,10 +83,6 @@ Player: TypeAlias = Controller[Any, State, Params] | Planner[Any, State, Params]
 """Controller, planner or policy of an environment with such states and parameters."""
 AnyPlayer: TypeAlias = Player[Any, Any]
 """Player of some machine's environment."""
-Policy: TypeAlias = "Controller[None, object, Timed]"
-"""A controller that reads the observation alone and remembers nothing."""
-
-
 Options: TypeAlias = Mapping[str, Any]
 """Parsed flags by name; None for one that is not given."""
 
@@ -95,7 +94,20 @@ class Task(NamedTuple, Generic[Env, Params]):
     params: Params
 
 
-class Memoryless:
+class Ruled:
+    """Base of the controllers whose numbers have rules, of any machine."""
+
+    RULES: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    """Keywords of `require_number` by field."""
+
+    def validate(self) -> Self:
+        """Return self, or raise ValueError naming the field."""
+        for name, rule in self.RULES.items():
+            require_number(name, getattr(self, name), **rule)
+        return self
+
+
+class Memoryless(Ruled):
     """Base of the controllers that remember nothing, of any machine."""
 
     def init(self, env_params: object, env_state: object) -> None:

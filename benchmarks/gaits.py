@@ -108,7 +108,7 @@ def draw(content: dict[str, Any]) -> bytes:
     right.set_ylim(0, 0.5)
     sheet.name_panel(right, "least cost of transport [-]", "", "mean crank rate [rad/s]")
     for axis in (left, right):
-        sheet.legend(axis)
+        axis.legend()
     return sheet.png(figure, "Best gaits without slip")
 
 

@@ -324,10 +324,6 @@ class ValuePolicy(Memoryless):
     walk: Walk
     values: Float[Array, " nodes"]
 
-    def validate(self) -> ValuePolicy:
-        """Return self."""
-        return self
-
     def act(
         self, memory: None, obs: Array, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Array]:

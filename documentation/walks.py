@@ -74,7 +74,7 @@ def draw() -> bytes:
     axes[0].set(xlim=(0, angle[-1]), xticks=range(0, 361, 90))
     axes[-1].set_ylim(-0.005, 0.12)
     axes[-1].set_xlabel("crank angle [°]")
-    sheet.legend(axes[-1], ncols=3, loc="upper center")
+    axes[-1].legend(ncols=3, loc="upper center")
     return sheet.png(figure, f"Steady walks without slip, {RATE:g} rad/s on average")
 
 

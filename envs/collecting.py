@@ -125,18 +125,6 @@ class _Program(NamedTuple):
     keep: tuple[str, ...]
     steps: int
 
-    def step(self, params: Any, policy_params: Any, progress: Progress) -> tuple[Progress, Any]:
-        """One environment's step, and its rows."""
-        draws = jax.random.split(jax.random.wrap_key_data(progress.keys), 3)
-        action = self.policy(policy_params, progress.obs, draws[1])
-        obs, state, reward, terminated, truncated, info = pure_step(
-            self.env, draws[2], progress.state, action, params
-        )
-        known = info | {"obs": progress.obs, "action": action, "next_obs": info["final_obs"]}
-        kept = {name: known[name] for name in self.keep}
-        after = Progress(state, obs, jax.random.key_data(draws[0]))
-        return after, (reward, terminated, truncated, kept)
-
 
 @partial(jax.jit, static_argnums=(0, 1))
 def begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progress:
@@ -150,8 +138,18 @@ def begin(env: FunctionalEnv, num_envs: int, params: Any, key: Array) -> Progres
     return jax.vmap(one)(jnp.arange(num_envs))
 
 
-def _one_step(program: _Program, shared: tuple[object, object], progress: Progress, _: None):
-    return program.step(*shared, progress)
+def _one_step(program: _Program, shared: tuple[Any, Any], progress: Progress, _: None = None):
+    """One environment's step, and its rows. shared: params and policy_params."""
+    params, policy_params = shared
+    draws = jax.random.split(jax.random.wrap_key_data(progress.keys), 3)
+    action = program.policy(policy_params, progress.obs, draws[1])
+    obs, state, reward, terminated, truncated, info = pure_step(
+        program.env, draws[2], progress.state, action, params
+    )
+    known = info | {"obs": progress.obs, "action": action, "next_obs": info["final_obs"]}
+    kept = {name: known[name] for name in program.keep}
+    after = Progress(state, obs, jax.random.key_data(draws[0]))
+    return after, (reward, terminated, truncated, kept)
 
 
 @partial(jax.jit, static_argnums=0)
@@ -209,7 +207,7 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
         )
     require_known(program.keep, ("obs", "action", "next_obs", *results[5]), "name to keep")
     now = Progress(state, obs, data)
-    rows = jax.eval_shape(program.step, params, policy_params, now)[1]
+    rows = jax.eval_shape(partial(_one_step, program), (params, policy_params), now)[1]
     return sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(rows))
 
 

@@ -92,7 +92,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     """Readers of entries that are no JSON values, by their names."""
 
     @classmethod
-    def from_plain(cls, entries: Entries) -> Given:
+    def from_plain(cls, entries: Entries) -> dict[str, Any]:
         """Arguments of the class, or of `make_params`, from JSON values; numbers stay."""
         readers = cls.readers
         return {k: readers[k](value) if k in readers else value for k, value in entries.items()}
@@ -105,6 +105,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
         ValueError for an unknown name and for a value that `make_params` would not take.
         """
+        self.check_params(params)
         require_known(options, self.option_names, "option of reset")
         return params
 
@@ -283,8 +284,11 @@ Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] |
 """A JSON value."""
 Entries: TypeAlias = Mapping[str, Any]
 """Plain values by name, read."""
-Given: TypeAlias = dict[str, Any]
-"""Arguments by name."""
+
+
+def with_tuples(entries: Entries) -> dict[str, Any]:
+    """Arguments of which lists are ranges, which are tuples."""
+    return {name: tuple(one) if isinstance(one, list) else one for name, one in entries.items()}
 
 
 class Timed(Protocol):

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.prediction import ComputedTorque, OptimalGait, action_of
-from stickslip.agents.protocol import Controller, Memoryless
+from stickslip.agents.protocol import Controller, Memoryless, Ruled
 from stickslip.dynamics.biped.contact import sticking
-from stickslip.dynamics.checks import require_choice, require_kind, require_number
+from stickslip.dynamics.checks import require_choice, require_kind
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.biped.state import BipedEnvState, drawn_robot
+from stickslip.envs.functional import NON_NEGATIVE, POSITIVE
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Action, Obs
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
-
-
-BipedController: TypeAlias = "Controller[Any, BipedEnvState, BipedEnvParams]"
 
 
 @register_pytree
@@ -38,11 +36,7 @@ class ConstantTorque(Memoryless):
     """
 
     torque: ArrayLike = 0.9
-
-    def validate(self) -> ConstantTorque:
-        """Return self, or raise ValueError naming the field."""
-        require_number("torque", self.torque, low=-np.inf, accepted="a finite torque [N m]")
-        return self
+    RULES: ClassVar = {"torque": {"accepted": "a finite torque [N m]"}}
 
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
@@ -62,7 +56,7 @@ class PIMemory(NamedTuple):
 
 @register_pytree
 @dataclass(frozen=True)
-class CrankSpeedPI:
+class CrankSpeedPI(Ruled):
     """Hold the crank at the commanded rate, as a servo drive would: constant crank speed.
 
     torque = proportional x error + integral part + feed-forward, error = reference - crank rate.
@@ -82,15 +76,10 @@ class CrankSpeedPI:
     integral: ArrayLike = 1.5
     acceleration: ArrayLike = 4.0
     feed_forward: ArrayLike = 1.0
-
-    def validate(self) -> CrankSpeedPI:
-        """Return self, or raise ValueError naming the field."""
-        for name in ("proportional", "integral", "feed_forward"):
-            require_number(name, getattr(self, name), low=0.0, accepted="finite, >= 0")
-        require_number(
-            "acceleration", self.acceleration, low=0.0, strict=True, accepted="finite, > 0"
-        )
-        return self
+    RULES: ClassVar = {
+        **dict.fromkeys(("proportional", "integral", "feed_forward"), NON_NEGATIVE),
+        "acceleration": POSITIVE,
+    }
 
     def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
         """The reference begins at the present rate."""
@@ -121,7 +110,7 @@ class CrankSpeedPI:
 
 @register_pytree
 @dataclass(frozen=True)
-class StopAtMark:
+class StopAtMark(Ruled):
     """Follow a gait until it is time to brake, then a crank-rate servo down to a stand at the mark.
 
     Far off the gait is that of the mean crank rate `cruise` (OptimalGait). From where a constant
@@ -137,6 +126,7 @@ class StopAtMark:
     gain: ArrayLike = 40.0
     gait: OptimalGait = field(default_factory=OptimalGait)
     servo: CrankSpeedPI = field(default_factory=lambda: CrankSpeedPI(acceleration=20.0))
+    RULES: ClassVar = dict.fromkeys(("cruise", "braking", "gain"), POSITIVE)
 
     def suited_to(self, env_params: BipedEnvParams) -> StopAtMark:
         """The controller with gaits of these parameters' robot."""
@@ -144,13 +134,10 @@ class StopAtMark:
 
     def validate(self) -> StopAtMark:
         """Return self, or raise ValueError naming the field."""
-        for name in ("cruise", "braking", "gain"):
-            rule = {"low": 0.0, "strict": True, "accepted": "finite, > 0"}
-            require_number(name, getattr(self, name), **rule)
         for name, kind in (("gait", OptimalGait), ("servo", CrankSpeedPI)):
             require_kind(name, getattr(self, name), kind, f"a {kind.__name__}")
             getattr(self, name).validate()
-        return self
+        return super().validate()
 
     def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
         """The servo's."""
@@ -191,7 +178,7 @@ CONTROLLERS = {
 """The baselines by the names that the command line knows, BIPED_BASELINES."""
 
 
-def baseline(name: str, env: BipedEnv) -> BipedController:
+def baseline(name: str, env: BipedEnv) -> Controller[Any, BipedEnvState, BipedEnvParams]:
     """See Machine; a baseline suits every environment."""
     require_choice("controller", name, CONTROLLERS)
     return CONTROLLERS[name]()

@@ -95,7 +95,6 @@ class TrainConfig(Configuration):
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
-        """See Configuration."""
         from stickslip.dynamics.biped import BipedParams
         from stickslip.dynamics.biped.robot_file import robot_text
         from stickslip.dynamics.biped.settings import precision
@@ -186,7 +185,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     }
 
     def env(self) -> BipedEnv:
-        """See Machine."""
         from stickslip.envs.biped.env import BipedEnv
 
         return BipedEnv()

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.policy.task import same_numbers
-from stickslip.agents.protocol import Memoryless
+from stickslip.agents.protocol import Memoryless, Ruled
 from stickslip.dynamics.biped import (
     SUPPORT_END,
     SUPPORT_START,
@@ -28,10 +28,11 @@ from stickslip.dynamics.biped import (
 )
 from stickslip.dynamics.biped.contact import ankle_moment, sticking
 from stickslip.dynamics.biped.robot_file import robot_text
-from stickslip.dynamics.checks import is_concrete, require_number
+from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.state import HOLDS, BipedEnvState, drawn_robot
+from stickslip.envs.functional import POSITIVE
 from stickslip.optim.progress import say_stage
 
 if TYPE_CHECKING:
@@ -54,6 +55,11 @@ OF_LIMIT = 0.9
 """Share of the motor's torque that the gaits of a robot may need."""
 CELLS = 64
 """Cells of their grid."""
+FOOTING = {
+    "friction": POSITIVE,
+    "footing": {"low": 0.0, "strict": True, "high": 1.0, "accepted": "in (0, 1]"},
+}
+"""Rules of both controllers."""
 
 
 def action_of(
@@ -63,14 +69,6 @@ def action_of(
     dtype = env_state.biped.crank_rate.dtype
     share = jnp.asarray(torque, dtype) / jnp.asarray(env_params.torque_limit, dtype)
     return jnp.clip(share, -1.0, 1.0)[None]
-
-
-def require_footing(friction: ArrayLike, footing: ArrayLike) -> None:
-    """Raise ValueError unless friction > 0 and footing is in (0, 1]."""
-    require_number("friction", friction, low=0.0, strict=True, accepted="finite, > 0")
-    require_number("footing", footing, low=0.0, strict=True, accepted="in (0, 1]")
-    if is_concrete(footing) and np.any(np.asarray(footing) > 1):
-        raise ValueError(f"footing = {footing} is not accepted; accepted: in (0, 1]")
 
 
 class FootAtRest(NamedTuple):
@@ -159,7 +157,7 @@ class Schedule(NamedTuple):
 
 @register_pytree
 @dataclass(frozen=True)
-class ComputedTorque:
+class ComputedTorque(Ruled):
     """Hold P(theta) x crank rate constant: in steady walking the floor need not push at all.
 
     With the foot at rest the friction is the change of the horizontal momentum, f = d(P w)/dt
@@ -179,11 +177,7 @@ class ComputedTorque:
 
     friction: ArrayLike = 0.04
     footing: ArrayLike = 0.8
-
-    def validate(self) -> ComputedTorque:
-        """Return self, or raise ValueError naming the field."""
-        require_footing(self.friction, self.footing)
-        return self
+    RULES: ClassVar = FOOTING
 
     def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> Schedule:
         """Nothing is scheduled yet: infinitely far off, so that the first step sets it."""
@@ -302,6 +296,7 @@ class OptimalGait(Memoryless):
     friction: ArrayLike = 0.05
     footing: ArrayLike = 0.8
     gaits: GaitTable = field(default_factory=lambda: usual_gaits())
+    RULES: ClassVar = FOOTING
 
     @classmethod
     def of(cls, *gaits: Gait, friction: ArrayLike = 0.05, footing: ArrayLike = 0.8) -> OptimalGait:
@@ -321,12 +316,10 @@ class OptimalGait(Memoryless):
 
     def validate(self) -> OptimalGait:
         """Return self, or raise ValueError naming the field."""
-        require_footing(self.friction, self.footing)
-        if not isinstance(self.gaits, GaitTable):
-            raise ValueError("gaits; accepted: a GaitTable, as GaitTable.of makes it")
+        require_kind("gaits", self.gaits, GaitTable, "a GaitTable, as GaitTable.of makes it")
         for name, value in self.gaits._asdict().items():
             require_number(f"gaits.{name}", value, accepted="finite numbers")
-        return self
+        return super().validate()
 
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams

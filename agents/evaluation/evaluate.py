@@ -24,7 +24,6 @@ from stickslip.agents.evaluation.rollout import (
     require_places,
     seeds_of,
     validated,
-    without_resets,
 )
 from stickslip.agents.evaluation.table import (
     AnyMeasures,
@@ -144,7 +143,6 @@ def _evaluated(
         if not given:
             raise ValueError(f"{name} is empty; accepted: at least one")
     named = {name: validated(f"controllers[{name!r}]", one) for name, one in controllers.items()}
-    env = without_resets(env)
     rows = []
     for scene, params in scenes.items():
         used = seeds if is_random(params) else seeds[:1]

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.machine import (
     AnyMachine,
-    AnyTask,
     machine_of_baseline,
     machine_of_environment,
     machines,
@@ -23,7 +22,7 @@ from stickslip.dynamics.checks import nearest, require_choice
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Task, Timed
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Named:
         found: Any = self.machine.baseline(self.name, env)
         return found.suited_to(params) if hasattr(found, "suited_to") else found
 
-    def own_task(self) -> tuple[AnyTask, str]:
+    def own_task(self) -> tuple[Task[Any, Any], str]:
         """The task in a policy's file, and where it is from."""
         try:
             named = named_task_of(self.metadata)

@@ -228,8 +228,8 @@ def play(
     keep: Callable[[Rollout[State], Params], Kept],
 ) -> Kept:
     """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
-    count = horizon(params)
-    require_room(len(seeds), count)
+    count, what = horizon(params), f"episodes = {len(seeds)}"
+    require_memory(what, f"episodes of {count} steps", len(seeds), count * STEP_BYTES)
     keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
     axis = None
     if isinstance(controller, Planner):
@@ -247,13 +247,7 @@ def play_unseen(
 ) -> Kept:
     """Whole episodes that training never sees; one where a reset draws nothing."""
     seeds = range(TEST_SEEDS, TEST_SEEDS + (episodes if is_random(params) else 1))
-    return play(without_resets(env), policy, params, seeds, keep)
-
-
-def require_room(episodes: int, steps: int) -> None:
-    """Raise ValueError where so many episodes at once would not fit into memory."""
-    what = f"episodes of {steps} steps"
-    require_memory(f"episodes = {episodes}", what, episodes, steps * STEP_BYTES)
+    return play(env, policy, params, seeds, keep)
 
 
 def is_random(params: Timed) -> bool:

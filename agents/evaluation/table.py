@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from stickslip.agents.evaluation.rollout import Rollout
-    from stickslip.agents.protocol import Params, State, Timed
+    from stickslip.agents.protocol import Timed
 
 INTERVALS = ("return", "task_score")
 """Metrics of a test during training whose interval is written, too."""
@@ -52,7 +53,6 @@ Columns: TypeAlias = Mapping[str, tuple[Column, Callable[[Kept], Interval]]]
 
 
 Say: TypeAlias = Callable[[str], None]
-Keep: TypeAlias = "Callable[[Rollout[State], Params], Kept]"
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
     entries that a sweep writes, with units.
     """
 
-    keep: Keep[State_contra, Params_contra, Kept]
+    keep: Callable[[Rollout[State_contra], Params_contra], Kept]
     columns: Columns[Kept]
     kept: Mapping[str, str]
 
@@ -136,17 +136,13 @@ class Evaluation:
 
     def as_table(self) -> Table:
         """Every number in SI units: a row each, three columns a metric (value, low, high)."""
-        words = [table.Column(name, words=True) for name in ("scene", "controller")]
-        heads = [*words, table.Column("episodes")]
-        units = self._units()
-        for name in self.rows[0].metrics if self.rows else ():
-            heads += [table.Column(f"{name}{end}", units[name]) for end in ("", "_low", "_high")]
-        cells = [
-            [row.scene, row.controller, row.count]
-            + [end for value in row.metrics.values() for end in value]
-            for row in self.rows
+        units, names = self._units(), self.rows[0].metrics if self.rows else ()
+        heads = [
+            table.Column(f"{name}{end}", units[name])
+            for name in names
+            for end in ("", "_low", "_high")
         ]
-        return Table(heads, cells)
+        return self._table(heads, lambda row: chain(*row.metrics.values()))
 
     def write_json(self, path: str | Path, about: Mapping[str, object] | None = None) -> Path:
         """Everything, each episode included; null where undefined. about: further entries."""
@@ -176,14 +172,17 @@ class Evaluation:
 
     def shown(self) -> Table:
         """The rows with their titles and units, numbers as they are shown."""
-        metrics = {name: column for name, (column, _) in self.columns.items()}
+        heads = {name: column for name, (column, _) in self.columns.items()}
+        return self._table(
+            heads.values(), lambda row: (heads[name].show(one) for name, one in row.metrics.items())
+        )
+
+    def _table(
+        self, heads: Iterable[table.Column], cells: Callable[[Row], Iterable[object]]
+    ) -> Table:
         words = (table.Column(name, words=True) for name in ("scene", "controller"))
-        rows = [
-            [row.scene, row.controller, row.count]
-            + [metrics[name].show(value) for name, value in row.metrics.items()]
-            for row in self.rows
-        ]
-        return Table([*words, table.Column("episodes"), *metrics.values()], rows)
+        rows = [[row.scene, row.controller, row.count, *cells(row)] for row in self.rows]
+        return Table([*words, table.Column("episodes"), *heads], rows)
 
 
 def joined(parts: Sequence[Evaluation], order: Sequence[str]) -> Evaluation:

@@ -66,7 +66,6 @@ class MujocoBiped(BipedEnv):
     swing_contact: bool = True
 
     def reset_env(self, key, params):
-        """See FunctionalEnv."""
         obs, state = super().reset_env(key, params)
         robot = loaded_params(drawn_robot(state.drawn, params))
         places, rates = joints(robot, state.biped.phase, state.biped.crank_rate)
@@ -75,7 +74,6 @@ class MujocoBiped(BipedEnv):
         return obs, MujocoState(**vars(state), engine=jnp.stack([start, jnp.zeros_like(start)]))
 
     def motion(self, state: Any, robot, scene, drive, period, params):
-        """See BipedEnv."""
         one: Any = jax.ShapeDtypeStruct((), period.dtype)
         whole: Any = jax.ShapeDtypeStruct((), jnp.int32)
         shapes = (

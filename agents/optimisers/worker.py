@@ -161,26 +161,18 @@ def run_task(task: Task) -> Run:
     record = EventRecord(instance=one)
     limits = {name: getattr(task, name) for name in ("budget", "seconds", "outside", "seed")}
     outcome, message = _outcome(task, one.objective(record=record, **limits))
-    rows = [*record.events, record.end()]
-    return Run(
-        instance=task.instance,
-        method=task.method.name,
-        seed=task.seed,
-        outcome=outcome,
-        message=message,
-        inside=task.method.inside,
-        counts={name: int(getattr(record, name)) for name in COUNTED},
-        digest=one.digest(),
-        evaluations=np.array([row.evaluations for row in rows], np.int64),
-        seconds=np.array([row.seconds for row in rows], float),
-        values=np.array([row.value for row in rows], float),
-        point=rows[-1].point,
-    )
+    counts = {name: int(getattr(record, name)) for name in COUNTED}
+    return _run_of(task, outcome, message, counts, [*record.events, record.end()])
 
 
 def lost_run(task: Task, outcome: str, message: str) -> Run:
     """The record of a run whose process was killed, or ended: no value, all counts 0."""
-    none = np.zeros(1)
+    return _run_of(task, outcome, message, dict.fromkeys(COUNTED, 0), [Event()])
+
+
+def _run_of(
+    task: Task, outcome: str, message: str, counts: dict[str, int], events: list[Event]
+) -> Run:
     return Run(
         instance=task.instance,
         method=task.method.name,
@@ -188,11 +180,12 @@ def lost_run(task: Task, outcome: str, message: str) -> Run:
         outcome=outcome,
         message=message[:MESSAGE],
         inside=task.method.inside,
-        counts=dict.fromkeys(COUNTED, 0),
+        counts=counts,
         digest=instance(task.instance).digest(),
-        evaluations=none.astype(np.int64),
-        seconds=none,
-        values=none + np.nan,
+        evaluations=np.array([one.evaluations for one in events], np.int64),
+        seconds=np.array([one.seconds for one in events], float),
+        values=np.array([one.value for one in events], float),
+        point=events[-1].point,
     )
 
 

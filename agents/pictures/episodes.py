@@ -13,7 +13,7 @@ from stickslip.agents.evaluation.rollout import Rollout, rollout
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
-from stickslip.envs.rendering.sheet import LEVEL, legend, make_sheet, name_panel, save_sheet, styled
+from stickslip.envs.rendering.sheet import LEVEL, make_sheet, name_panel, save_sheet, styled
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import Scale, known_of
 from stickslip.optim.progress import Bar
@@ -225,7 +225,7 @@ def plot_panels(
         if len(panel.lines) > 1:
             low, high = axis.get_ylim()
             axis.set_ylim(low, high + HEADROOM * (high - low))
-            legend(axis, ncols=len(panel.lines), loc="upper right")
+            axis.legend(ncols=len(panel.lines), loc="upper right")
         if slips is not None:
             edges = np.flatnonzero(np.diff(slips.astype(int), prepend=0, append=0)).reshape(-1, 2)
             for begin, end in edges:

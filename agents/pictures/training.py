@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 FILM, TRAINED = "episode.gif", "trained policy"
 """The animation of a finished run; the policy's name in pictures."""
 COLUMNS = 3
-Curves: TypeAlias = dict[str, list[float]]
-"""A run's table by columns."""
 
 
 class LearningPanel(NamedTuple):
@@ -95,7 +93,7 @@ def learning_panels(config: Configuration) -> list[LearningPanel]:
     return [*panels, NOISE]
 
 
-def _draw(axis: Axes, panel: LearningPanel, table: Curves, scale: float) -> None:
+def _draw(axis: Axes, panel: LearningPanel, table: dict[str, list[float]], scale: float) -> None:
     """A column of a run's table over its steps, with its 95 % band where there is one."""
     column = panel.column
     if not table.get(column):

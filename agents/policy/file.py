@@ -268,13 +268,13 @@ class Record:
     path: Path
     task: TaskDefinition
     layer_sizes: tuple[int, ...]
-    earned: dict[str, Json]
-    trained: dict[str, Json]
+    earned: dict[str, Any]
+    trained: dict[str, Any]
 
     @property
     def earned_return(self) -> float:
         """Mean over the episodes."""
-        return float(str(self.earned["return"]))
+        return float(self.earned["return"])
 
     @property
     def score(self) -> Interval | None:
@@ -285,18 +285,13 @@ class Record:
     @property
     def command(self) -> str:
         """Command that trains it again; where it is `carried_over`, on its task of today."""
-        config: dict[str, Json] = {**self._config, "task": self.task.name}
+        config = self.trained["config"] | {"task": self.task.name}
         return command_of(read_configuration(json.dumps(config)))
 
     @property
     def carried_over(self) -> bool:
         """True if it was trained on a withdrawn version of its task and measured on this one."""
-        return self._config.get("task") in WITHDRAWN
-
-    @property
-    def _config(self) -> dict[str, Json]:
-        config = self.trained["config"]
-        return config if isinstance(config, dict) else {}
+        return self.trained["config"].get("task") in WITHDRAWN
 
 
 def record_of(name: str) -> Record:

@@ -10,13 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_choice,
-    require_kind,
-    require_number,
-)
+from stickslip.dynamics.checks import is_concrete, require_choice, require_kind, require_number
 from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs.functional import POSITIVE
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -60,14 +56,8 @@ class MLPPolicy(Memoryless):
         if self.observation_clip is not None:
             accepted = "None, or finite and > 0"
             require_kind("observation_clip", self.observation_clip, (int, float), accepted)
-            require_number(
-                "observation_clip",
-                self.observation_clip,
-                low=0.0,
-                strict=True,
-                dtype=np.float32,
-                accepted=accepted,
-            )
+            rule = {"low": 0.0, "strict": True, "dtype": np.float32, "accepted": accepted}
+            require_number("observation_clip", self.observation_clip, **rule)
         for name in ("weights", "biases"):
             require_kind(name, getattr(self, name), (tuple, list), "a tuple of arrays")
         if not self.weights or len(self.weights) != len(self.biases):
@@ -135,14 +125,7 @@ class MLPPolicy(Memoryless):
         named |= {f"bias {i}": b for i, b in enumerate(self.biases)} | {"shift": self.shift}
         for name, values in named.items():
             require_number(name, values, accepted="finite numbers")
-        require_number(
-            "scale",
-            self.scale,
-            low=0.0,
-            strict=True,
-            dtype=np.float32,
-            accepted="finite, > 0",
-        )
+        require_number("scale", self.scale, dtype=np.float32, **POSITIVE)
         clip = np.inf if self.observation_clip is None else self.observation_clip
         shift, scale = (np.abs(np.asarray(one, float)) for one in (self.shift, self.scale))
         highest = np.minimum((FARTHEST + shift) / scale, clip)

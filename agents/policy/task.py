@@ -13,7 +13,7 @@ import base64
 import json
 import math
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -24,6 +24,7 @@ import numpy as np
 
 from stickslip.agents.untrusted import LARGEST_TEXT, Json, RefusedError, refusing
 from stickslip.dynamics.checks import require_known, shown
+from stickslip.records.table import jsonable
 
 if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, Task, Timed
@@ -43,17 +44,6 @@ MOST = 10**5
 """Whole numbers in a task are at most this: counts of pieces, points and steps."""
 
 
-def plain(value: Any) -> Json:
-    """JSON values from arrays, tuples and dataclasses' contents, for people to read."""
-    if isinstance(value, dict):
-        return {name: plain(entry) for name, entry in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(entry) for entry in value]
-    if hasattr(value, "dtype"):
-        return np.asarray(value).tolist()
-    return value
-
-
 def in_words(value: Json) -> str:
     """A number with four digits, a list of them in brackets, for people to read."""
     if isinstance(value, list):
@@ -68,7 +58,7 @@ def described(
     the observation, and the parts, or why they are not kept."""
     about: dict[str, Json] = {
         "environment": type(env).__name__,
-        "choices": plain(asdict(env)),  # pyright: ignore[reportArgumentType], a dataclass
+        "choices": jsonable(env),
         "observation_size": len(env.observation_bounds(params)[0]),
     }
     try:
@@ -111,8 +101,9 @@ def require_numbers(given: object, names: Collection[str], optional: Collection[
 
 def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
     """Names and numbers, without what is none; and the ranges that a reset draws from."""
-    found = {name: plain(value) for name, value in values.items()}
-    numbers = ((name, one) for name, one in found.items() if isinstance(one, int | float | list))
+    numbers = (
+        (name, one) for name, one in jsonable(values).items() if isinstance(one, int | float | list)
+    )
     words = [f"{name} {in_words(one)}" for name, one in numbers]
     for name, ends in () if drawn is None else vars(drawn).items():
         if isinstance(ends, tuple):

@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.agents.sweeps.data import Z95, SweepArrays, slip_of
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.sheet import legend, make_sheet, save_sheet, styled
+from stickslip.envs.rendering.sheet import make_sheet, save_sheet, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +95,7 @@ def _drawn(found: SweepArrays, view: Sequence[str], panels: Sequence[Panel], tas
             _maps(figure, mine, found, view, panel)
             mine[0].set_ylabel(titles[1])
     if lines:
-        legend(axes[0])
+        axes[0].legend()
     else:
         for axis, name in zip(axes, names, strict=False):
             axis.set_title(name)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -28,6 +29,7 @@ from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import ModelState, Trainer, Update, arrays_of, filled
 from stickslip.envs.collecting import Collected, Progress, begin, collect
+from stickslip.envs.functional import abstract_step
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
@@ -66,13 +68,6 @@ class Sizes(NamedTuple):
         return self.num_envs * self.rollout_steps
 
 
-class Now(NamedTuple):
-    """Numbers that change during training."""
-
-    learning_rate: Float[Array, ""]
-    noise: Float[Array, ""]
-
-
 class Rates(NamedTuple):
     """Numbers that do not change the compiled program, by the names of a configuration.
 
@@ -87,13 +82,13 @@ class Rates(NamedTuple):
     gae_lambda: float = 0.95
     clip_range: float = 0.2
 
-    def at(self, share: Float[Array, ""]) -> Now:
-        """share: of the training done so far, 0 to 1."""
+    def at(self, share: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""]]:
+        """Learning rate and noise; share: of the training done so far, 0 to 1."""
         share = jnp.clip(share, 0.0, 1.0)
         rates = self.learning_rate, self.final_learning_rate
         noises = jnp.log(self.noise), jnp.log(self.final_noise)
         rate, noise = (first + (last - first) * share for first, last in (rates, noises))
-        return Now(rate, jnp.exp(noise))
+        return rate, jnp.exp(noise)
 
 
 def settings_of(config: Configuration) -> tuple[Sizes, Rates]:
@@ -115,12 +110,6 @@ class Moments(NamedTuple):
     number: Float[Array, ""]
 
 
-def no_moments(inputs: int) -> Moments:
-    """Moments before the first observation, which leave it as it is."""
-    zero = jnp.zeros(inputs, jnp.float32)
-    return Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
-
-
 def add_moments(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
     """Moments of the observations so far and of these."""
     number = seen.number + len(obs)
@@ -130,13 +119,6 @@ def add_moments(seen: Moments, obs: Float[Array, "samples obs"]) -> Moments:
     spread = (1 - share) * seen.variance + share * variance
     spread = spread + share * (1 - share) * difference**2
     return Moments(seen.mean + share * difference, spread, number)
-
-
-def actor_and_critic(inputs: int, outputs: int, sizes: Sizes, key: Array) -> tuple[Layers, Layers]:
-    """Initial layers of both; the actor's last ones are small."""
-    actor, critic = jax.random.split(key)
-    inner = (inputs, *[sizes.hidden] * sizes.layers)
-    return _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
 
 
 def _layers(key: Array, widths: tuple[int, ...], last: float) -> Layers:
@@ -165,10 +147,6 @@ def begin_episodes(
     return begin(env, sizes.num_envs, params, episodes), updates
 
 
-Carry = tuple[tuple[Layers, Layers], optax.OptState]
-"""Carry of a gradient step: actor and critic, and the optimiser's state."""
-
-
 class Learner(NamedTuple):
     """All that learning goes on from."""
 
@@ -191,10 +169,16 @@ class Batch(NamedTuple):
     """Target of the critic: its old estimate plus the advantage."""
 
 
+@partial(jax.jit, static_argnums=(0, 1, 2))
 def begin_learning(inputs: int, outputs: int, sizes: Sizes, key: Array) -> Learner:
-    """Initialise the learner for `inputs` observed numbers and `outputs` actions."""
-    networks = actor_and_critic(inputs, outputs, sizes, key)
-    return Learner(*networks, OPTIMISER.init(networks), no_moments(inputs))
+    """Initialise the learner for `inputs` observed numbers, which it leaves as they are, and
+    `outputs` actions; the actor's last layer is small."""
+    actor, critic = jax.random.split(key)
+    inner = (inputs, *[sizes.hidden] * sizes.layers)
+    networks = _layers(actor, (*inner, outputs), 0.01), _layers(critic, (*inner, 1), 1.0)
+    zero = jnp.zeros(inputs, jnp.float32)
+    seen = Moments(zero, zero + 1, jnp.zeros((), jnp.float32))
+    return Learner(*networks, OPTIMISER.init(networks), seen)
 
 
 def explore(given: tuple[MLPPolicy, Array], obs: Float[Array, " obs"], key: Array):
@@ -291,20 +275,24 @@ def loss_of(
     return policy_loss + VALUE_WEIGHT * value_loss, about
 
 
+@partial(jax.jit, static_argnums=2)
 def improve(
     learner: Learner,
     found: Collected,
     sizes: Sizes,
     rates: Rates,
-    now: Now,
+    now: tuple[Array, Array],
     key: Array,
 ) -> tuple[Learner, dict[str, Array]]:
-    """The learner after gradient steps over a rollout, and means over them by `LOSSES`."""
+    """The learner after gradient steps over a rollout, and means over them by `LOSSES`.
+
+    now: learning rate and noise.
+    """
     rate, noise = now
     every = samples_of(learner, found, noise, rates)
     samples, size = sizes.samples, sizes.batch_size
 
-    def step(carry: Carry, rows: Array):
+    def step(carry: tuple[Any, optax.OptState], rows: Array):
         networks, optimiser = carry
         batch = jax.tree.map(lambda leaf: leaf[rows], every)
         gradient, about = jax.grad(loss_of, has_aux=True)(
@@ -314,7 +302,7 @@ def improve(
         networks = jax.tree.map(lambda one, by: one - rate * by, networks, change)
         return (networks, optimiser), about
 
-    def epoch(carry: Carry, first: Array):
+    def epoch(carry: tuple[Any, optax.OptState], first: Array):
         return jax.lax.scan(step, carry, jnp.roll(order, first).reshape(-1, size))
 
     shuffling, beginning = jax.random.split(key)
@@ -329,23 +317,20 @@ def improve(
     return after, losses
 
 
-_begin_learning = jax.jit(begin_learning, static_argnums=(0, 1, 2))
-_improve = jax.jit(improve, static_argnums=2)
-
-
-class PPOTrainer(Trainer[Configuration, State, Params]):
+class PPOTrainer(Trainer):
     """Learns in JAX on whichever platform it finds. `stop` is asked twice an update."""
 
     losses = LOSSES
 
     def build(self) -> None:
-        """See Trainer."""
         env: Any = self.env  # every step of a rollout is to be one of an episode
         self.env, seed = replace(env, autoreset="same_step"), self.config.seed
         self._sizes, self._rates = settings_of(self.config)
-        inputs, self._infos = shapes_of(self.env, self.params)
-        given = inputs, len(self.env.action_names), self._sizes, jax.random.key(seed)
-        self._learner: Learner = _begin_learning(*given)
+        obs, _, step = abstract_step(self.env, self.params)
+        info = {name: one for name, one in step[5].items() if name != "autoreset"}
+        self._infos = tuple(name for name, one in info.items() if one.ndim == 0)
+        given = obs.shape[-1], len(self.env.action_names), self._sizes, jax.random.key(seed)
+        self._learner: Learner = begin_learning(*given)
         self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
     def begin_stretch(self, timesteps: int) -> None:
@@ -353,7 +338,6 @@ class PPOTrainer(Trainer[Configuration, State, Params]):
         self.timesteps = timesteps
 
     def advance(self, goal: int) -> None:
-        """See Trainer."""
         while self.timesteps < goal and not self.stopped:
             self._update()
 
@@ -361,12 +345,12 @@ class PPOTrainer(Trainer[Configuration, State, Params]):
         """One update; none where it is stopped."""
         now = self._rates.at(jnp.float32(self.timesteps / self.config.timesteps))
         key = jax.random.fold_in(self._key, self.timesteps // self._sizes.samples)
-        given = self.env, self.params, self._sizes, now.noise, self._learner, self._progress
+        given = self.env, self.params, self._sizes, now[1], self._learner, self._progress
         found = rollout(*given, self._infos)
         self.stopped = self.stop()
         if self.stopped:
             return
-        improved = _improve(self._learner, found, self._sizes, self._rates, now, key)
+        improved = improve(self._learner, found, self._sizes, self._rates, now, key)
         learner, losses = jax.block_until_ready(improved)
         self.stopped = self.stop()
         if self.stopped:
@@ -376,41 +360,25 @@ class PPOTrainer(Trainer[Configuration, State, Params]):
         self.report(
             Update(
                 timesteps=self.timesteps,
-                learning_rate=float(now.learning_rate),
-                noise=float(now.noise),
+                learning_rate=float(now[0]),
+                noise=float(now[1]),
                 ended=ended_in(found, self._infos),
                 losses={name: float(losses[name]) for name in self.losses},
             )
         )
 
     def take_state(self) -> ModelState:
-        """See Trainer."""
         return arrays_of({"learner": self._learner, "episodes": self._progress})
 
     def put_state(self, state: ModelState) -> None:
-        """See Trainer."""
         found = filled({"learner": self._learner, "episodes": self._progress}, state)
         self._learner, self._progress = found["learner"], found["episodes"]
 
     def policy(self) -> MLPPolicy:
-        """See Trainer."""
         return network(self._learner.actor, self._learner.seen).validate()
 
     def is_finite(self) -> bool:
-        """See Trainer."""
         return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
-
-
-def shapes_of(env: FunctionalEnv[State, Params], params: Params) -> tuple[int, tuple[str, ...]]:
-    """Size of an observation, and the names of the numbers in info."""
-
-    def first(key: Array) -> tuple[Array, dict[str, Array]]:
-        obs, state = env.reset_env(key, params)
-        info = env.step_env(state, jnp.zeros(len(env.action_names)), params)[5]
-        return obs, {name: value for name, value in info.items() if jnp.ndim(value) == 0}
-
-    obs, info = jax.eval_shape(first, jax.random.key(0))
-    return obs.shape[-1], tuple(info)
 
 
 def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:

@@ -52,7 +52,8 @@ from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Options, Policy
+    from stickslip.agents.policy.network import MLPPolicy
+    from stickslip.agents.protocol import AnyEnv, Options
     from stickslip.agents.training.trainer import Trainer, Update
 
 PACKAGES = ("filelock", "tqdm")
@@ -225,7 +226,7 @@ class _Training:
         )
         self._tidy()
 
-    def _evaluated(self, policy: Policy) -> dict[str, float]:
+    def _evaluated(self, policy: MLPPolicy) -> dict[str, float]:
         """A row of evaluations.csv, over episodes that neither training nor `stickslip evaluate
         --task` plays."""
         given = self.task.tested, self.config.evaluation_episodes, self.measures.keep

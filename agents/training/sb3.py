@@ -13,8 +13,6 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import set_random_seed
 
 from stickslip.agents.policy.exchange import from_sb3
-from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import ModelState, Trainer, Update
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 
@@ -110,7 +108,7 @@ def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
     return {name: np.asarray([info[name] for info in infos]) for name in names}
 
 
-class SB3Trainer(Trainer[Configuration, State, Params]):
+class SB3Trainer(Trainer):
     """Stable-Baselines3's PPO on the processor, in one thread of PyTorch."""
 
     losses = tuple(LOSSES)
@@ -118,7 +116,6 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
     """Share of the training done so far, 0 to 1; rates and noise follow it."""
 
     def build(self) -> None:
-        """See Trainer."""
         self._envs = SB3VecEnv(self.env, self.params, self.config.num_envs, self.config.seed)
         self._model = self._make_model()
         self._reporter = Reporter(self)
@@ -158,7 +155,6 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         return math.exp(logarithm)
 
     def begin_stretch(self, timesteps: int) -> None:
-        """See Trainer."""
         self.timesteps, self.share = timesteps, timesteps / self.config.timesteps
         first, second = np.random.SeedSequence([self.config.seed, timesteps]).generate_state(2)
         set_random_seed(int(first))
@@ -168,21 +164,18 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         self._model._last_obs = None  # so that learn() resets the environments
 
     def advance(self, goal: int) -> None:
-        """See Trainer."""
         self._model.learn(
             goal - self.timesteps, self._reporter, log_interval=10**9, reset_num_timesteps=False
         )
         self.timesteps = self._model.num_timesteps
 
     def take_state(self) -> ModelState:
-        """See Trainer."""
         model, state = self._model, {}
         for name, part in model.get_parameters().items():
             state |= {f"{name}/{key}": _array(one) for key, one in _tensors(name, part).items()}
         return {"updates": int(model._n_updates), **state}
 
     def put_state(self, state: ModelState) -> None:
-        """See Trainer."""
         try:
             self._put_state(self._model, state)
         except Exception as error:  # whatever PyTorch makes of what is not its own
@@ -204,9 +197,7 @@ class SB3Trainer(Trainer[Configuration, State, Params]):
         model._n_updates = int(state["updates"])
 
     def policy(self) -> MLPPolicy:
-        """See Trainer."""
         return from_sb3(self._model)
 
     def is_finite(self) -> bool:
-        """See Trainer."""
         return all(bool(torch.isfinite(p).all()) for p in self._model.policy.parameters())

@@ -8,21 +8,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Generic, NamedTuple, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.protocol import Params, State
-from stickslip.agents.training.configuration import Config
+from stickslip.agents.training.configuration import Configuration
 from stickslip.dynamics.checks import shown
 
 if TYPE_CHECKING:
     from jaxtyping import Array
 
     from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.agents.protocol import AnyEnv
 
 ModelState: TypeAlias = "Mapping[str, np.ndarray | str | int]"
 """All that learning goes on from."""
@@ -44,7 +43,7 @@ class Update(NamedTuple):
     """Losses by the names of `losses`; some may be missing."""
 
 
-class Trainer(ABC, Generic[Config, State, Params]):
+class Trainer(ABC):
     """Something that learns a policy.
 
     From one `begin_stretch` to the next it depends on nothing but its state, the seed and the
@@ -56,9 +55,9 @@ class Trainer(ABC, Generic[Config, State, Params]):
 
     def __init__(
         self,
-        config: Config,
-        env: FunctionalEnv[State, Params],
-        params: Params,
+        config: Configuration,
+        env: AnyEnv,
+        params: Any,
         report: Callable[[Update], None] = lambda update: None,
         stop: Callable[[], bool] = lambda: False,
     ):

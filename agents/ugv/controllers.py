@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind
 from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs.functional import NON_NEGATIVE
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.optim.problem import solve
 
@@ -53,10 +54,11 @@ class FollowPath(Memoryless):
     """
 
     angles: ArrayLike
+    RULES: ClassVar = {"angles": {"low": 0.0, "accepted": "finite angles >= 0 [rad]"}}
 
     def validate(self) -> FollowPath:
         """Return self, or raise ValueError naming the field."""
-        require_number("angles", self.angles, low=0.0, accepted="finite angles >= 0 [rad]")
+        super().validate()
         if np.ndim(self.angles) < 2 or np.shape(self.angles)[-1] != 2:
             raise ValueError(f"angles has shape {np.shape(self.angles)}; accepted: [K, 2]")
         return self
@@ -130,12 +132,10 @@ class LevelBody(Memoryless):
 
     posture: ArrayLike = 2 * np.pi / 3
     gain: ArrayLike = 0.8
-
-    def validate(self) -> LevelBody:
-        """Return self, or raise ValueError naming the field."""
-        require_number("posture", self.posture, low=0.0, accepted="a finite angle >= 0 [rad]")
-        require_number("gain", self.gain, low=0.0, accepted="finite, >= 0")
-        return self
+    RULES: ClassVar = {
+        "posture": {"low": 0.0, "accepted": "a finite angle >= 0 [rad]"},
+        "gain": NON_NEGATIVE,
+    }
 
     def act(
         self, memory: None, obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams

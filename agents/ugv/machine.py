@@ -98,7 +98,6 @@ class UGVTrainConfig(Configuration):
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
-        """See Configuration."""
         from stickslip.dynamics.ugv import UGVParams
         from stickslip.dynamics.ugv.params import vehicle_text
 
@@ -174,9 +173,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     }
 
     def env(self) -> UGVEnv:
-        """See Machine."""
         return self.standard_task().env
 
     def unit_of(self, env: UGVEnv) -> str:
-        """See Machine."""
         return f"{env.measure.unit} of {env.criterion}"

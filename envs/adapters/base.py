@@ -12,7 +12,7 @@ import numpy as np
 from gymnasium import spaces
 
 from stickslip.dynamics.checks import require_choice, require_integer, require_kind
-from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs, Results
+from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
 from stickslip.envs.functional import FunctionalEnv, Params, State, horizon
 
 if TYPE_CHECKING:
@@ -90,11 +90,11 @@ class Compiled(Generic[State, Params]):
         states, infos = jax.tree.map(lambda leaf: np.asarray(leaf)[None], (state, dict(info)))
         return self.functional.pictures(states, infos, self.params)(0)
 
-    def _every_picture(self, results: Results | None) -> tuple[np.ndarray, ...]:
-        """A picture of each environment; results: of the step before, None after a reset."""
-        fresh = np.ones(self._envs.num_envs, bool) if results is None else results.autoreset
+    def _every_picture(self) -> tuple[np.ndarray, ...]:
+        """A picture of each environment."""
+        last = self._envs.last
         return tuple(
-            self._picture(i, {} if results is None or fresh[i] else results.info_of(i))
+            self._picture(i, {} if last is None or last.autoreset[i] else last.info_of(i))
             for i in range(self._envs.num_envs)
         )
 

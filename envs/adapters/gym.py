@@ -115,9 +115,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             "autoreset_mode": self.mode,
         }
         self._seeded = False
-        self._over = np.zeros(self.num_envs, bool)
         self._obs: np.ndarray | None = None
-        self._results: Results | None = None
 
     def reset(
         self,
@@ -139,11 +137,6 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if mask is not None and self._obs is not None:
             obs = np.where(mask[:, None], obs, self._obs)
         self._obs = obs.copy()
-        self._over = self._over & ~mask if mask is not None else np.zeros(self.num_envs, bool)
-        if mask is not None and self._results is not None:
-            self._results.autoreset[mask] = True  # their infos are of the episode before
-        if mask is None:
-            self._results = None
         return obs, {}
 
     def step(
@@ -152,10 +145,8 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """One control step of every environment. Raises ValueError for bad actions, and for
         stepping a finished environment when autoreset is disabled."""
         self._require_running()
-        self._results = results = self._envs.step(self._checked(actions, (self.num_envs,)))
-        self._over = results.terminated | results.truncated
-        infos = self._gather_infos(results)
-        obs = results.obs
+        results = self._envs.step(self._checked(actions, (self.num_envs,)))
+        infos, obs = self._gather_infos(results), results.obs
         self._obs = obs.copy()
         reward = results.reward.astype(np.float64)
         return obs, reward, results.terminated, results.truncated, infos
@@ -164,13 +155,15 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """One picture [height, width, 3] for each environment, with render_mode "rgb_array"."""
         if self.render_mode is None:
             return None
-        return self._every_picture(self._results)
+        return self._every_picture()
 
     def _require_running(self) -> None:
         """ValueError where an episode has ended and autoreset is disabled."""
-        results = self._results
-        if self.mode is AutoresetMode.DISABLED and self._over.any() and results is not None:
-            ended = np.flatnonzero(self._over).tolist()
+        results = self._envs.last
+        if self.mode is not AutoresetMode.DISABLED or results is None:
+            return
+        over = (results.terminated | results.truncated) & ~results.autoreset
+        if ended := np.flatnonzero(over).tolist():
             first = ending(results.info_of(ended[0]), bool(results.terminated[ended[0]]))
             raise ValueError(
                 f"environments {shown(ended)} of {self.num_envs} have ended (the first: {first}); "

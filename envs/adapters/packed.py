@@ -242,6 +242,8 @@ class PackedEnvs:
         carry = Codec.of((chain, state))
         self._program = _Program(env, Shared(self.params), carry, self.columns.count)
         self._carry: Array | None = None
+        self.last: Results | None = None
+        """Results of the last step, None after a reset of all."""
         self._seeded: np.ndarray = np.array(_chains(np.zeros(num_envs, np.uint32)))
         self._pending = np.ones(num_envs, bool)
 
@@ -286,11 +288,16 @@ class PackedEnvs:
         before = None if wanted.all() else self._carry
         self._carry, obs = _begin(self._program, self._chains(), params, wanted, before)
         self._pending &= ~wanted
+        if wanted.all():
+            self.last = None
+        elif self.last is not None:
+            self.last.autoreset[wanted] = True  # their infos are of the episode before
         return np.where(wanted[:, None], obs, 0)
 
     def step(self, actions: np.ndarray) -> Results:
         """One control step of every environment; actions [n, act], checked already."""
-        return Results(self.rows(actions), self.columns)
+        self.last = Results(self.rows(actions), self.columns)
+        return self.last
 
     def rows(self, actions: np.ndarray) -> np.ndarray:
         """The same step as the rows of `row_of` [n, numbers], which `columns` reads."""

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.lazily import require
 from stickslip.envs.adapters.base import Compiled, require_autoreset
-from stickslip.envs.adapters.packed import MOST_SEED, Results
+from stickslip.envs.adapters.packed import MOST_SEED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -57,7 +57,6 @@ class SB3VecEnv(Compiled, VecEnv):
         num_envs = self._envs.num_envs
         self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
         self._actions: np.ndarray | None = None
-        self._results: Results | None = None
         self._begun = time.time()
         super().__init__(num_envs, *self._spaces())
         self.metadata = {**self.metadata, "render_fps": self._frame_rate()}
@@ -77,7 +76,7 @@ class SB3VecEnv(Compiled, VecEnv):
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
-        self._begun, self._results = time.time(), None
+        self._begun = time.time()
         return self._envs.reset(params=params).astype(np.float32)
 
     def step_async(self, actions: np.ndarray) -> None:
@@ -89,7 +88,6 @@ class SB3VecEnv(Compiled, VecEnv):
         if self._actions is None:
             raise ValueError("step_wait without actions; accepted: after step_async")
         results, self._actions = self._envs.step(self._actions), None
-        self._results = results
         dones = results.terminated | results.truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for i in np.flatnonzero(dones):
@@ -112,7 +110,7 @@ class SB3VecEnv(Compiled, VecEnv):
         """A picture [height, width, 3] of each environment; None without render_mode."""
         if self.render_mode is None:
             return [None] * self.num_envs
-        return self._every_picture(self._results)
+        return self._every_picture()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """An attribute once for each environment asked for: of this one, else of the parameters,

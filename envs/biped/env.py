@@ -35,9 +35,9 @@ from stickslip.envs.biped.params import (
     CONTROL_PERIOD,
     OPTIONS,
     BipedEnvParams,
+    Randomisation,
     episode_params,
     make_params,
-    ranges_from_plain,
     scene_from_plain,
 )
 from stickslip.envs.biped.state import (
@@ -54,7 +54,7 @@ from stickslip.envs.biped.state import (
     reward_terms,
     shielded,
 )
-from stickslip.envs.functional import FunctionalEnv, with_keywords_of
+from stickslip.envs.functional import Entries, FunctionalEnv, with_keywords_of, with_tuples
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -68,6 +68,11 @@ MAX_SIGHT = 10.0
 """Clip of the observed distance to the next patch, or to a mark [m]."""
 MAX_FRICTION = 10.0
 """Clip of the observed friction coefficient [-]."""
+
+
+def _ranges(given: Entries) -> Randomisation:
+    """A Randomisation: ranges as pairs, by its names."""
+    return Randomisation(**with_tuples(given))
 
 
 @dataclass(frozen=True)
@@ -167,7 +172,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     action_names = ("torque",)
     params_kind = BipedEnvParams
     option_names = OPTIONS
-    readers: ClassVar = {"scene": scene_from_plain, "randomisation": ranges_from_plain}
+    readers: ClassVar = {"scene": scene_from_plain, "randomisation": _ranges}
 
     def __post_init__(self):
         super().__post_init__()
@@ -188,9 +193,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             require_one("shield", self.shield, low=0.0, high=1.0, accepted=accepted)
 
     def episode_params(self, params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
-        """See FunctionalEnv."""
-        self.check_params(params)
-        return episode_params(params, options)
+        return episode_params(super().episode_params(params, options), options)
 
     @property
     def default_params(self) -> BipedEnvParams:
@@ -224,7 +227,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return setting_of(self.setting).integrator_over(CONTROL_PERIOD)
 
     def reset_env(self, key, params):
-        """See FunctionalEnv."""
         drawn, phase, rate = draw(key, params)
         dtype = rate.dtype
         zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
@@ -243,7 +245,6 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     def step_env(
         self, state: BipedEnvState, action: Float[Array, " act"], params: BipedEnvParams
     ) -> tuple[Float[Array, " obs"], BipedEnvState, Array, Array, Array, dict[str, Any]]:
-        """See FunctionalEnv."""
         dtype = state.biped.crank_rate.dtype
         torque = (params.torque_limit * action[0]).astype(dtype)
         period = jnp.asarray(params.control_period, dtype)
@@ -287,14 +288,8 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
             rests=rests,
         )
         info |= totals.info(elapsed, duration)
-        return (
-            self._observe(after, params),
-            after,
-            reward,
-            terminated,
-            timed_out & ~terminated,
-            info,
-        )
+        obs, truncated = self._observe(after, params), timed_out & ~terminated
+        return obs, after, reward, terminated, truncated, info
 
     def motion(
         self,

@@ -289,7 +289,6 @@ def make_params(
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
     """The parameters with a start of their own, whatever is named, so that all options are one
     program; what they set is not drawn."""
-    require_known(options, OPTIONS, "option of reset")
     given = {name: require_one(name, value, **DRAWS[name]) for name, value in options.items()}
     usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "mean_rate": params.mean_rate}
     usual |= {} if params.mark is None else {"mark": params.mark}
@@ -307,8 +306,3 @@ def scene_from_plain(scene: Any) -> Any:
     ((kind, numbers),) = scene.items()
     require_choice("scene", kind, ("uniform", "patches"))
     return getattr(Scene, kind)(**numbers)
-
-
-def ranges_from_plain(ranges: Mapping[str, Any]) -> Randomisation:
-    """A Randomisation: ranges as pairs, by its names."""
-    return Randomisation(**{name: tuple(ends) for name, ends in ranges.items()})

@@ -119,10 +119,7 @@ def html_of(title: str, lead: str, data: str) -> str:
 
 def _colours() -> str:
     """Variables of CSS: by day, by night where the system or the reader asks for it."""
-    day, night = (
-        "".join(f"--{name}:{colour};" for name, colour in one.items())
-        for one in (theme.DAY, theme.NIGHT)
-    )
+    day, night = "".join(f"--{name}:{one};" for name, one in theme.DAY.items()), _read("night.css")
     return (
         f":root{{color-scheme:light;{day}}}\n"
         "@media (prefers-color-scheme:dark){:root:not([data-theme=light])"

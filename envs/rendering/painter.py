@@ -58,24 +58,34 @@ class Painter:
         *,
         dashes: Sequence[float] | None = None,
         cap: CapStyleType = "round",
+        fill: Colour | None = None,
     ) -> None:
-        """Draw a line through points [n, 2]."""
-        self._path(points, None, colour, width, dashes=dashes, cap=cap)
+        """Draw a line through points [n, 2]; fill: of the polygon that it closes."""
+        path = self._new_path(np.asarray(points, float), closed=fill is not None)
+        style = self._style(colour)
+        style.set_linewidth(width)
+        style.set_capstyle(cap)
+        style.set_joinstyle("round")
+        if dashes is not None:
+            style.set_dashes(0, dashes)
+        face = None if fill is None else _rgba(fill)
+        self._agg.draw_path(style, path, self._transform, face)
 
     def area(
-        self, outline: ArrayLike, fill: Colour, edge: Colour | None = None, width: float = 0.0
+        self, outline: ArrayLike, fill: Colour, edge: Colour = "none", width: float = 0.0
     ) -> None:
         """Fill a polygon [n, 2], and draw its edge."""
-        self._path(outline, fill, edge, width, closed=True)
+        corners = np.asarray(outline, float)
+        self.line(np.concatenate([corners, corners[:1]]), edge, width, fill=fill)
 
     def box(self, box: Box, fill: Colour) -> None:
         """Fill a rectangle."""
         left, bottom, right, top = box
         self.area([(left, bottom), (right, bottom), (right, top), (left, top)], fill)
 
-    def badge(self, box: Box, fill: Colour, radius: float = 6.0) -> None:
+    def badge(self, box: Box, fill: Colour) -> None:
         """Fill a rectangle with round corners."""
-        left, bottom, right, top = box
+        (left, bottom, right, top), radius = box, 6.0
         inner = (left + radius, bottom + radius, right - radius, top - radius)
         self.box(inner, fill)
         corners = [(inner[i], inner[j]) for i, j in ((0, 1), (2, 1), (2, 3), (0, 3), (0, 1))]
@@ -113,30 +123,6 @@ class Painter:
     def picture(self) -> np.ndarray:
         """The picture: uint8 [height, width, 3], a fresh array."""
         return np.array(np.asarray(self._agg.buffer_rgba())[:, :, :3], order="C")
-
-    def _path(
-        self,
-        points: ArrayLike,
-        fill: Colour | None,
-        edge: Colour | None,
-        width: float,
-        *,
-        dashes: Sequence[float] | None = None,
-        cap: CapStyleType = "round",
-        closed: bool = False,
-    ) -> None:
-        vertices = np.asarray(points, float)
-        if closed:
-            vertices = np.concatenate([vertices, vertices[:1]])
-        path = self._new_path(vertices, closed=closed)
-        style = self._style("none" if edge is None else edge)
-        style.set_linewidth(width)
-        style.set_capstyle(cap)
-        style.set_joinstyle("round")
-        if dashes is not None:
-            style.set_dashes(0, dashes)
-        face = None if fill is None else _rgba(fill)
-        self._agg.draw_path(style, path, self._transform, face)
 
     def _style(self, colour: Colour) -> GraphicsContextBase:
         style = self._agg.new_gc()

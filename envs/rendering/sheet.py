@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
@@ -64,7 +64,10 @@ LEVEL: dict[str, Any] = {"color": theme.MUTED, "lw": 0.9, "ls": (0, (4, 3)), "zo
 
 
 def styled(draw: Callable[P, T]) -> Callable[P, T]:
-    """Decorate a function to draw in STYLE, whatever the user's settings of matplotlib."""
+    """Decorate a function to draw in STYLE, whatever the user's settings of matplotlib.
+
+    The functions below are for use inside such a one.
+    """
 
     @wraps(draw)
     def drawn(*args: P.args, **options: P.kwargs) -> T:
@@ -74,7 +77,6 @@ def styled(draw: Callable[P, T]) -> Callable[P, T]:
     return drawn
 
 
-@styled
 def make_sheet(
     rows: int,
     columns: int,
@@ -95,7 +97,6 @@ def make_sheet(
     return figure, grid.ravel().tolist()
 
 
-@styled
 def name_panel(axis: Axes, label: str, note: str = "", below: str = "") -> None:
     """Label a panel: quantity and unit above, a note beside it, the x axis below."""
     axis.set_title(label)
@@ -104,27 +105,19 @@ def name_panel(axis: Axes, label: str, note: str = "", below: str = "") -> None:
         axis.set_xlabel(below)
 
 
-@styled
-def legend(axis: Axes, **options: Any) -> None:
-    """A legend inside the panel, where it hides least."""
-    axis.legend(**options)
-
-
 def shades(count: int) -> list[tuple[float, float, float, float]]:
     """Colours from light to dark that stay apart in grey, for a parameter that grows."""
     scale = require("matplotlib").colormaps["viridis"]
     return [scale(0.82 * (1 - i / max(count - 1, 1))) for i in range(count)]
 
 
-@styled
 def family(
-    axis: Axes, x: ArrayLike, curves: Iterable[tuple[str, ArrayLike]], **options: Any
+    axis: Axes, x: ArrayLike, curves: Sequence[tuple[str, ArrayLike]], **options: Any
 ) -> None:
     """Curves of a growing parameter with a legend; options: of the legend."""
-    curves = list(curves)
     for (label, values), colour in zip(curves, shades(len(curves)), strict=True):
         axis.plot(x, values, color=colour, label=label)
-    legend(axis, **options)
+    axis.legend(**options)
 
 
 @styled

@@ -50,37 +50,7 @@ DAY: dict[str, str] = {
     "rim": SWING["slim"],
     **{f"player-{i}": colour for i, colour in enumerate(PLAYERS)},
 }
-NIGHT: dict[str, str] = DAY | {
-    "page": "#12181F",
-    "panel": "#1B242D",
-    "ink": "#E6ECF2",
-    "muted": "#9CAAB8",
-    "rule": "#33404D",
-    "hip": "#3B3348",
-    "hip-edge": "#B5A3CB",
-    "motor": "#3F9BDC",
-    "holds": "#12A387",
-    "slides": "#F07A28",
-    "shadow": "#9CAAB880",
-    "badge": "#12181F",
-    "badge-holds": "#12A387",
-    "badge-slides": "#F07A28",
-    "badge-ended": "#9CAAB8",
-    "ground-alpha": "0.42",
-    "main": "#D3DEE9",
-    "mid": "#A9BBCD",
-    "slim": "#8196AB",
-    "pale-main": "#55636F",
-    "pale-mid": "#4C5964",
-    "pale-slim": "#414D57",
-    "tyre": "#A9BBCD",
-    "rim": "#33404D",
-    "player-0": "#3F9BDC",
-    "player-1": "#F07A28",
-    "player-2": "#12B98A",
-    "player-5": "#E69F00",
-}
-"""DAY and NIGHT: colours by role, of pictures and pages by day, of pages by night."""
+"""Colours by role, of pictures and of pages by day; html/night.css has those by night."""
 
 WIDTH, HEIGHT = 960, 540
 """Size of a picture [px]."""

@@ -21,7 +21,7 @@ from stickslip.dynamics.pytrees import compensated, rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
-from stickslip.envs.functional import Entries, FunctionalEnv, Given, with_keywords_of
+from stickslip.envs.functional import Entries, FunctionalEnv, with_keywords_of, with_tuples
 from stickslip.envs.ugv.params import UGVEnvParams, make_params
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from stickslip.envs.ugv.state import (
@@ -66,13 +66,9 @@ def _track(track: Any) -> Any:
 
 def _ranges(given: Entries) -> UGVRandomisation:
     """A UGVRandomisation: ranges as pairs, by its names; its track by the names of RandomTrack."""
-
-    def tuples(entries: Entries) -> Given:
-        return {name: tuple(one) if isinstance(one, list) else one for name, one in entries.items()}
-
-    drawn = tuples(given)
+    drawn = with_tuples(given)
     if "track" in drawn:
-        drawn["track"] = RandomTrack(**tuples(drawn["track"]))
+        drawn["track"] = RandomTrack(**with_tuples(drawn["track"]))
     return UGVRandomisation(**drawn)
 
 
@@ -186,8 +182,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
         """See FunctionalEnv; what the options set is not drawn."""
-        self.check_params(params)
-        require_known(options, OPTIONS, "option of reset")
+        params = super().episode_params(params, options)
         if not options:
             return params
         drawn = replace(params.randomisation, start_angles=None)
@@ -212,7 +207,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     def reset_env(
         self, key: Array, params: UGVEnvParams
     ) -> tuple[Float[Array, " obs"], UGVEnvState]:
-        """See FunctionalEnv."""
         drawn, angles = draw(key, params)
         dtype = angles.dtype
         zero = jnp.zeros((), dtype)
@@ -233,7 +227,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     def step_env(
         self, state: UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
     ) -> tuple[Float[Array, " obs"], UGVEnvState, Array, Array, Array, dict[str, Any]]:
-        """See FunctionalEnv."""
         dtype = state.cost.dtype
         before, elapsed = state.station, state.elapsed + 1
         turn = params.leg_rate * params.spacing * jnp.asarray(action, dtype)
@@ -270,14 +263,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         )
         work = {"wheel_work": wheel_work, "total_work": total_work}
         info = {"status": status, **work, **info_of(state, params)}
-        return (
-            self._observe(state, params),
-            state,
-            reward,
-            failed,
-            done & ~failed,
-            info,
-        )
+        return self._observe(state, params), state, reward, failed, done & ~failed, info
 
     def pictures(
         self, states: UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams

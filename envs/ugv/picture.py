@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
-from math import hypot
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
@@ -186,7 +185,9 @@ def _parts(length: float, radius: float) -> tuple[Part, ...]:
             spoke = np.array([across, end + across, end - across, -across])
             parts.append(Part("mid", outline=spoke, body=body, edge="mid"))
     hinges = np.array([[0.0, 0.0], [length, 0.0]])
-    outline = _body_corners(hinges[0], hinges[1], THICK * length)
+    h = THICK * length  # the body is flattened at the front's upper corner
+    corners = ((-h, -h), (h, -h), (1.4 * h, 0.2 * h), (-0.2 * h, 1.8 * h), (-h, 1.8 * h))
+    outline = np.array(corners) + hinges[[0, 1, 1, 1, 0]]
     parts.append(Part("hip", outline=outline, body=0, edge="hip-edge"))
     width = theme.BAR_WIDTH["main"] + 2.0
     parts += [Part("mid", bars=(pair,), width=width) for pair in ((0, 1), (2, 3))]
@@ -211,16 +212,6 @@ def _ground(frame: UGVFrame) -> tuple[np.ndarray, tuple[Stretch, ...]]:
         for (start, end), at in zip(pairwise(edges), starts, strict=True)
     )
     return points, tuple(stretches)
-
-
-def _body_corners(a: np.ndarray, b: np.ndarray, h: float) -> np.ndarray:
-    """Outline [5, 2] of the body about the hinges a and b, flattened at the front's upper corner;
-    h: half its thickness [m]."""
-    along = (b - a) / hypot(*(b - a))
-    up = np.array([-along[1], along[0]])
-    corners = ((-h, -h), (h, -h), (1.4 * h, 0.2 * h), (-0.2 * h, 1.8 * h), (-h, 1.8 * h))
-    ends = (a, b, b, b, a)
-    return np.array([end + x * along + y * up for end, (x, y) in zip(ends, corners, strict=True)])
 
 
 GROUND_POINTS = 361

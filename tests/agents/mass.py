@@ -95,9 +95,6 @@ class Pull(Memoryless):
 
     gain: float = 1.5
 
-    def validate(self):
-        return self
-
     def act(self, memory, obs, env_state, env_params):
         wanted = self.gain * (1 - env_state.place) - 0.8 * env_state.speed
         return memory, jnp.clip(wanted, -1.0, 1.0)[None]

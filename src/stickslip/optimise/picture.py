@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.scene import draw_machine
-from stickslip.envs.rendering.sheet import LEVEL, WIDTH, legend, make_sheet, name_panel, styled
+from stickslip.envs.rendering.sheet import LEVEL, WIDTH, make_sheet, name_panel, styled
 from stickslip.envs.ugv.picture import station_frames, ugv_drawing
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
         legs.axhline(float(np.degrees(end)), **LEVEL)
     torque.axhline(0.0, **LEVEL)
     grip.axhline(problem.min_grip, **LEVEL)
-    legend(legs)
+    legs.legend()
     name_panel(legs, "leg angles [°]", "90: straight down; more: outwards; dashed: limits")
     name_panel(torque, "torque on each wheel [N m]", "negative: drives forwards")
     mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
@@ -77,7 +77,7 @@ def draw_ground(survey: Survey) -> Figure:
     height.plot(at, ground, color=theme.MOTOR, label="used")
     change.plot(x, np.interp(x, at, ground) - y, ".", color=theme.INK, ms=2)
     change.axhline(0.0, **LEVEL)
-    legend(height)
+    height.legend()
     most, rms = (survey.changes[f"{name}_change"] for name in ("largest", "rms"))
     counts = f"{len(x)} points read, {len(at)} used"
     name_panel(height, "height [m]", counts)

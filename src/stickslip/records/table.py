@@ -161,21 +161,22 @@ def csv_line(cells: Iterable[Any]) -> str:
 def json_text(content: Mapping[str, Any]) -> str:
     """JSON by the letter: null instead of NaN and infinities, arrays as lists, named tuples and
     dataclasses as objects, enums by name; anything else by its text."""
-    plain = _jsonable(content)
+    plain = jsonable(content)
     return json.dumps(plain, indent=1, allow_nan=False, ensure_ascii=False, default=str) + "\n"
 
 
-def _jsonable(value: Any) -> Any:
+def jsonable(value: Any) -> Any:
+    """The value as `json_text` writes it, in what JSON knows."""
     if isinstance(value, Mapping):
-        return {str(name): _jsonable(entry) for name, entry in value.items()}
+        return {str(name): jsonable(entry) for name, entry in value.items()}
     if isinstance(value, Enum):
         return value.name
     if hasattr(value, "_asdict"):
-        return _jsonable(value._asdict())
+        return jsonable(value._asdict())
     if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: _jsonable(getattr(value, one.name)) for one in fields(value)}
+        return {one.name: jsonable(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, list | tuple):
-        return [_jsonable(entry) for entry in value]
+        return [jsonable(entry) for entry in value]
     if isinstance(value, np.ndarray | np.generic) or hasattr(value, "dtype"):
-        return _jsonable(np.asarray(value).tolist())
+        return jsonable(np.asarray(value).tolist())
     return None if isinstance(value, float) and not isfinite(value) else value

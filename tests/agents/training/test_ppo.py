@@ -124,7 +124,7 @@ def test_the_critic_learns_the_value_in_closed_form():
     progress, key = begin_episodes(ENV, PARAMS, sizes, 1)
     for update in range(100):
         now = rates.at(jnp.float32(update / 100))
-        found = ROLL(ENV, PARAMS, sizes, now.noise, learner, progress)
+        found = ROLL(ENV, PARAMS, sizes, now[1], learner, progress)
         progress = found.progress
         learner, losses = IMPROVE(
             learner, found, sizes, rates, now, jax.random.fold_in(key, update)
