@@ -14,9 +14,9 @@ from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
 from stickslip.commands import EXAMPLES, GROUPS
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.ugv import TRACKS, Track
+from stickslip.flags import TRACK_OPTIONS
 from stickslip.optim import CRITERIA, METHODS
 from stickslip.optim.posture import CRITERIA_IN_WORDS
-from stickslip.options import TRACK_OPTIONS
 from stickslip.paper.figure import FIGURES
 
 

@@ -6,9 +6,9 @@ any shape, and jit, vmap and differentiate.
 """
 
 from stickslip.dynamics.names import TRACKS
-from stickslip.dynamics.ugv.odometer import Odometer, wheel_turns
+from stickslip.dynamics.ugv.ground.surface import Surface
 from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.poses import Pose, place, pose
+from stickslip.dynamics.ugv.poses import Pose, place, pose, wheel_turns
 from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
 from stickslip.dynamics.ugv.statics import (
     Equilibrium,
@@ -18,7 +18,7 @@ from stickslip.dynamics.ugv.statics import (
     ground_forces,
     leg_torques,
 )
-from stickslip.dynamics.ugv.track import Surface, Track
+from stickslip.dynamics.ugv.track import Odometer, Track
 from stickslip.dynamics.ugv.wheel import PoseSolver, WheelContact
 
 __all__ = [

@@ -18,7 +18,13 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.machine_file import MachineFile, toml_text
+from stickslip.dynamics.machine_file import (
+    MachineFile,
+    OwnMachine,
+    in_file,
+    table_of,
+    toml_text,
+)
 from stickslip.dynamics.pytrees import (
     Numbers,
     Numeric,
@@ -31,7 +37,6 @@ from stickslip.dynamics.pytrees import (
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.machine_file import OwnMachine
     from stickslip.dynamics.ugv.ground.shapes import Points
 
 
@@ -124,9 +129,6 @@ class UGVParams:
         cls, path: str | Path | None, changes: Mapping[str, Any] | None = None
     ) -> OwnMachine:
         """The vehicle of `from_file`, and max_torque [N m] where the file limits its motors."""
-        from stickslip.dynamics.machine_file import OwnMachine, in_file, table_of
-        from stickslip.dynamics.ugv.params import VEHICLE, max_torque_of
-
         numbers = VEHICLE.read(path, changes or {})
         with in_file(path):
             vehicle = cls(**table_of(numbers, "vehicle"))
@@ -138,7 +140,6 @@ class UGVParams:
 
         ValueError for a batch of vehicles, and where the file exists unless it may be replaced.
         """
-        from stickslip.dynamics.ugv.params import vehicle_text
         from stickslip.records.files import write_whole
 
         return write_whole(path, vehicle_text(vars(self)), overwrite=overwrite)

@@ -23,7 +23,8 @@ from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
 from stickslip.dynamics.ugv.ground.spline import hermite_table
-from stickslip.dynamics.ugv.track import Surface, pairs, track_of
+from stickslip.dynamics.ugv.ground.surface import Surface, pairs
+from stickslip.dynamics.ugv.track import track_of
 from stickslip.envs.functional import Range, require_range
 
 if TYPE_CHECKING:

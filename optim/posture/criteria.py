@@ -14,8 +14,7 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.pytrees import Number, Numeric, register_pytree, same_rank
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
-from stickslip.dynamics.ugv.odometer import wheel_lags
-from stickslip.dynamics.ugv.poses import stand
+from stickslip.dynamics.ugv.poses import stand, wheel_lags
 from stickslip.dynamics.ugv.statics import friction_under
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 

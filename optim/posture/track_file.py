@@ -17,7 +17,8 @@ from scipy.ndimage import grey_dilation, grey_erosion
 from scipy.optimize import brentq
 
 from stickslip.dynamics.checks import require_known, require_memory, shown
-from stickslip.dynamics.ugv.track import Surface, Track
+from stickslip.dynamics.ugv.ground.surface import Surface
+from stickslip.dynamics.ugv.track import Track
 from stickslip.optim.columns import ColumnSpec, is_number, read_columns, read_text, shown_path
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.problem import require_scalar

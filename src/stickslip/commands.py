@@ -64,7 +64,7 @@ COMMANDS = {
     ),
     "simulate": Command(
         "a walk under a torque, or a drive with given leg angles, as data and a picture",
-        "options:simulate_flags",
+        "flags:simulate_flags",
         "simulate.{part}:simulate_command",
         {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
@@ -133,7 +133,7 @@ COMMANDS = {
     ),
     "optimise": Command(
         "a UGV's leg angles along a track, or the biped's best gait",
-        "options:optimise_flags",
+        "flags:optimise_flags",
         "optimise.{part}:optimise_command",
         {
             "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
@@ -168,7 +168,7 @@ COMMANDS = {
     ),
     "bench": Command(
         "races of optimisers on the suite's instances",
-        "options:bench_flags",
+        "flags:bench_flags",
         "races:{part}_command",
         {
             "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "

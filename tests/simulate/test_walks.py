@@ -10,7 +10,7 @@ import jax
 import numpy as np
 import pytest
 
-from stickslip import options
+from stickslip import flags
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics import PRESETS, Scene, Status
 from stickslip.dynamics.biped import (
@@ -139,7 +139,7 @@ def test_no_file_is_replaced_unasked(capsys):
 
 
 def test_names_in_the_help_are_those_of_the_library():
-    assert tuple(options.SETTINGS) == tuple(PRESETS)
+    assert tuple(flags.SETTINGS) == tuple(PRESETS)
 
 
 @pytest.mark.long

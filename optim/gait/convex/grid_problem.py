@@ -412,13 +412,9 @@ class GridProblem:
         b, rate = self.units.b, self.units.rate
         terms = {} if relaxed else self.goal.weights
         weights = {term: w * self.units.of(term) / self.scale for term, w in terms.items()}
+        scaled: dict[str, Any] = vars(sample) | {"C": C}
         return Numbers(
-            A=sample.A,
-            B=sample.B,
-            C=C,
-            torque=sample.torque,
-            ends=sample.ends,
-            weight=sample.weight,
+            **scaled,
             h=self.grid.h,
             relaxed=names == relaxed,
             weights=weights,

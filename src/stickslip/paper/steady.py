@@ -3,7 +3,7 @@ from rest at pi/2 under a constant torque."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
@@ -50,18 +50,24 @@ FOOT, TIBIA, BAR = "1", "2", "11"
 
 def alike_rates(params: BipedParams, *rates: float) -> list[float]:
     """The chapter's rates in the robot's own unit of time [rad/s], to three digits."""
-    factor = float(own_time(BipedParams.from_bars()) / own_time(params))
-    return [_rounded(factor * rate) for rate in rates]
+    return _alike(lambda robot: 1 / float(own_time(robot)), params, rates)
 
 
 def alike_masses(params: BipedParams, *masses: float) -> list[float]:
     """The chapter's masses in proportion to the robot's [kg], to three digits."""
-    factor = float(params.total_mass / BipedParams.from_bars().total_mass)
-    return [_rounded(factor * mass) for mass in masses]
+    return _alike(lambda robot: float(robot.total_mass), params, masses)
 
 
-def _rounded(value: float) -> float:
-    return float(f"{value:.3g}")
+def alike_torques(params: BipedParams, *torques: float) -> list[float]:
+    """The chapter's torques in proportion to the robot's start torque [N m], to three digits."""
+    return _alike(lambda robot: Footing.of(robot).start_torque, params, torques)
+
+
+def _alike(
+    size: Callable[[BipedParams], float], params: BipedParams, numbers: Iterable[float]
+) -> list[float]:
+    factor = size(params) / size(BipedParams.from_bars())
+    return [float(f"{factor * number:.3g}") for number in numbers]
 
 
 def phases(samples: int) -> jax.Array:
@@ -220,13 +226,6 @@ def torques(params: BipedParams, samples: int) -> Result:
     )
     found = claim("fig13", "starts_at", measured)
     return _result({f"{torque:g} N m": walk for torque, walk in walks.items()}, found)
-
-
-def alike_torques(params: BipedParams, *torques: float) -> list[float]:
-    """The chapter's torques in proportion to the robot's start torque [N m], to three digits."""
-    own, usual = (Footing.of(one).start_torque for one in (params, BipedParams.from_bars()))
-    factor = own / usual
-    return [float(f"{factor * torque:.3g}") for torque in torques]
 
 
 def weights(params: BipedParams, samples: int) -> Result:

@@ -103,16 +103,12 @@ def require_new(paths: Sequence[Path], overwrite: bool) -> None:
 def require_writable(paths: Sequence[Path]) -> None:
     """Raise OSError naming the file where it cannot be written, before anything is computed."""
     for folder, path in {path.parent: path for path in paths}.items():
-        _require_room(folder, path)
+        require_makeable(folder, path)
 
 
-def require_makeable(folder: Path) -> None:
-    """Raise OSError naming the folder where it cannot be made or written to."""
-    _require_room(folder, folder)
-
-
-def _require_room(folder: Path, path: Path) -> None:
-    """Write to a folder and leave nothing there; OSError naming `path` where that fails."""
+def require_makeable(folder: Path, path: Path | None = None) -> None:
+    """Write to a folder and leave nothing there. OSError naming `path`, or the folder, where it
+    cannot be made or written to."""
     new = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -120,7 +116,7 @@ def _require_room(folder: Path, path: Path) -> None:
             pass
     except OSError as error:  # it names the file that was tried, of which nobody knows
         why = os.strerror(ENOTDIR) if isinstance(error, FileExistsError) else error.strerror
-        raise OSError(error.errno, f"cannot be written ({why})", str(path)) from error
+        raise OSError(error.errno, f"cannot be written ({why})", str(path or folder)) from error
     finally:
         for one in new:
             with suppress(OSError):

@@ -9,8 +9,7 @@ import pytest
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
-from stickslip.dynamics.ugv.odometer import wheel_lags
-from stickslip.dynamics.ugv.poses import stand
+from stickslip.dynamics.ugv.poses import stand, wheel_lags
 from stickslip.dynamics.ugv.statics import balance
 from tests.dynamics.ugv.slow import Slow
 from tests.precision import mostly_single

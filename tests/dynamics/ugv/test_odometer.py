@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from stickslip.dynamics.ugv.odometer import Odometer
-from stickslip.dynamics.ugv.track import Track
+from stickslip.dynamics.ugv.track import Odometer, Track
 
 PLACES = np.asarray([0.0, 0.013, 1.1, 3.3, 4.17, 5.5, 7.99, 8.0])
 JOINTS = (1.5, 2.5, 3.25, 3.75, 4.25, 4.75, 5.5, 6.5)
