@@ -1,4 +1,4 @@
-"""Numbers and trees of numbers: types, frozen dataclasses as pytrees, sums, programs that run once.
+"""Numbers and trees of numbers: types, frozen dataclasses as pytrees, sums, programs, copies.
 
 `jax.tree_util.register_dataclass` makes structures that compare equal (JAX 0.10) where two classes
 have as many fields and the same static ones, such as those of a bump and a step. JAX finds a
@@ -15,10 +15,11 @@ a quarter of the time. Its numbers differ by roundings from those inside the use
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
-from functools import wraps
+from functools import cached_property, wraps
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import jax
@@ -292,3 +293,60 @@ def read_only(array: np.ndarray) -> np.ndarray:
     kept = np.array(array)
     kept.setflags(write=False)
     return kept
+
+
+def given_state(one: object) -> dict[str, Any]:
+    """State of copies and pickles: the object's attributes without cached properties, JAX's
+    arrays as NumPy's. JAX restores its own in single precision outside `enable_x64`."""
+    kind = type(one)
+    return {
+        name: jax.tree.map(_in_numpy, value)
+        for name, value in vars(one).items()
+        if not isinstance(getattr(kind, name, None), cached_property)
+    }
+
+
+def _in_numpy(leaf: Any) -> Any:
+    is_numbers = isinstance(leaf, jax.Array) and not jax.dtypes.issubdtype(
+        leaf.dtype, jax.dtypes.prng_key
+    )
+    return np.asarray(leaf) if is_numbers else leaf
+
+
+_MADE_IN = os.getpid()
+_jax_ran = False
+FORKED = (
+    "this process was forked from one in which JAX had run, whose threads a fork leaves behind; "
+    'accepted: processes that are spawned (multiprocessing.get_context("spawn").Pool, '
+    'AsyncVectorEnv(..., context="spawn"))'
+)
+
+
+def _before_fork() -> None:
+    global _jax_ran
+    bridge = sys.modules.get("jax._src.xla_bridge")
+    _jax_ran = bool(getattr(bridge, "_backends", True))
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_before_fork)
+
+
+def refuse_after_fork() -> None:
+    """RuntimeError where JAX would wait for ever: in a fork of a process in which it has run."""
+    if _jax_ran and os.getpid() != _MADE_IN:
+        raise RuntimeError(FORKED)
+
+
+def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function; calls enter double precision, whatever jax_enable_x64 says, and return
+    NumPy arrays."""
+    program = jax.jit(function)
+
+    @wraps(function)
+    def run(*arguments: Any) -> Any:
+        refuse_after_fork()
+        with jax.enable_x64(True):
+            return jax.tree.map(np.asarray, program(*arguments))
+
+    return run

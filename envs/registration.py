@@ -76,7 +76,7 @@ def _made(environment: str, task: str, options: Options) -> Made:
     from dataclasses import fields
 
     from stickslip.dynamics.checks import require_known
-    from stickslip.optim.problem import refuse_after_fork
+    from stickslip.dynamics.pytrees import refuse_after_fork
 
     refuse_after_fork()
     if task:

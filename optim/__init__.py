@@ -33,8 +33,17 @@ if TYPE_CHECKING:
     )
     from stickslip.optim.posture.evaluate import PostureResult
     from stickslip.optim.posture.problem import PostureProblem
-    from stickslip.optim.problem import FreeProblem, Method, Problem, Structure, methods_of, solve
-    from stickslip.optim.result import Evaluation, OptimStatus, Result
+    from stickslip.optim.problem import (
+        Evaluation,
+        FreeProblem,
+        Method,
+        OptimStatus,
+        Problem,
+        Result,
+        Structure,
+        methods_of,
+        solve,
+    )
 else:
     __getattr__, __dir__ = loaded_when_used(__name__)
 

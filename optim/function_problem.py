@@ -12,9 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
-from stickslip.dynamics.pytrees import read_only
-from stickslip.optim.problem import Problem, Structure, as_floats, refuse_after_fork
-from stickslip.optim.result import Evaluation, Result
+from stickslip.dynamics.pytrees import read_only, refuse_after_fork
+from stickslip.optim.problem import Evaluation, Problem, Result, Structure, as_floats
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, PyTree

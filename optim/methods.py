@@ -17,9 +17,8 @@ from scipy.optimize import minimize
 
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.dynamics.lazily import require
-from stickslip.optim.problem import COUNT, Problem, require_scalar
+from stickslip.optim.problem import COUNT, OptimStatus, Problem, Result, require_scalar
 from stickslip.optim.progress import Bar
-from stickslip.optim.result import OptimStatus, Result
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -1,4 +1,4 @@
-"""Optimisation problem with plain arrays in and out, and one door to all methods: `solve`.
+"""Optimisation problem with plain arrays in and out, results, one door to all methods: `solve`.
 
     minimise objective(x)   subject to   low <= x <= high,   constraints(x) >= 0
 
@@ -8,23 +8,21 @@ Methods ask for what they need by Structure; scipy, pymoo, cma, nevergrad take a
 from __future__ import annotations
 
 import inspect
-import os
-import sys
+import time
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
-from functools import cached_property, wraps
+from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, cast
 
-import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
-from stickslip.dynamics.pytrees import Lists, Number, read_only, require_one
+from stickslip.dynamics.pytrees import Lists, Number, given_state, read_only, require_one
 from stickslip.optim import GENERAL_METHODS
-from stickslip.optim.result import Evaluation, OptimStatus, Result
 
 if TYPE_CHECKING:
     import cvxpy as cp
@@ -33,7 +31,7 @@ if TYPE_CHECKING:
     Vector = Real[Number, "n"] | Lists
     Batch = Real[Number, "B n"] | Lists
 
-R = TypeVar("R", bound=Result)
+R = TypeVar("R", bound="Result")
 
 FEASIBLE = 1e-6
 """Tolerated violation of a scaled constraint, or of a bound."""
@@ -44,6 +42,84 @@ COUNT = 10**12
 def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
     """Sum of the violated scaled margins of each point; 0 for feasible points."""
     return np.sum(np.maximum(-margins, 0), axis=-1)
+
+
+class OptimStatus(Enum):
+    """Outcome of a method; each value describes itself."""
+
+    OPTIMAL = "proved optimal to the method's tolerance"
+    FEASIBLE = "meets every constraint; not proved optimal"
+    LIMIT = "stopped at a limit of iterations or time; the best point so far"
+    INACCURATE = "the numbers do not agree to the accuracy that was asked for"
+    VIOLATED = "a point that breaks a constraint: see residuals"
+    INFEASIBLE = "proved: no point meets every constraint"
+    FAILED = "no usable answer"
+
+    @property
+    def solved(self) -> bool:
+        """True if the point meets every constraint and the method ended as it should."""
+        return self in (OptimStatus.OPTIMAL, OptimStatus.FEASIBLE)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Evaluation of a point.
+
+    value: the objective's, infinite where there is none, never NaN. margins: `constraints` there
+    [m], scaled to about 1. feasible: within FEASIBLE. residuals: by how much each kind of
+    constraint is missed at worst, in its own unit, 0 where it is met.
+    """
+
+    value: float
+    margins: Float[np.ndarray, "m"]
+    feasible: bool
+    residuals: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Result:
+    """The outcome of `solve`; a problem's `result_kind` may say more.
+
+    x: the decision vector [n], None where there is none. value: the problem's own objective at x,
+    evaluated anew; infinite without x. lower_bound: no feasible point of the problem has a lower
+    value; at most `value`; None: nothing is proved. feasible, residuals: of x, by the problem
+    (Problem.residuals). evaluations: how many were made, of what the method says in its own
+    docstring. seconds: all of it, compilation too. message: for a person. details: the method's
+    own findings.
+    """
+
+    method: str
+    status: OptimStatus
+    x: Float[np.ndarray, "n"] | None
+    value: float
+    lower_bound: float | None = None
+    feasible: bool = False
+    residuals: Mapping[str, float] = field(default_factory=dict)
+    evaluations: int = 0
+    seconds: float = 0.0
+    message: str = ""
+    details: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self):
+        if self.x is not None:
+            object.__setattr__(self, "x", read_only(self.x))
+
+    @property
+    def gap(self) -> float:
+        """Gap between value and lower bound; infinite if nothing is proved."""
+        return np.inf if self.lower_bound is None else self.value - self.lower_bound
+
+    @property
+    def status_in_words(self) -> str:
+        return f"{self.status.name}: {self.status.value}"
+
+    @classmethod
+    def without_point(
+        cls, *, method: str, status: OptimStatus, began: float, message: str, **others: Any
+    ) -> Self:
+        """The result of a method that found no point."""
+        seconds = time.perf_counter() - began
+        return cls(method, status, None, np.inf, seconds=seconds, message=message, **others)
 
 
 class Structure(Enum):
@@ -222,9 +298,20 @@ class Problem(ABC, Generic[R]):
         says; FAILED and INFEASIBLE stay.
         began: time.perf_counter() when the method began. others: the remaining fields.
         """
-        x, kind = np.array(x, dtype=float).reshape(-1), self.result_kind
+        x = np.array(x, dtype=float).reshape(-1)
         at = self.evaluate(x)
-        return cast("R", kind.of(x, at, method=method, status=status, began=began, **others))
+        stays = at.feasible or status in (OptimStatus.INFEASIBLE, OptimStatus.FAILED)
+        found = self.result_kind(
+            method=method,
+            status=status if stays else OptimStatus.VIOLATED,
+            x=x,
+            value=at.value,
+            feasible=at.feasible,
+            residuals=at.residuals,
+            seconds=time.perf_counter() - began,
+            **others,
+        )
+        return cast("R", found)
 
 
 AnyProblem = Problem[Any]
@@ -297,24 +384,6 @@ def _of_length(x: np.ndarray, n: int) -> np.ndarray:
     return x
 
 
-def given_state(one: object) -> dict[str, Any]:
-    """State of copies and pickles: the object's attributes without cached properties, JAX's
-    arrays as NumPy's. JAX restores its own in single precision outside `enable_x64`."""
-    kind = type(one)
-    return {
-        name: jax.tree.map(_in_numpy, value)
-        for name, value in vars(one).items()
-        if not isinstance(getattr(kind, name, None), cached_property)
-    }
-
-
-def _in_numpy(leaf: Any) -> Any:
-    is_numbers = isinstance(leaf, jax.Array) and not jax.dtypes.issubdtype(
-        leaf.dtype, jax.dtypes.prng_key
-    )
-    return np.asarray(leaf) if is_numbers else leaf
-
-
 GENERAL = {
     name: Method(GENERAL_METHODS[name], f"stickslip.optim.methods:solve_{name}", frozenset(needs))
     for name, needs in (("gradient", {Structure.SMOOTH}), ("cma", set[Structure]()))
@@ -384,40 +453,45 @@ def as_floats(name: str, value: Any, accepted: str) -> np.ndarray:
     return np.asarray(value, dtype=float)
 
 
-_MADE_IN = os.getpid()
-_jax_ran = False
-FORKED = (
-    "this process was forked from one in which JAX had run, whose threads a fork leaves behind; "
-    'accepted: processes that are spawned (multiprocessing.get_context("spawn").Pool, '
-    'AsyncVectorEnv(..., context="spawn"))'
-)
+STATUSES = {
+    "optimal": OptimStatus.OPTIMAL,
+    "optimal_inaccurate": OptimStatus.INACCURATE,
+    "user_limit": OptimStatus.LIMIT,
+    "infeasible": OptimStatus.INFEASIBLE,
+}
+"""cvxpy's statuses as named outcomes, whatever the objective; all others are FAILED. Inaccurate is
+never passed off as optimal, nor as a proof that there is no point."""
 
 
-def _before_fork() -> None:
-    global _jax_ran
-    bridge = sys.modules.get("jax._src.xla_bridge")
-    _jax_ran = bool(getattr(bridge, "_backends", True))
+class Ended(NamedTuple):
+    """Outcome of a solver, with the solver's or cvxpy's message."""
+
+    status: OptimStatus
+    message: str
+
+    @property
+    def answered(self) -> bool:
+        """True if there is a point to look at."""
+        return self.status in (OptimStatus.OPTIMAL, OptimStatus.INACCURATE, OptimStatus.LIMIT)
 
 
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(before=_before_fork)
+def solve_quietly(problem: cp.Problem, *, bounded: bool = False, **settings: float) -> Ended:
+    """Solve with Clarabel, and name the outcome; FAILED where the solver gave up.
 
+    bounded: the objective has a floor, so that "infeasible or unbounded" means INFEASIBLE.
+    settings: the solver's own. No solve leaves anything to the next: a solver that is kept scales
+    other numbers as it scaled the first, and may then fail. cvxpy's warning that a solution may be
+    inaccurate is left out: the status says it.
+    """
+    import cvxpy as cp
 
-def refuse_after_fork() -> None:
-    """RuntimeError where JAX would wait for ever: in a fork of a process in which it has run."""
-    if _jax_ran and os.getpid() != _MADE_IN:
-        raise RuntimeError(FORKED)
-
-
-def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function; calls enter double precision, whatever jax_enable_x64 says, and return
-    NumPy arrays."""
-    program = jax.jit(function)
-
-    @wraps(function)
-    def run(*arguments: Any) -> Any:
-        refuse_after_fork()
-        with jax.enable_x64(True):
-            return jax.tree.map(np.asarray, program(*arguments))
-
-    return run
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Solution may be inaccurate")
+        try:
+            problem.solve(solver="CLARABEL", warm_start=False, **settings)
+        except cp.SolverError as error:
+            return Ended(OptimStatus.FAILED, f"CLARABEL: {error}")
+    message = f"CLARABEL ended with status {problem.status}"
+    if bounded and problem.status == "infeasible_or_unbounded":
+        return Ended(OptimStatus.INFEASIBLE, message)
+    return Ended(STATUSES.get(problem.status, OptimStatus.FAILED), message)

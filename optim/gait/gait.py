@@ -24,8 +24,7 @@ from stickslip.dynamics.checks import require_choice, require_known, shown
 from stickslip.dynamics.pytrees import Number, read_only
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.gait.profile import Grid, Profile, Profiles
-from stickslip.optim.problem import require_scalar
-from stickslip.optim.result import Result
+from stickslip.optim.problem import Result, require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float

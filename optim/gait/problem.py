@@ -15,8 +15,7 @@ from stickslip.optim.gait import METHODS
 from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program, friction_along
 from stickslip.optim.gait.gait import Gait, GaitResult, Goal, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
-from stickslip.optim.problem import FEASIBLE, Method, Problem, Structure, require_scalar
-from stickslip.optim.result import Evaluation
+from stickslip.optim.problem import FEASIBLE, Evaluation, Method, Problem, Structure, require_scalar
 
 if TYPE_CHECKING:
     import cvxpy as cp

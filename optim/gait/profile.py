@@ -14,8 +14,7 @@ from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
-from stickslip.dynamics.pytrees import read_only
-from stickslip.optim.problem import float64_program
+from stickslip.dynamics.pytrees import float64_program, read_only
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float

@@ -35,8 +35,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.gait.problem import GaitProblem
-from stickslip.optim.problem import FEASIBLE, Problem, Structure
-from stickslip.optim.result import Evaluation, Result
+from stickslip.optim.problem import FEASIBLE, Evaluation, Problem, Result, Structure
 
 if TYPE_CHECKING:
     import cvxpy as cp

@@ -18,10 +18,9 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.pytrees import read_only
+from stickslip.dynamics.pytrees import given_state, read_only, refuse_after_fork
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
-from stickslip.optim.problem import given_state, refuse_after_fork
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -13,16 +13,9 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 
 from stickslip.dynamics.checks import as_real, require_choice, require_integer
-from stickslip.dynamics.pytrees import read_only
+from stickslip.dynamics.pytrees import given_state, read_only
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.problem import (
-    AnyProblem,
-    FreeProblem,
-    Structure,
-    given_state,
-    require_scalar,
-    shortfall,
-)
+from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, require_scalar, shortfall
 
 if TYPE_CHECKING:
     from jaxtyping import Float

@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.pytrees import Numeric, register_pytree
+from stickslip.dynamics.pytrees import Numeric, float64_program, register_pytree
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.poses import over_poses
 from stickslip.optim.posture.criteria import (
@@ -28,8 +28,7 @@ from stickslip.optim.posture.criteria import (
     station,
     torque_left,
 )
-from stickslip.optim.problem import FEASIBLE, float64_program
-from stickslip.optim.result import Result
+from stickslip.optim.problem import FEASIBLE, Result
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int

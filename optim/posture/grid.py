@@ -20,6 +20,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory
+from stickslip.dynamics.pytrees import float64_program
 from stickslip.dynamics.status import Status
 from stickslip.optim.posture.criteria import (
     PLACED,
@@ -40,9 +41,8 @@ from stickslip.optim.posture.waypoints import (
     step_of,
     windows_of,
 )
-from stickslip.optim.problem import float64_program
+from stickslip.optim.problem import OptimStatus
 from stickslip.optim.progress import Bar
-from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int

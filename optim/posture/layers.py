@@ -14,11 +14,12 @@ import jax.numpy as jnp
 import numpy as np
 from scipy.ndimage import minimum_filter
 
+from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Station
 from stickslip.optim.posture.evaluate import Posture, tolerated
 from stickslip.optim.posture.waypoints import ROUNDING, slopes_at
-from stickslip.optim.problem import FEASIBLE, float64_program
+from stickslip.optim.problem import FEASIBLE
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
-from stickslip.dynamics.pytrees import read_only
+from stickslip.dynamics.pytrees import read_only, refuse_after_fork
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
@@ -30,8 +30,7 @@ from stickslip.optim.posture.waypoints import (
     require_stations,
     waypoints_along,
 )
-from stickslip.optim.problem import Method, Problem, Structure, as_floats, refuse_after_fork, solve
-from stickslip.optim.result import Evaluation
+from stickslip.optim.problem import Evaluation, Method, Problem, Structure, as_floats, solve
 
 if TYPE_CHECKING:
     from jaxtyping import Float

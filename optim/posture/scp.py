@@ -23,13 +23,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from stickslip.dynamics.checks import require_integer, require_memory
+from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Station, steps
 from stickslip.optim.posture.evaluate import PostureResult, each_angle, pushed
 from stickslip.optim.posture.waypoints import CONVEX
-from stickslip.optim.problem import COUNT, float64_program, require_scalar
+from stickslip.optim.problem import COUNT, OptimStatus, require_scalar, solve_quietly
 from stickslip.optim.progress import Bar
-from stickslip.optim.result import OptimStatus, solve_quietly
 
 if TYPE_CHECKING:
     from jaxtyping import Float

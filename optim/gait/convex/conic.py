@@ -37,8 +37,7 @@ from stickslip.optim.gait.gait import (
     lowest,
     peak,
 )
-from stickslip.optim.problem import FEASIBLE
-from stickslip.optim.result import Ended, OptimStatus
+from stickslip.optim.problem import FEASIBLE, Ended, OptimStatus
 
 if TYPE_CHECKING:
     from stickslip.optim.gait.problem import GaitProblem
@@ -244,9 +243,8 @@ def solve_conic(
         if held is None:
             message += "; no gait was found that keeps its limits between the nodes, too"
     bound = answer.certificate.bound
-    return GaitResult.of(
+    return problem.result(
         np.concatenate([[answer.gait.b[0, 0]], answer.gait.a.ravel()]),
-        evaluation,
         status=status,
         lower_bound=min(bound, evaluation.value) if np.isfinite(bound) else None,
         evaluations=at.programs[0],

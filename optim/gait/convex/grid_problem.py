@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.pytrees import Lists, Number, read_only
+from stickslip.dynamics.pytrees import Lists, Number, float64_program, read_only
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
@@ -34,8 +34,7 @@ from stickslip.optim.gait.gait import (
     friction_uses,
     terms_on_grid,
 )
-from stickslip.optim.problem import as_floats, float64_program
-from stickslip.optim.result import Ended, OptimStatus, solve_quietly
+from stickslip.optim.problem import Ended, OptimStatus, as_floats, solve_quietly
 
 if TYPE_CHECKING:
     from jaxtyping import Float

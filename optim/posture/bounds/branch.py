@@ -26,9 +26,8 @@ from stickslip.optim.posture.criteria import LEAST_NORMAL
 from stickslip.optim.posture.evaluate import PostureResult, below
 from stickslip.optim.posture.grid import solve_dp
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.problem import COUNT, require_scalar
+from stickslip.optim.problem import COUNT, OptimStatus, require_scalar
 from stickslip.optim.progress import Bar
-from stickslip.optim.result import OptimStatus
 
 if TYPE_CHECKING:
     from jaxtyping import Float, Int

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.posture.bounds.cells import AHEAD, BACK, NONE, Axis, StationCells, shapes
 from stickslip.optim.posture.bounds.steps import FOUR, Side, Term, kappas, roundings, terms_of
 from stickslip.optim.posture.criteria import Criterion, Station, step_cost, steps
-from stickslip.optim.problem import float64_program
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int

@@ -10,7 +10,7 @@ from stickslip.dynamics.biped import BipedParams, BipedState, simulate
 from stickslip.envs import BipedEnv, Randomisation
 from stickslip.optim import GaitProblem, solve
 from stickslip.optim.gait.footing import Footing
-from stickslip.optim.result import OptimStatus
+from stickslip.optim.problem import OptimStatus
 
 
 @pytest.mark.parametrize("integrator", ["rk4_split", "event_exact"])

@@ -8,7 +8,7 @@ import pytest
 from stickslip.optim import CRITERIA, OptimStatus, solve
 from stickslip.optim.posture.bounds.branch import bound_every_drive
 from stickslip.optim.posture.bounds.sweep import BESIDE, bottleneck, lossy
-from stickslip.optim.result import OptimStatus as Status
+from stickslip.optim.problem import OptimStatus as Status
 from tests.optim.posture.bounds.helpers import better, drives, over, sample
 
 MANY = 2048
