@@ -48,10 +48,13 @@ class MachineFile(NamedTuple):
         the value and what is accepted.
         """
         require_known(changes, self.names, f"number of a {self.called}")
-        given = dict(self.usual)
+        given: dict[str, Any] = dict(self.usual)
         with in_file(path):
-            given |= {} if path is None else _flat(_tables_of(path, self.machine))
-            found = self._numbers(given)
+            tables = {} if path is None else _parsed(path)
+            named = tables.pop("machine", self.machine)
+            if named != self.machine:
+                raise ValueError(f"machine = {shown(named)}; accepted: {self.machine!r}")
+            found = self._numbers(given | _flat(tables))
         changed = {self.names[name]: _number_or_text(value) for name, value in changes.items()}
         return self._numbers(found | changed) if changed else found
 
@@ -91,16 +94,8 @@ def machine_in(path: str | Path) -> Any:
         return _parsed(path).get("machine", "biped")
 
 
-def _tables_of(path: str | Path, machine: str) -> dict[str, Any]:
-    """The tables of a machine's file or text. ValueError for another machine's."""
-    found = _parsed(path)
-    named = found.pop("machine", machine)
-    if named != machine:
-        raise ValueError(f"machine = {shown(named)}; accepted: {machine!r}")
-    return found
-
-
 def _parsed(path: str | Path) -> dict[str, Any]:
+    """The tables of a machine's file or text."""
     try:
         return tomllib.loads(str(path) if _is_text(path) else _text_of(Path(path)))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:

@@ -262,8 +262,7 @@ def as_float(value: Any) -> Any:
 
 
 def with_all_digits(values: np.ndarray) -> jax.Array:
-    """The numbers as an array of JAX's, or as they are where JAX would round them now: its switch
-    may be turned before they are used."""
+    """The numbers as an array of JAX's, or as they are where its switch would round them now."""
     array = jnp.asarray(values)
     return array if array.dtype == values.dtype else cast("jax.Array", values)
 
@@ -339,8 +338,7 @@ def refuse_after_fork() -> None:
 
 
 def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a function; calls enter double precision, whatever jax_enable_x64 says, and return
-    NumPy arrays."""
+    """Compile a function that computes in double precision always, and returns NumPy arrays."""
     program = jax.jit(function)
 
     @wraps(function)

@@ -121,8 +121,7 @@ class _Run:
         return self.free.gradient(np.clip(x, *self.bounds)) / self.scale
 
     def chosen(self, x: np.ndarray) -> tuple[np.ndarray, str]:
-        """The last point, or the best one on the way where the last does not meet all or is worse;
-        a sentence where that is so."""
+        """The last point, or the best feasible one on the way where that is better, and a note."""
         x = np.clip(x, *self.bounds)
         at = self.free.evaluate(x)
         last = at.value if at.feasible else np.inf

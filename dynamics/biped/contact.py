@@ -168,8 +168,7 @@ def ankle_moment(
     crank_acceleration: Scalar,
     foot_acceleration: Scalar,
 ) -> Scalar:
-    """Moment of the ground's force about the ankle [N m], anticlockwise (eq. 30); square: of the
-    crank rate."""
+    """Moment of the ground's force about the ankle [N m] (eq. 30); square: of the crank rate."""
     turning = moment.L * crank_acceleration + moment.dL * square
     return turning + robot.gravity * moment.X - foot_acceleration * moment.Y
 

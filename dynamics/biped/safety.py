@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     """Numbers >= 0 of a safe motion: normal force and both edges of the foot; both of the cone."""
 
 INTERVALS = 3
-"""Equal intervals of each of the three parts of a period's reach; limits are computed at their
-ends."""
+"""Equal intervals of each of a period's three parts; limits are computed at their ends."""
 SLACK = 0.1
 """Share by which the reach is taken larger than its estimate, whose acceleration is constant."""
 LONGEST = 1.5

@@ -173,8 +173,7 @@ class _Kernel:
         self.results = results
         self.over = lru_cache(maxsize=REMEMBERED)(self._over)
         self.less = lru_cache(maxsize=REMEMBERED)(less)
-        """The kernel of the results that are needed, and which arguments that one has; None where
-        all have to stay."""
+        """The kernel of the needed results, and its arguments; None where all have to stay."""
 
     def _over(self, size: int, axes: Axes, widest: int) -> _Kernel:
         """The same for one more axis, which comes first in the arrays that have it.
@@ -241,14 +240,6 @@ def _batched(
     return out, [0] * len(out)
 
 
-def _in_kernels(*leaves: Array, kernel: _Kernel) -> list[Array]:
-    return kernel.in_kernels(*leaves)
-
-
-def _at_once(*leaves: Array, kernel: _Kernel) -> list[Array]:
-    return kernel.at_once(*leaves)
-
-
 def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEqn | None]:
     """Without the results that nothing reads: which arguments are left, and the operation."""
     kernel, arguments = equation.params["kernel"], equation.invars
@@ -266,7 +257,12 @@ def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEq
     return list(kept), rest
 
 
-register(kernel_p, _batched, _at_once, _in_kernels)
+register(
+    kernel_p,
+    _batched,
+    anywhere=lambda *leaves, kernel: kernel.at_once(*leaves),
+    on_cpu=lambda *leaves, kernel: kernel.in_kernels(*leaves),
+)
 register_dead_code_rule(kernel_p, _needed)
 
 

@@ -241,8 +241,7 @@ def _kept(program: _Program) -> set[int]:
 
 
 def _compared(program: _Program) -> set[int]:
-    """Places of the operations whose results are compared for equality, with nothing else than free
-    operations in between."""
+    """Places of operations whose results are compared for equality, perhaps behind free ones."""
     makers = {number: place for place, step in enumerate(program.steps) for number in step.results}
     found: set[int] = set()
     for step in program.steps:

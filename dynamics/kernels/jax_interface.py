@@ -149,13 +149,11 @@ in_front_p = Primitive(IN_FRONT)
 
 @in_front_p.def_impl
 def _itself(leaf: Array, *mark: Array) -> Array:
-    del mark
     return leaf
 
 
 @in_front_p.def_abstract_eval
 def _shape(leaf: ShapedArray, *mark: ShapedArray) -> ShapedArray:
-    del mark
     return leaf
 
 
@@ -176,9 +174,4 @@ def _slope(primals: Sequence[Array], tangents: Sequence[object]) -> tuple[Array,
     return in_front_p.bind(*primals), slope
 
 
-def _back(cotangent: Array, leaf: object) -> list[Array]:
-    del leaf
-    return [cotangent]
-
-
-register(in_front_p, _batched, _itself, slope=_slope, back=_back)
+register(in_front_p, _batched, _itself, slope=_slope, back=lambda cotangent, leaf: [cotangent])

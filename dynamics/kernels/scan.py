@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 MOST_STEPS = 32
 """Steps in a kernel; with more of them, rows no longer fit the nearest cache."""
 LEAST_STEPS = 16
-"""Least number of steps where they divide the scan evenly; otherwise some steps of kernels are left
-out."""
+"""Least number where it divides the scan evenly; otherwise kernels leave some steps out."""
 
 Carry = TypeVar("Carry")
 Row = TypeVar("Row")

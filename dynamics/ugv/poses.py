@@ -245,8 +245,7 @@ class Pose(NamedTuple):
     status: Int[Array, "..."]
     """OK, NO_SOLUTION (the wheelbase vanishes), NOT_CONVERGED, HOLLOW_GROUND or NON_FINITE."""
     origin: Float[Array, "... 2"]
-    """Origin of the points' frame in the world [m]: zero, or out of `stand` where the
-    front wheel touches."""
+    """Of the points' frame in the world [m]: zero, or out of `stand` the front contact."""
 
     def potential_energy(self, params: UGVParams) -> Values:
         """Potential energy above y = 0 [J]; far up, energy_above_origin keeps more digits."""

@@ -36,8 +36,7 @@ of the torque over weight times radius [-] and of the rear contact in radii, eac
 and worst. costs: ground, index of the setting, poses at once, processor seconds for each pose.
 """
 GROUNDS = ("closed", "waves", "spline", "function")
-"""Kinds of ground: a closed form, a sum of waves, a spline or table, a function
-of the user's."""
+"""Kinds of ground: a closed form, a sum of waves, a spline or table, a user's function."""
 PLACES = ("near", "far")
 NEAR, FAR = 100.0, 20_000.0
 """Limits of near and far ground, in wheel radii from the origin: beyond FAR nothing is measured.

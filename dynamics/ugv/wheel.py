@@ -254,8 +254,7 @@ NEWTON = PoseSolver()
 
 
 class Chord(NamedTuple):
-    """The wheelbase between the front centre and the path of the rear one; lengths [m] in the frame
-    of the ground's base."""
+    """The wheelbase between the front centre and the rear one's path, in the ground's frame [m]."""
 
     ground: Near
     radius: Values | float

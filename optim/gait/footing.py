@@ -146,10 +146,7 @@ def _phase(angle: np.ndarray, step: np.ndarray) -> np.ndarray:
 
 
 def _within_steps(angle, rate, acceleration) -> tuple[np.ndarray, ...]:
-    """The pieces cut at exchanges of support: index, lowest and highest angle, step, each [m].
-
-    Where the crank turns back inside a piece, that angle is in its range.
-    """
+    """The pieces cut at exchanges of support: index, lowest and highest angle, step, each [m]."""
     turns = rate[:-1] * rate[1:] < 0
     turned = rate[:-1] ** 2 / (2 * np.where(turns, acceleration, 1.0))
     extreme = np.where(turns, angle[:-1] - turned, angle[:-1])

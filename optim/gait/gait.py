@@ -212,8 +212,7 @@ class Gait:
 
     @property
     def clock(self) -> Float[np.ndarray, "n K+1"]:
-        """Time of each node from the walk's beginning [s]; infinite behind a cell in
-        which the crank stands still."""
+        """Time of each node from the beginning [s]; infinite once the crank has stood still."""
         within = np.cumsum(self.times, axis=1)
         begins = np.concatenate([[0.0], np.cumsum(np.sum(self.times, axis=1))[:-1]])[:, None]
         return begins + np.concatenate([np.zeros_like(begins), within], axis=1)
@@ -254,8 +253,7 @@ class Gait:
         return float(np.max(np.abs(self.torque * self.crank_rate)))
 
     def cost_of_transport(self, copper_loss: float = 0.0, efficiency: float = 1.0) -> float:
-        """(Positive work / efficiency + copper_loss times torque^2 over time) / (weight x
-        distance) [-]."""
+        """(Work / efficiency + copper_loss x torque^2 over time) / (weight x distance) [-]."""
         robot = self.nodes.robot
         distance = self.grid.steps * robot.step_length
         energy = self.spent[WORK] / efficiency + copper_loss * self.spent[TORQUE]
@@ -268,10 +266,7 @@ def terms_on_grid(
     torque: Float[Number, "n K+1"],
     xp: ModuleType = np,
 ) -> dict[str, float | Float[Array, ""]]:
-    """The terms of the objectives as the program adds them up, of b and torque at the nodes.
-
-    xp: numpy, or jax.numpy for arrays that are traced.
-    """
+    """The objectives' terms as the program adds them up. xp: numpy, or jax.numpy where traced."""
     rate, torques = xp.sqrt(xp.maximum(b, 0.0)), xp.asarray(torque)
     with np.errstate(divide="ignore"):
         pace = grid.h / (rate[:, :-1] + rate[:, 1:])
@@ -418,11 +413,8 @@ class Polynomials:
 
 
 def peak(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
-    """The largest value of `function` in each cell at shares [Q] or [..., Q].
-
-    The best of LOOKS places, then of CLOSER_LOOKS around it, then the vertex of the parabola
-    through three.
-    """
+    """The largest value of `function` in each cell at shares [Q] or [..., Q]: at LOOKS places, at
+    CLOSER_LOOKS around the best, and at the vertex of a parabola through three."""
     share, spread = np.linspace(0.0, 1.0, LOOKS), 1 / (LOOKS - 1)
     values = function(share)
     best = np.argmax(values, axis=-1)[..., None]

@@ -94,8 +94,7 @@ class Grid:
 
     @cached_property
     def samples(self) -> Float[np.ndarray, "n K D+1"]:
-        """Crank angles in each cell, its ends included, through which polynomials are laid [rad]:
-        Chebyshev's."""
+        """Chebyshev's points in each cell, ends included, for polynomials through them [rad]."""
         degree = max(DEGREE, -(-SAMPLES // self.cells))
         share = (1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2
         found = self.theta[:, :-1, None] + share * self.h[..., None]

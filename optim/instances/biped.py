@@ -332,8 +332,7 @@ def within(x: Float[Array, "*any"], room: float) -> Float[Array, "*any"]:
 
 
 def biped_design(goal: str, masses: bool = False) -> FunctionProblem:
-    """The lengths of PASIBOT's links, and with masses=True those of hip and feet, in parts of the
-    reference robot's."""
+    """Lengths of PASIBOT's links, and masses of hip and feet, in parts of the reference robot's."""
     names = (*LENGTHS, *(MASSES if masses else ()))
     usual = np.asarray(step_length(BipedParams.from_bars(dtype=np.float64)))
     ones = np.ones(len(names))

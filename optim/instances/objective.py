@@ -300,8 +300,7 @@ class Objective:
         return seen if seen is not None and np.array_equal(seen.x, x) else None
 
     def _look(self, x: object, again: bool = False) -> _Last:
-        """Evaluation of a point; the last one without another, unless `again`. What is no number is
-        infinite and breaks every constraint."""
+        """Evaluation of a point, kept from the last unless `again`; infinite where x is none."""
         x, sound = self._inside(x)
         seen = None if again else self._seen_at(x)
         if seen is not None:

@@ -1,5 +1,4 @@
-"""One waypoint of a drive, and criteria of a drive, all minimised: sums over its steps or worst
-stations."""
+"""One waypoint of a drive, and criteria that are minimised: sums over steps, worst stations."""
 
 from __future__ import annotations
 

@@ -148,8 +148,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
 
     @cached_property
     def limits(self) -> Posture:
-        """Limits of stations and angles, on the device: no ground, and the same by any criterion,
-        so that all share one program."""
+        """Limits of stations and angles on the device, one program for all grounds and criteria."""
         bare = replace(self.posture, odometer=None, friction=None, criterion=None)
         with jax.enable_x64(True):
             return jax.device_put(bare)

@@ -131,8 +131,7 @@ def checked(given: dict[str, Any]) -> dict[str, float]:
 
 
 def _surface(x: np.ndarray, mu: np.ndarray) -> Surface:
-    """Friction coefficients at the places of a table, in any order; of several at one place, the
-    first."""
+    """Friction coefficients at places in any order; of several at one place, the first."""
     for i in np.flatnonzero(mu < 0)[:1]:
         raise ValueError(f"mu = {mu[i]:.6g} at x = {x[i]:.6g} m; accepted: mu >= 0")
     knots, first = np.unique(x, return_index=True)

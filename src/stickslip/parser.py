@@ -20,8 +20,7 @@ Tables = Mapping[str, Mapping[str, str]]
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
-    """Names values by their type, ends with a default that is a number or a name, and breaks no
-    name at its hyphens."""
+    """Names values by their type, ends with the default, and breaks no name at its hyphens."""
 
     def _get_default_metavar_for_optional(self, action: argparse.Action) -> str:
         return metavar_of(action)

@@ -32,11 +32,7 @@ LONGEST_FILM = 600.0
 
 
 def require_files(given: Namespace, seconds: float) -> None:
-    """Check the paths that are asked for; seconds: of the film.
-
-    ValueError for another kind, a folder, a file that is not to be replaced, a film that is too
-    long; ModuleNotFoundError for a package that is missing.
-    """
+    """Refuse paths and films that cannot be written; seconds: of the film."""
     table, *others = Path(given.out), given.plot, given.film
     plot, film = (None if one is None else Path(one) for one in others)
     require_suffix(table, (".csv",))

@@ -227,8 +227,7 @@ def steepest(needed: np.ndarray, mu: float) -> float | None:
 
 
 def step_friction(vehicle: UGVParams, height: float, limit: float | None) -> float | None:
-    """The least friction of a drive over a smoothed step, by dynamic programming over leg angles;
-    None where no drive passes."""
+    """The least friction of a drive over a smoothed step, by dp; None where no drive passes."""
     given: dict[str, Any] = {"friction": AMPLE, "max_torque": limit}
     track = Track.step(height)
     problem = PostureProblem.along(track, "friction_demand", vehicle, 0.05, **given)

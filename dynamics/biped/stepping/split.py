@@ -92,8 +92,7 @@ def _advance_jvp(spec, primals, tangents):
 
 
 class Trial(NamedTuple):
-    """A Runge-Kutta step from the walk's state, and its acceptance; what `settle` does not read is
-    None."""
+    """A Runge-Kutta step and its acceptance; what `settle` does not read is None."""
 
     begun: Beginning
     taken: Taken

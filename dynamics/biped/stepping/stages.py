@@ -243,8 +243,7 @@ def first_crossing(
 
 
 def _return(slope: Scalar, middle: Scalar) -> Scalar:
-    """Second zero of the parabola through zero at 0 with this slope and `middle` < 0 at 1/2; 0 if
-    it does not rise."""
+    """Second zero of the parabola that rises with this slope at 0 to `middle` < 0 at 1/2; or 0."""
     rise = jnp.maximum(slope, 0.0) / 2
     return rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
 

@@ -78,7 +78,6 @@ class Waves(Closed):
         return ((cosine * a).sum(-1),), -(sine * (a * k)).sum(-1), -(cosine * (a * k * k)).sum(-1)
 
     def _greatest_bend(self, radius, a, n, phases):
-        del radius, phases
         return jnp.sum(jnp.abs(a) * (2 * np.pi * n) ** 2, axis=-1)
 
 

@@ -76,8 +76,7 @@ class Closed:
     """A shape in closed form: a dataclass of numbers, and `_near` of them."""
 
     def near(self, base: Numeric, u: Numeric) -> tuple[tuple, Any, Any]:
-        """Parts that add up to the height, slope and second derivative at base + u [m]; see
-        `parts_of`."""
+        """Parts of the height, slope and second derivative at base + u [m]; see `parts_of`."""
         return self._near(*as_floats(base, u, *self._numbers()))
 
     def greatest_bend(self, radius: Values | float) -> Values | None:
@@ -101,7 +100,6 @@ class Closed:
 
     def _greatest_bend(self, radius: Any, *numbers: Any, **named: Any) -> Any:
         """`greatest_bend` of the radius and the fields, all in one floating type."""
-        del radius, numbers, named
 
 
 def require_ends(start: Numeric, end: Numeric) -> None:
@@ -173,7 +171,6 @@ class Bump(Closed):
         return (y,), -2 * z * y / w, (4 * z * z - 2) * y / (w * w)
 
     def _greatest_bend(self, radius, h, c, w):
-        del radius, c
         return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
 
 
@@ -225,7 +222,6 @@ class Ramp(Closed):
         return (y,), dy, d2y
 
     def _greatest_bend(self, radius, m, begin, length, joint):
-        del radius, begin, length
         return 1.5 * jnp.abs(m) / joint
 
 
@@ -253,7 +249,6 @@ class Step(Closed):
         return (h * y,), h * dy, h * d2y
 
     def _greatest_bend(self, radius, h, at, length):
-        del radius, at
         return RISE * jnp.abs(h) / length**2
 
 
@@ -282,7 +277,6 @@ class Ditch(Closed):
         return (y,), dy, d2y
 
     def _greatest_bend(self, radius, depth, middle, width, side):
-        del radius, middle
         sides = jnp.where(side > width, 2.0, 1.0)  # they overlap
         return sides * RISE * jnp.abs(depth) / side**2
 

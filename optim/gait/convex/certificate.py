@@ -187,8 +187,7 @@ class Polygons:
         return cls(on_T, on_b, most, *_rates(on_T, on_b, most, *sample.ends))
 
     def sides(self, sign: int) -> tuple[np.ndarray, np.ndarray]:
-        """The rows that hold T from below (sign -1) or from above (1) as T = at - per b, two of
-        [rows, m]; the others hold nothing."""
+        """at and per [rows, m] of the rows that hold T from below (-1) or above (1): at - per b."""
         own = sign * self.on_T > 0
         with np.errstate(divide="ignore", invalid="ignore"):
             at = np.where(own, self.most / self.on_T, sign * np.inf)

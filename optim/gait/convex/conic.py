@@ -76,8 +76,7 @@ class Answer:
 
 
 def answered(problem: GridProblem, again: int = 2, *, every: bool = True) -> Answer | Ended:
-    """Solve and certify; the bare outcome without a point. every: bound every gait, too. again: so
-    often at most in other units."""
+    """Solve and certify, `again` times at most in other units. every: bound every gait, too."""
     numbers = problem.numbers()
     solved = problem.solve(numbers)
     if isinstance(solved, Ended):
@@ -276,8 +275,7 @@ def _judged(answer: Answer, feasible: bool) -> tuple[OptimStatus, str]:
 
 
 def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
-    """Status and message: the limit that fails, and the value that it would need. INFEASIBLE only
-    where it is proved."""
+    """Status, INFEASIBLE where that is proved, and the limit that fails with the value it needs."""
     if ended.status is OptimStatus.LIMIT:
         return ended
     if problem.longest is not None:
@@ -342,8 +340,7 @@ def _needed_rates(problem: GridProblem) -> list[str]:
 
 
 def _needed(problem: GridProblem, limit: str, solved: Solved) -> str:
-    """Text of the needed value of a limit at the nodes, empty where it alone changes nothing.
-    solved: of `relaxed`."""
+    """Text of the value that a limit needs; empty where it alone changes nothing."""
     if limit == ZMP:
         return "zmp: the foot's edges cannot hold the robot"
     if limit == FRICTION and problem.mu is not None:
@@ -375,11 +372,8 @@ MORE = 1.1
 
 
 def held_between(problem: GridProblem, gait: Gait, free: str = "") -> tuple[Gait | None, float]:
-    """The gait, and its value between the nodes. free: a limit whose excess is minimised.
-
-    The walk's time between the nodes is kept to the longest one, too, by asking for less. It is
-    known once the crank stands still nowhere.
-    """
+    """The gait whose limits hold between the nodes, too, the walk's time included, and its value
+    there. free: a limit whose excess is minimised."""
     numbers = problem.numbers(relaxed=free)
     before = np.full_like(numbers.C, np.inf)
     for tolerance in (*[HELD] * TIGHTENINGS, LAST):
@@ -424,9 +418,8 @@ def overshoot(problem: GridProblem, gait: Gait, free: str = "") -> np.ndarray:
 
 
 def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
-    """Shortfall of a cell's least b, in closed form, below its lower limit, at its
-    nodes [nodes]; in a cell at rest the b that the acceleration there leads to. In the limit's unit
-    of size."""
+    """Shortfall of a cell's least b below its lower limit, at its nodes [nodes], in units of the
+    limit's size; in a cell at rest of the b that the acceleration there leads to."""
     grid, least = gait.grid, lowest(gait.grid, gait.a, gait.b)
     share = np.ones_like(least)
     for rests, end, sign in _ends(grid):
@@ -457,8 +450,7 @@ def _at_nodes(cells: np.ndarray) -> np.ndarray:
 
 
 def _kept_moving(problem: GridProblem, gait: Gait, numbers: Numbers, slow: np.ndarray) -> Numbers:
-    """b at both nodes of a cell kept by what is missing above what it is now; where the walk rests
-    the acceleration is."""
+    """b at a slow cell's nodes, or the acceleration at rest, raised by what is missing."""
     grid, row = gait.grid, problem.rows.names.index(STANDING)
     size = problem.rows_between.size[row]
     A, C, now = numbers.A.copy(), numbers.C.copy(), gait.b.ravel() / size

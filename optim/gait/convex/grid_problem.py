@@ -260,8 +260,7 @@ def friction_along(mu: Number | Lists | None, steps: int) -> Float[np.ndarray, "
 
 
 class Units(NamedTuple):
-    """Units in which a program's numbers are about 1: rate [rad/s], torque [N m]; time 1 / rate,
-    work one torque over a radian."""
+    """Units in which a program's numbers are about 1: rate [rad/s], torque [N m]."""
 
     rate: float
     torque: float
@@ -401,8 +400,7 @@ class GridProblem:
         return Sample(A * b, B * b, C, torque, (low, high), weight.ravel())
 
     def numbers(self, relaxed: str = "") -> Numbers:
-        """The program's numbers. relaxed: a limit that may be violated by r units, of which the
-        least is looked for."""
+        """The program's numbers. relaxed: a limit whose violation r is minimised."""
         sample = self.sample(inside=False)
         names, C = np.array(self.rows.names), sample.C.copy()
         for node, end in ((0, self.first), (-1, self.last)):
@@ -428,8 +426,7 @@ class GridProblem:
         return Gait(self.profiles, a, squares_of(self.grid, a, first))
 
     def gait_of(self, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1"]) -> Gait:
-        """The gait of a program's a and b. What rounding leaves at an end that is given is taken
-        off all accelerations alike."""
+        """The gait of a program's a and b; accelerations take up what rounding leaves at ends."""
         unit = self.units.b
         a, first = a * unit, float(np.clip(b[0, 0] * unit, *self.first))
         end = float(squares_of(self.grid, a, first)[-1, -1])

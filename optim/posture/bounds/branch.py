@@ -37,8 +37,7 @@ NAMES = ("peak_torque", "grip", "normal_force", "friction_demand")
 
 
 def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndarray:
-    """The criterion's cost of a station, a number it is not below in each cell; mu: of the rear and
-    the front wheel, at most."""
+    """Lower bound of a station's cost in each cell; mu: of rear and front wheel, at most."""
     if name == "peak_torque":
         found = np.maximum(of.at_least("torque", 1), of.at_least("torque", -1))
         found = np.maximum(found, 0.0)
@@ -253,8 +252,7 @@ def _method(problem: PostureProblem, known: Float[np.ndarray, "n"] | None) -> Wo
 def _cells_at(
     surveyor: Surveyor, k: int, cells: int, before: list[StationCells], worth: np.ndarray, bar: Bar
 ) -> StationCells:
-    """The cells of waypoint k, those before it halved where worth it; `cells` of each leg's range
-    where there are none before."""
+    """The cells of waypoint k: `cells` of a leg's range, or those before, halved where worth it."""
     bar.advance()
     if before:
         return surveyor.halved(k, before[k]) if worth[k] else before[k]

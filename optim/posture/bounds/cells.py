@@ -150,8 +150,7 @@ class Boxes(NamedTuple):
         return Interval(self.lo[at], self.hi[at])
 
     def map(self, low: Entries, high: Entries | None = None, mask: Entries | None = None) -> Boxes:
-        """Functions of the lower ends, of the upper ends and of the masks; the first one of all
-        where no other is given."""
+        """Functions of the lower ends, the upper ends and the masks; by default all the first."""
         high, mask = high or low, mask or low
         return Boxes(self.names, low(self.lo), high(self.hi), mask(self.known), mask(self.smooth))
 
@@ -382,8 +381,7 @@ class Surveyor:
         return Boxes(self.inside, lo, hi, known, smooth), middle
 
     def _wheelbases(self, angles: Interval) -> Jet:
-        """The squared wheelbase over boxes of angles [2, n], its range by the slopes where that
-        says more."""
+        """The squared wheelbase over boxes of angles [2, n], its range also by the slopes."""
         Q = wheelbase_squared(self.vehicle, *angle_jets(angles))
         middle = interval(angles.middle)
         about = wheelbase_squared(self.vehicle, middle[0], middle[1])
@@ -459,11 +457,7 @@ def _boxes(rear: Axis, front: Axis, alive: np.ndarray) -> Interval:
 
 
 def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:
-    """mu of the rear and the front wheel at each waypoint, at most.
-
-    The front wheel stands at the waypoint and the rear one within reach behind it. Of the front
-    wheel, and of both where the ground has no surface of its own, it is the very mu.
-    """
+    """mu of the rear wheel, within reach behind each waypoint, and of the front one, at most."""
     mu = np.broadcast_to(np.asarray(problem.friction, float), problem.x.shape)[:, None]
     surface = problem.track.surface
     if surface is None:

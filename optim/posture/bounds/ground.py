@@ -265,8 +265,7 @@ def _(shape: Spline) -> Ground:
 
 
 def _with_straights(k: int, knots: np.ndarray, rows: np.ndarray, lows: np.ndarray) -> Interval:
-    """Coefficients of a power, of the straight before the first knot and of that after the last,
-    too."""
+    """Coefficients of a power, those of the straights before and after the knots included."""
     if k > 1:
         return interval(np.pad(rows[:, k], 1))
     here, length, end = interval(rows[:, k]), interval(knots[-1]) - knots[-2], interval(0.0)

@@ -52,8 +52,7 @@ class Term(NamedTuple):
         return p**2 / self.per(dx)
 
     def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:
-        """A function below what is paid, were p less by kappa, either way; its derivative by the
-        slope. Concave in it."""
+        """A bound of what is paid for p within kappa, concave in the slope, and its derivative."""
         if self.Y is not None:
             p = p - kappa
             return slope * p, p
@@ -112,8 +111,7 @@ class Field(NamedTuple):
 
 @dataclass(frozen=True)
 class Side:
-    """The cells of a waypoint within the least rectangle that holds those that are alive, n in all,
-    row by row."""
+    """The n cells of a waypoint, row by row, in the least rectangle that holds all alive ones."""
 
     rear: Axis
     front: Axis

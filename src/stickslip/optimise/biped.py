@@ -35,11 +35,7 @@ VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
-    """Find a gait, replay it, print and write it; NOTHING_FOUND without one.
-
-    Writes DIR/gait.csv, result.json and gait.png atomically; without a gait only result.json. Wrong
-    input is refused before anything is computed or written.
-    """
+    """Find a gait, replay it, print and write it; without one NOTHING_FOUND and result.json."""
     given = Namespace(**flags)
     problem = gait_problem_of(given)
     default = f"runs/biped-{given.objective.replace('=', '').replace(',', '-')}"

@@ -50,8 +50,7 @@ def own_files(
     machine: BipedParams | UGVParams,
     motor: Mapping[str, float | None],
 ) -> dict[str, Callable[[], str]]:
-    """The file of a machine that is not the default one, to keep beside a result. motor: numbers of
-    the result's motor, None for no limit."""
+    """The file of a machine that is not the default one. motor: its numbers, None for no limit."""
     biped = isinstance(machine, BipedParams)
     path = getattr(given, "robot" if biped else "vehicle")
     if path is None and not given.changes:
@@ -65,11 +64,8 @@ def own_files(
 def survey_of(
     name: str, options: Iterable[str] = (), treatments: dict[str, Any] | None = None
 ) -> Survey:
-    """The named track, or the one in the file of that name with its points.
-
-    options: "name=value" each; of Track.named, or `interpolation` for a file. treatments: of the
-    file's points. ValueError for what is unknown, OSError where the file cannot be read.
-    """
+    """The named track, or the one in the file of that name with its points. options: "name=value"
+    each, of Track.named, or `interpolation` of a file. treatments: of the file's points."""
     given, path = track_options_of(options), Path(name)
     if name in TRACKS:
         if treatments:

@@ -130,10 +130,7 @@ def _extent(problem: PostureProblem, vehicles: Drawing) -> tuple[float, float, f
 
 @styled
 def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
-    """Crank rate, torque and friction ratio of a result's gait over its steps.
-
-    ValueError for a result without one.
-    """
+    """Crank rate, torque and friction ratio of a result's gait over its steps."""
     gait = result.best
     figure, axes = make_sheet(3, 1, (WIDTH, 5.4))
     rate, torque, friction = axes

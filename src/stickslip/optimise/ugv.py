@@ -51,11 +51,7 @@ SPACING, POLISHED = 0.1, 2000
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
-    """Solve a posture problem, print and write the drive; NOTHING_FOUND without one.
-
-    Writes DIR/stations.csv, result.json and drive.png atomically; without a drive only result.json.
-    Wrong input is refused before anything is computed or written.
-    """
+    """Solve a posture problem, print and write the drive; NOTHING_FOUND without one."""
     given = Namespace(**flags)
     default = f"runs/ugv-{Path(given.track).stem}-{given.criterion}-{given.method}"
     out = result_folder(given.out or default, given.overwrite)

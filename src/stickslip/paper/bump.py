@@ -78,8 +78,7 @@ def statics(vehicle: UGVParams, samples: int) -> Result:
 
 
 def all_pairs(problem: PostureProblem) -> Station:
-    """Stations [pairs, K] of every pair of angles held, by STEP degrees in the vehicle's range,
-    whose wheels do not overlap."""
+    """Stations [pairs, K] of angles held, STEP degrees apart, whose wheels do not overlap."""
     ends = (problem.params.leg_angle_min, problem.params.leg_angle_max)
     low, high = (round(float(np.degrees(end))) for end in ends)
     angles = range(low, high + 1, STEP)
@@ -109,7 +108,6 @@ def _needs(at: Station) -> str:
 
 def least_variation(vehicle: UGVParams, samples: int) -> Result:
     """Fig. 25; its points are WAYPOINTS, whatever samples is."""
-    del samples
     limited, free = (along_bump(vehicle, WAYPOINTS, rate) for rate in (RATE, None))
     held, degrees = best_held(limited)
     found = {HELD: held, LIMITED: _solved(limited, FINE), FREE: _solved(free, COARSE)}
@@ -153,8 +151,7 @@ def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
 
 
 def turning(drives: Mapping[str, Drive], degrees: Pair) -> list[Claim]:
-    """Variation at the planner's points and between them, and whether the limited trajectory holds
-    there. degrees: of the best posture held."""
+    """Variation at the points and between them, and what holds there. degrees: of the best held."""
     held, *others = drives.values()
     below = " and ".join(f"{100 * (1 - one.variation / held.variation):.0f}" for one in others)
     less = [100 * (1 - one.between / held.between) for one in others]

@@ -24,11 +24,7 @@ HEAD = ("figure", "the chapter states", "measured here", "why")
 
 
 def reproduce_command(given: Mapping[str, Any]) -> Content:
-    """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md; return the claims.
-
-    Computes in float64. ValueError for unknown names and, unless --overwrite, for files that exist,
-    before anything is computed.
-    """
+    """Write DIR/NAME.png, DIR/NAME.csv and DIR/table.md, computed in float64; return the claims."""
     figures, out, overwrite = figures_of(given["figures"]), Path(given["out"]), given["overwrite"]
     accepted = "24 to 2400 points a step"
     require_integer("samples", given["samples"], low=24, high=2400, accepted=accepted)
@@ -58,10 +54,7 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
 
 
 def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict[str, Any]:
-    """Robot and vehicle of the flags by machine, and whether each is the chapter's.
-
-    ValueError for a machine of which no figure is asked for.
-    """
+    """Robot and vehicle of the flags by machine, and whether each is the chapter's."""
     kinds, found = {"biped": (BipedParams, "robot"), "ugv": (UGVParams, "vehicle")}, {}
     for machine, (kind, flag) in kinds.items():
         own = {

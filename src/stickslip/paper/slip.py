@@ -106,11 +106,8 @@ def walk(
     *,
     samples: int,
 ) -> Walk:
-    """Walk from the exchange of support with the foot at rest, as in the chapter.
-
-    crank_rate [rad/s]. samples: time steps in each of the PERIODS steps of the biped. The motor
-    gives the torque that the motion needs.
-    """
+    """Walk PERIODS steps at a constant crank rate [rad/s], from the exchange of support with the
+    foot at rest, as in the chapter. samples: time steps in each step of the biped."""
     period = np.pi / crank_rate
     trajectory = simulate_inverse(
         params,
@@ -246,10 +243,7 @@ def kinetic(params: BipedParams, samples: int) -> Result:
 def inside(
     asked: Mapping[float, tuple[float, ...]], params: BipedParams, samples: int
 ) -> dict[float, Walk]:
-    """The walks that stay in the model, by the number that varies. ValueError where none does.
-
-    asked: crank rate and frictions of each.
-    """
+    """The walks inside the model, by the number that varies; asked: crank rate and frictions."""
     walks, why = {}, ""
     for name, numbers in asked.items():
         try:
@@ -276,8 +270,7 @@ def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:
 
 
 def ends(at: Mapping[float, float], high: Mapping[str, float]) -> str:
-    """Ends of slides by friction, and where in the step parts of the swinging leg are highest, by
-    name, in words; both [T]."""
+    """Ends of slides by friction, and when parts of the swinging leg are highest [T], in words."""
     near = {name: sum(abs(one - when) < NEAR for one in at.values()) for name, when in high.items()}
     heights = ", ".join(
         f"{name} at {when:.3f} T ({near[name]} of {len(at)} slides end near)"

@@ -1,5 +1,4 @@
-"""Figs. 11 to 15: torque and forces on the foot at a constant crank rate without slip, and walks
-from rest at pi/2 under a constant torque."""
+"""Figs. 11 to 15: constant crank rates without slip; walks from rest under a constant torque."""
 
 from __future__ import annotations
 
@@ -247,10 +246,8 @@ def weights(params: BipedParams, samples: int) -> Result:
 
 
 def from_rest(params: BipedParams, torque: float, duration: float, samples: int) -> Trajectory:
-    """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2, no slip.
-
-    As in the chapter, toppling is not checked.
-    """
+    """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip,
+    no toppling."""
     return simulate(params, SCENE, BipedState(), torque, duration, duration / (4 * samples))
 
 

@@ -85,10 +85,7 @@ def complain(line: str) -> None:
 
 
 def discard_output(*names: str) -> None:
-    """Let these streams of `sys` lead nowhere from here on: who read them has left.
-
-    What is still kept of them goes there, too, when the interpreter ends and would complain of it.
-    """
+    """Let streams of `sys`, and what they still hold, lead nowhere: who read them has left."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     for name in names:
         try:

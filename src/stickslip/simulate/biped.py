@@ -51,11 +51,7 @@ MANY = 20_000
 
 
 def simulate_command(flags: Mapping[str, Any]) -> Content:
-    """Walk, print the summary and write the rows; NOTHING_FOUND where the walk ends early.
-
-    Wrong input is refused before anything is computed. A walk that ends early is written as far as
-    it went.
-    """
+    """Walk, print the summary and write the rows; NOTHING_FOUND where the walk ends early."""
     given = Namespace(**flags)
     law = law_of(given)
     setting, state = PRESETS[given.setting], state_of(given)

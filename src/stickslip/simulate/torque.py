@@ -89,11 +89,7 @@ class Recorded:
 
 
 def torque_of(text: str) -> float | Expression | Recorded:
-    """A number [N m], what is in a file, or arithmetic.
-
-    ValueError for what is none of these, or a file that is damaged; OSError for one that cannot be
-    opened.
-    """
+    """A number [N m], what is in a file, or arithmetic; ValueError for what is none of these."""
     path = Path(text)
     try:
         number = float(text)

@@ -55,11 +55,7 @@ FPS, SPEED = 25.0, 1.0
 
 
 def simulate_command(flags: Mapping[str, Any]) -> Content:
-    """Evaluate a drive, print and write it; NOTHING_FOUND where it breaks a constraint.
-
-    Wrong input is refused before anything is computed; a drive that cannot be driven is written all
-    the same, each waypoint with its status.
-    """
+    """Evaluate a drive, print and write it; NOTHING_FOUND where it breaks a constraint."""
     given = Namespace(**flags)
     problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
@@ -118,8 +114,7 @@ def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
 
 
 def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table:
-    """One row. status: the first one that is not OK. slips, rollovers: waypoints at which a
-    wheel slips or the vehicle rolls over."""
+    """One row. status: the first that is not OK. slips, rollovers: numbers of waypoints."""
     codes = np.asarray(at.status)
     bad = np.flatnonzero(codes != Status.OK)
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
