@@ -180,7 +180,9 @@ def solve_cma(
     count, best = 1, (value if problem.is_feasible(x) else np.inf)
     low, high = free.bounds
     first = np.clip((free.reduce(x) - low) / (high - low), 0, 1)
-    strategy = library.CMAEvolutionStrategy(first, sigma, _options(seed, evaluations, population))
+    options = own_draws(seed) | {"bounds": [0.0, 1.0], "maxfevals": evaluations}
+    options |= {"popsize": population, "verbose": -9, "verb_log": 0, "verb_disp": 0}
+    strategy = library.CMAEvolutionStrategy(first, sigma, options)
     with Bar("cma", evaluations, "evaluation", progress) as bar:
         while not strategy.stop():
             asked = strategy.ask()
@@ -205,18 +207,6 @@ def solve_cma(
         f"{problem.shortcomings(x)}",
         details={"stop": stop, "seed": seed},
     )
-
-
-def _options(seed: int, evaluations: int, population: int) -> dict[str, Any]:
-    """Options of cma: quiet, within the unit box."""
-    return own_draws(seed) | {
-        "bounds": [0.0, 1.0],
-        "maxfevals": evaluations,
-        "popsize": population,
-        "verbose": -9,
-        "verb_log": 0,
-        "verb_disp": 0,
-    }
 
 
 def own_draws(seed: int) -> dict[str, object]:

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
@@ -419,7 +419,7 @@ def solve(
     require_choice("method", method, tuple(known))
     for name, value in (("polish", polish), ("progress", progress)):
         require_kind(name, value, bool, "True or False")
-    function = _function(known[method])
+    function = resolve_name(known[method].function)
     require_known(options, options_of_method(known[method]), f"option of {method!r}")
     if "polish" in inspect.signature(function).parameters:
         options["polish"] = polish
@@ -429,14 +429,9 @@ def solve(
 def options_of_method(method: Method) -> tuple[str, ...]:
     """Names of the options that `solve` takes for one of `methods_of` a problem: keyword-only
     parameters of its function, without those of `solve` itself."""
-    found = inspect.signature(_function(method)).parameters.values()
+    found = inspect.signature(resolve_name(method.function)).parameters.values()
     own = ("progress", "polish")
     return tuple(p.name for p in found if p.kind is p.KEYWORD_ONLY and p.name not in own)
-
-
-def _function(method: Method) -> Callable[..., Result]:
-    module, name = method.function.split(":")
-    return getattr(import_module(module), name)
 
 
 def require_scalar(name: str, value: Any, **rule: Any) -> None:

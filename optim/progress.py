@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import sys
 import time
+from contextlib import suppress
 from typing import Any, TextIO
 
 EVERY = 10.0
@@ -50,16 +51,19 @@ class Bar:
         self._at = self._first = at
         self._bar: Any = None
         if shown and self._to.isatty():
-            self._bar = _tqdm(
-                total=total,
-                initial=at,
-                file=self._to,
-                unit=unit if large else f" {unit}",
-                unit_scale=large,
-                dynamic_ncols=large,
-                desc=name,
-                leave=False,
-            )
+            with suppress(ImportError):
+                from tqdm import tqdm
+
+                self._bar = tqdm(
+                    total=total,
+                    initial=at,
+                    file=self._to,
+                    unit=unit if large else f" {unit}",
+                    unit_scale=large,
+                    dynamic_ncols=large,
+                    desc=name,
+                    leave=False,
+                )
         self._lines = shown and lines and self._bar is None
         self._begun = self._last = time.monotonic()
 
@@ -106,12 +110,3 @@ class Bar:
     def close(self) -> None:
         if self._bar is not None:
             self._bar.close()
-
-
-def _tqdm(**how: Any) -> Any:
-    """A bar of tqdm's; None where that is not installed."""
-    try:
-        from tqdm import tqdm
-    except ImportError:
-        return None
-    return tqdm(**how)

@@ -10,8 +10,8 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -186,8 +186,7 @@ def _built(build: list[dict[str, Any]]) -> tuple[AnyProblem, ...]:
 
 
 def _make(make: str, **arguments: Any) -> AnyProblem:
-    module, function = make.split(".")
-    return getattr(import_module(f"stickslip.optim.instances.{module}"), function)(**arguments)
+    return resolve_name(f"stickslip.optim.instances.{make}")(**arguments)
 
 
 def parts_of(value: object) -> list[bytes]:

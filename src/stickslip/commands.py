@@ -8,7 +8,7 @@ named as "module:function" and imported when their command is asked for. Example
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from importlib import import_module
+from pkgutil import resolve_name
 from typing import Any, NamedTuple
 
 OK, NOTHING_FOUND, WRONG_INPUT, READER_LEFT = 0, 1, 2, 141
@@ -31,8 +31,7 @@ class Command(NamedTuple):
 
 def function_of(place: str) -> Any:
     """Import the function that a text "module:function" of this package names."""
-    module, _, name = place.partition(":")
-    return getattr(import_module(f"stickslip.{module}"), name)
+    return resolve_name(f"stickslip.{place}")
 
 
 def _environments() -> Mapping[str, str]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import singledispatch
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,8 +19,6 @@ from stickslip.optim.intervals import Interval, hull, interval, where
 
 if TYPE_CHECKING:
     from jaxtyping import Float
-
-    from stickslip.dynamics.pytrees import Numbers
 
 
 Derivatives = tuple[Interval, Interval, Interval, Interval]
@@ -50,136 +47,93 @@ class Ground:
     """Gap between pieces that count as joined, in height [m] or slope."""
 
 
-@singledispatch
 def ground_of(shape: object) -> Ground:
     """The ground of a track's shape; ValueError for one of which no enclosure is known."""
-    raise ValueError(f"the ground is a {type(shape).__name__}; accepted: {ACCEPTED}")
+    if isinstance(shape, Spline):
+        return _of_spline(shape)
+    if type(shape) not in PROFILES:
+        raise ValueError(f"the ground is a {type(shape).__name__}; accepted: {ACCEPTED}")
+    profile, joints = PROFILES[type(shape)]
+    numbers = [np.asarray(of, float) for of in vars(shape).values()]
+    numbers = [of if of.ndim else float(of) for of in numbers]
+    knots = np.array([] if joints is None else joints(*numbers), float)
+    return Ground(lambda x: profile(x, *numbers), NOWHERE, NOWHERE, knots)
 
 
-def _smooth(profile: Callable[[Interval], Derivatives], knots: Sequence[float] = ()) -> Ground:
-    return Ground(profile, NOWHERE, NOWHERE, np.asarray(knots, float))
+def _flat(x: Interval) -> Derivatives:
+    zero = interval(np.zeros(x.shape))
+    return zero, zero, zero, zero
 
 
-def _float(value: Numbers) -> float:
-    return float(np.asarray(value))
+def _incline(x: Interval, slope: float) -> Derivatives:
+    zero = interval(np.zeros(x.shape))
+    return x * slope, zero + slope, zero, zero
 
 
-@ground_of.register
-def _(shape: Flat) -> Ground:
-    def profile(x: Interval) -> Derivatives:
-        zero = interval(np.zeros(x.shape))
-        return zero, zero, zero, zero
-
-    return _smooth(profile)
-
-
-@ground_of.register
-def _(shape: Incline) -> Ground:
-    slope = _float(shape.slope)
-
-    def profile(x: Interval) -> Derivatives:
-        zero = interval(np.zeros(x.shape))
-        return x * slope, zero + slope, zero, zero
-
-    return _smooth(profile)
-
-
-@ground_of.register
-def _(shape: Bump) -> Ground:
-    height, centre, width = (_float(v) for v in (shape.height, shape.centre, shape.width))
+def _bump(x: Interval, height: float, centre: float, width: float) -> Derivatives:
     per_width = interval(1.0) / width
-
-    def profile(x: Interval) -> Derivatives:
-        z = (x - centre) * per_width
-        square = z.square()
-        y = (-square).exp() * height
-        slope = z * y * (per_width * -2.0)
-        second = (square * 4.0 - 2.0) * y * per_width.square()
-        third = z * (interval(12.0) - square * 8.0) * y * (per_width.square() * per_width)
-        return y, slope, second, third
-
-    return _smooth(profile)
+    z = (x - centre) * per_width
+    square = z.square()
+    y = (-square).exp() * height
+    slope = z * y * (per_width * -2.0)
+    second = (square * 4.0 - 2.0) * y * per_width.square()
+    third = z * (interval(12.0) - square * 8.0) * y * (per_width.square() * per_width)
+    return y, slope, second, third
 
 
-@ground_of.register
-def _(shape: Sinusoid) -> Ground:
-    amplitude, wavelength = _float(shape.amplitude), _float(shape.wavelength)
+def _sinusoid(x: Interval, amplitude: float, wavelength: float) -> Derivatives:
     k = TWO_PI / wavelength
+    angle, square = x * k, k.square()
+    sine, cosine = angle.sin() * amplitude, angle.cos() * amplitude
+    return sine, cosine * k, -(sine * square), -(cosine * (square * k))
 
-    def profile(x: Interval) -> Derivatives:
-        angle = x * k
+
+def _waves(x: Interval, *waves: Float[np.ndarray, "waves"]) -> Derivatives:
+    """Amplitudes, frequencies and phases."""
+    y = slope = second = third = interval(np.zeros(x.shape))
+    for amplitude, frequency, phase in zip(*(of.tolist() for of in waves), strict=True):
+        k = TWO_PI * frequency
+        angle, square = x * k + phase, k.square()
         sine, cosine = angle.sin() * amplitude, angle.cos() * amplitude
-        square = k.square()
-        return sine, cosine * k, -(sine * square), -(cosine * (square * k))
-
-    return _smooth(profile)
-
-
-@ground_of.register
-def _(shape: Waves) -> Ground:
-    waves = [
-        (float(a), TWO_PI * float(n), float(phase))
-        for a, n, phase in zip(
-            *(np.asarray(v, float) for v in (shape.amplitudes, shape.frequencies, shape.phases)),
-            strict=True,
-        )
-    ]
-
-    def profile(x: Interval) -> Derivatives:
-        y = slope = second = third = interval(np.zeros(x.shape))
-        for amplitude, k, phase in waves:
-            angle = x * k + phase
-            sine, cosine = angle.sin() * amplitude, angle.cos() * amplitude
-            square = k.square()
-            y, slope = y + cosine, slope - sine * k
-            second, third = second - cosine * square, third + sine * (square * k)
-        return y, slope, second, third
-
-    return _smooth(profile)
+        y, slope = y + cosine, slope - sine * k
+        second, third = second - cosine * square, third + sine * (square * k)
+    return y, slope, second, third
 
 
-@ground_of.register
-def _(shape: Ramp) -> Ground:
-    slope, begin, length, joint = (
-        _float(v) for v in (shape.slope, shape.position, shape.length, shape.joint)
-    )
-
-    def profile(x: Interval) -> Derivatives:
-        up, down = _bend(x - begin, joint), _bend((x - begin) - length, joint)
-        y, dy, d2y, d3y = ((a - b) * slope for a, b in zip(up, down, strict=True))
-        return y, dy, d2y, d3y
-
-    knots = [begin + k * length + s * joint / 2 for k in (0, 1) for s in (-1, 1)]
-    return _smooth(profile, knots)
+def _ramp(x: Interval, slope: float, begin: float, length: float, joint: float) -> Derivatives:
+    up, down = _bend(x - begin, joint), _bend((x - begin) - length, joint)
+    y, dy, d2y, d3y = ((a - b) * slope for a, b in zip(up, down, strict=True))
+    return y, dy, d2y, d3y
 
 
-@ground_of.register
-def _(shape: Step) -> Ground:
-    height, at, length = (_float(v) for v in (shape.height, shape.position, shape.length))
-
-    def profile(x: Interval) -> Derivatives:
-        y, dy, d2y, d3y = (of * height for of in _quintic_rise(x - at, length))
-        return y, dy, d2y, d3y
-
-    return _smooth(profile, [at - length / 2, at + length / 2])
+def _step(x: Interval, height: float, at: float, length: float) -> Derivatives:
+    y, dy, d2y, d3y = (of * height for of in _quintic_rise(x - at, length))
+    return y, dy, d2y, d3y
 
 
-@ground_of.register
-def _(shape: Ditch) -> Ground:
-    depth, middle, width, side = (
-        _float(v) for v in (shape.depth, shape.position, shape.width, shape.side)
-    )
+def _ditch(x: Interval, depth: float, middle: float, width: float, side: float) -> Derivatives:
+    z = x - middle
+    first, second = (_quintic_rise(z + k * width, side) for k in (0.5, -0.5))
+    y, dy, d2y, d3y = ((b - a) * depth for a, b in zip(first, second, strict=True))
+    return y, dy, d2y, d3y
 
-    def profile(x: Interval) -> Derivatives:
-        z = x - middle
-        first, second = (_quintic_rise(z + k * width, side) for k in (0.5, -0.5))
-        y, dy, d2y, d3y = ((b - a) * depth for a, b in zip(first, second, strict=True))
-        return y, dy, d2y, d3y
 
-    return _smooth(
-        profile, [middle + k * width / 2 + s * side / 2 for k in (-1, 1) for s in (-1, 1)]
-    )
+def _about(middles: Sequence[float], length: float) -> list[float]:
+    """Both ends of joints of a length."""
+    return [middle + sign * length / 2 for middle in middles for sign in (-1, 1)]
 
+
+PROFILES: dict[type, tuple[Callable[..., Derivatives], Callable[..., list[float]] | None]] = {
+    Flat: (_flat, None),
+    Incline: (_incline, None),
+    Bump: (_bump, None),
+    Sinusoid: (_sinusoid, None),
+    Waves: (_waves, None),
+    Ramp: (_ramp, lambda _, at, length, joint: _about((at, at + length), joint)),
+    Step: (_step, lambda _, at, length: _about((at,), length)),
+    Ditch: (_ditch, lambda _, at, width, side: _about((at - width / 2, at + width / 2), side)),
+}
+"""Profiles of x and a shape's numbers, and the ends of its joints by these numbers."""
 
 TWO_PI = Interval(np.asarray(6.283185307179586), np.asarray(6.283185307179587))
 
@@ -224,8 +178,7 @@ JOINED, BENT = 1e-5, 1e-2
 much by rounding; a bound is lowered for it by an allowance (branch.py), which is not proved."""
 
 
-@ground_of.register
-def _(shape: Spline) -> Ground:
+def _of_spline(shape: Spline) -> Ground:
     """Pieces within knots, and the straights beyond the ends as pieces of their own."""
     knots = np.asarray(shape.knots, float) + np.asarray(shape.rests, float)
     rows = np.asarray(shape.coefficients, float)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from importlib import import_module
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.dynamics.checks import require_known
@@ -32,8 +32,8 @@ class Figure(NamedTuple):
 
     def compute(self, params: BipedParams | UGVParams, samples: int) -> Result:
         """Compute with so many points a step of the biped, or along the bump of Fig. 24."""
-        module = import_module(f"stickslip.paper.{self.module}")
-        return getattr(module, self.function)(params, samples)
+        compute = resolve_name(f"stickslip.paper.{self.module}:{self.function}")
+        return compute(params, samples)
 
 
 _TEXT = Path(__file__).with_name("figures.json").read_text(encoding="utf-8")
