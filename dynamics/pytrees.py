@@ -85,32 +85,27 @@ def register_pytree(cls: Class) -> Class:
     """Register a dataclass as a pytree, in place of `jax.tree_util.register_dataclass`.
 
     Fields with metadata {"static": True} are part of the structure and hashable, all others are
-    children; those with {"optional": True}, None by default, only where they are not None, so that
-    structures without them are as if they did not exist. TypeError for what is no dataclass.
+    children. TypeError for what is no dataclass.
     """
     given: object = cls
     if not (isinstance(given, type) and is_dataclass(given)):
         raise TypeError(f"register_pytree of {given!r}; accepted: a class made by @dataclass")
     names = [one.name for one in fields(given)]
     static = [one.name for one in fields(given) if one.metadata.get("static")]
-    optional = [one.name for one in fields(given) if one.metadata.get("optional")]
-    children = [name for name in names if name not in {*static, *optional}]
-    keys = {name: jax.tree_util.GetAttrKey(name) for name in (*children, *optional)}
+    children = [name for name in names if name not in static]
+    keys = [jax.tree_util.GetAttrKey(name) for name in children]
 
     def flatten(tree: object) -> tuple[list[object], tuple[object, ...]]:
-        present = [name for name in optional if getattr(tree, name) is not None]
-        parts = [getattr(tree, name) for name in (*children, *present)]
-        return parts, (*[getattr(tree, name) for name in static], *present)
+        parts = [getattr(tree, name) for name in children]
+        return parts, tuple(getattr(tree, name) for name in static)
 
     def flatten_with_keys(tree: object):
         parts, rest = flatten(tree)
-        present = [str(name) for name in rest[len(static) :]]
-        return list(zip([keys[name] for name in (*children, *present)], parts, strict=True)), rest
+        return list(zip(keys, parts, strict=True)), rest
 
     def unflatten(rest: tuple[Any, ...], parts: Iterable[object]):
-        tree, present = object.__new__(cls), rest[len(static) :]
-        settle(tree, **dict(zip(static, rest, strict=False)), **dict.fromkeys(optional))
-        settle(tree, **dict(zip((*children, *present), parts, strict=True)))
+        tree = object.__new__(cls)
+        settle(tree, **dict(zip([*static, *children], [*rest, *parts], strict=True)))
         return tree
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)

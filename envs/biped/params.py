@@ -142,8 +142,8 @@ class BipedEnvParams:
     fall_penalty: Numeric
     mark: Real[Number, "..."] | None
     mark_width: Real[Number, "..."] | None
-    max_power: Numeric | None = field(default=None, kw_only=True, metadata={"optional": True})
-    efficiency: Numeric | None = field(default=None, kw_only=True, metadata={"optional": True})
+    max_power: Numeric | None = field(default=None, kw_only=True)
+    efficiency: Numeric | None = field(default=None, kw_only=True)
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     def __post_init__(self):
