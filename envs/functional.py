@@ -266,10 +266,7 @@ def abstract_step(env: FunctionalEnv[State, Params], params: Any) -> tuple[Any, 
 
 @partial(fused, fixed=1)
 def _step_env(
-    env: FunctionalEnv[State, Params],
-    state: State,
-    action: Float[Array, " act"],
-    params: Params,
+    env: FunctionalEnv[State, Params], state: State, action: Float[Array, " act"], params: Params
 ):
     """A kernel of its own where the reset is none: rough ground that is drawn anew."""
     return env.step_env(state, action, params)

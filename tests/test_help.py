@@ -71,7 +71,10 @@ def test_settings_stand_below_the_flags_with_the_defaults_of_each_trainer(capsys
     _, settings = shown.split("settings, as --set NAME=VALUE: ")
     assert "--" not in settings.partition("examples:")[0]
     if kind is TrainConfig:
-        assert f"(default: {TrainConfig().timesteps}; sb3: {kind.SB3['timesteps']})" in shown
+        assert (
+            f"(default: {TrainConfig().timesteps}; sb3: {kind.of(trainer='sb3').timesteps})"
+            in shown
+        )
 
 
 @pytest.mark.parametrize("name", COMMANDS)

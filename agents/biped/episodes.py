@@ -16,7 +16,14 @@ from stickslip.agents.evaluation.table import (
     mean_interval,
     ratio_interval,
 )
-from stickslip.agents.pictures.episodes import facts, from_start, panel, reward_panels, samples
+from stickslip.agents.pictures.episodes import (
+    beside,
+    facts,
+    from_start,
+    panel,
+    reward_panels,
+    samples,
+)
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import BipedFrame, biped_frames, biped_picture
 from stickslip.envs.biped.state import BipedEnvState, Drawn, drawn_robot
@@ -29,7 +36,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedModel, BipedState
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.functional import Range
     from stickslip.envs.tasks.known import Scale
 
 MIN_DISTANCE = 0.1
@@ -142,21 +148,13 @@ def walk_panels(
     return (
         panel("motor torque", "N m", torque, limits=limits, steps=True),
         panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
-        _beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
-        _beside(
+        beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
+        beside(
             MOMENTUM, "kg m/s", Line("momentum", momentum), "at the commanded mean speed", cruise
         ),
-        _beside("friction used", "-", Line("|friction| / normal", use), "static friction", mu),
-        _beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
+        beside("friction used", "-", Line("|friction| / normal", use), "static friction", mu),
+        beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
     )
-
-
-def _beside(
-    title: str, unit: str, line: Line, name: str, other: np.ndarray | None, dashed: bool = True
-) -> Panel:
-    """A panel of a line, and of another one where there is one."""
-    lines = () if other is None else (Line(name, other, dashed=dashed),)
-    return Panel(title, unit, (line, *lines))
 
 
 @jax.jit
@@ -208,18 +206,14 @@ def as_episode(
 
 def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
     """Floor and load that the reset drew for this episode, as pictures show them."""
-    ranges = params.randomisation
-    return facts(
-        [
-            ("friction, drawn", _or_none(ranges.friction, drawn.friction), "× the floor's"),
-            ("masses, drawn", _or_none(ranges.mass, drawn.mass), "× the robot's"),
-            ("payload, drawn", _or_none(ranges.payload, drawn.payload), "kg"),
-        ]
-    )
-
-
-def _or_none(drawn_from: Range | None, value: Array) -> float:
-    return np.nan if drawn_from is None else float(value)
+    ranges, rows = params.randomisation, []
+    if ranges.friction is not None:
+        rows.append(("friction, drawn", float(drawn.friction), "× the floor's"))
+    if ranges.mass is not None:
+        rows.append(("masses, drawn", float(drawn.mass), "× the robot's"))
+    if ranges.payload is not None:
+        rows.append(("payload, drawn", float(drawn.payload), "kg"))
+    return facts(rows)
 
 
 def _events(frames: BipedFrame) -> tuple[Event, ...]:

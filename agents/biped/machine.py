@@ -29,7 +29,7 @@ class TrainConfig(Configuration):
     made from them.
     """
 
-    timesteps: int = shared("timesteps", 8_000_000)
+    timesteps: int = shared("timesteps", 8_000_000, sb3=6_000_000)
 
     scene: str = entry(SCENE, str, "floor", choices=SCENES)
     mu_static: float | None = entry(None, float, "one floor instead", low=0)
@@ -53,15 +53,15 @@ class TrainConfig(Configuration):
     energy_weight: float | None = entry(None, float, "of energy in the training reward", low=0)
     fall_penalty: float | None = entry(None, float, "of a fall in the training reward", low=0)
 
-    num_envs: int = shared("num_envs", 1024)
-    learning_rate: float = shared("learning_rate", 2e-3)
-    discount: float = shared("discount", 0.98)
+    num_envs: int = shared("num_envs", 1024, sb3=256)
+    learning_rate: float = shared("learning_rate", 2e-3, sb3=1e-3)
+    discount: float = shared("discount", 0.98, sb3=0.99)
     batch_size: int = shared("batch_size", 4096)
-    hidden: int = shared("hidden", 32)
-    rollout_steps: int = shared("rollout_steps", 32)
-    epochs: int = shared("epochs", 4)
-    noise: float = shared("noise", 0.3)
-    final_noise: float = shared("final_noise", 0.02)
+    hidden: int = shared("hidden", 32, sb3=64)
+    rollout_steps: int = shared("rollout_steps", 32, sb3=128)
+    epochs: int = shared("epochs", 4, sb3=6)
+    noise: float = shared("noise", 0.3, sb3=0.22)
+    final_noise: float = shared("final_noise", 0.02, sb3=0.03)
 
     checkpoint_interval: int = shared("checkpoint_interval", 262_144)
     evaluation_episodes: int = shared("evaluation_episodes", 64)
@@ -79,18 +79,6 @@ class TrainConfig(Configuration):
         "slip_weight": 3.0,
         "energy_weight": 0.5,
         "fall_penalty": 1.0,
-    }
-
-    SB3: ClassVar = {
-        "timesteps": 6_000_000,
-        "num_envs": 256,
-        "learning_rate": 1e-3,
-        "discount": 0.99,
-        "hidden": 64,
-        "rollout_steps": 128,
-        "epochs": 6,
-        "noise": 0.22,
-        "final_noise": 0.03,
     }
 
     @classmethod
@@ -129,18 +117,6 @@ BIPED_BASELINES = (
 )
 STOPPING = "stop-at-mark"
 """The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
-AXES = {
-    "mu": "static and kinetic friction of one floor",
-    "mu_static, mu_kinetic": "either, of the task's floor",
-    "payload": "mass on the hip [kg]",
-    "mean_rate": "mean crank rate [rad/s]",
-    "torque_limit": "of the motor [N m]",
-    "slip_weight, energy_weight": "of the reward, and its other weights",
-    "robot.crank_length": "[m], and any other number of the robot, named as by --set",
-    "randomisation.friction.0": "an end of a range that a reset draws from",
-}
-"""Axes in the help of a sweep."""
-STARTS = ("moving", "rest")
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
@@ -160,7 +136,16 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     )
     baselines = BIPED_BASELINES
     scenes = SCENES
-    axes = AXES
+    axes: ClassVar = {
+        "mu": "static and kinetic friction of one floor",
+        "mu_static, mu_kinetic": "either, of the task's floor",
+        "payload": "mass on the hip [kg]",
+        "mean_rate": "mean crank rate [rad/s]",
+        "torque_limit": "of the motor [N m]",
+        "slip_weight, energy_weight": "of the reward, and its other weights",
+        "robot.crank_length": "[m], and any other number of the robot, named as by --set",
+        "randomisation.friction.0": "an end of a range that a reset draws from",
+    }
     evaluated = (
         *("return", "mean_speed", "mean_crank_rate", "slip_per_metre", "energy_per_metre"),
         "falls",
@@ -170,7 +155,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     options: ClassVar = {
         "robot": {"metavar": "FILE", "help": "another robot: its file in TOML"},
         "start": {
-            "choices": STARTS,
+            "choices": ("moving", "rest"),
             "help": "at any phase and rate, or (default of `view`) at rest",
         },
     }

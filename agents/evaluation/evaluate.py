@@ -25,15 +25,7 @@ from stickslip.agents.evaluation.rollout import (
     seeds_of,
     validated,
 )
-from stickslip.agents.evaluation.table import (
-    AnyMeasures,
-    Column,
-    Evaluation,
-    Measures,
-    Row,
-    Say,
-    joined,
-)
+from stickslip.agents.evaluation.table import AnyMeasures, Column, Evaluation, Row, Say, joined
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import TaskDefinition, task_by_name
@@ -128,10 +120,10 @@ def scored(
 
 
 def _evaluated(
-    env: FunctionalEnv[State, Params],
-    controllers: Mapping[str, Player[State, Params]],
-    scenes: Mapping[str, Params],
-    measures: Measures[State, Params, Any],
+    env: AnyEnv,
+    controllers: Mapping[str, AnyPlayer],
+    scenes: Mapping[str, Any],
+    measures: AnyMeasures,
     seeds: tuple[int, ...],
     progress: Say | None,
 ) -> Evaluation:

@@ -11,17 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.protocol import (
-    Controller,
-    Env,
-    Memory,
-    Memoryless,
-    Params,
-    Planner,
-    Player,
-    State,
-    State_co,
-)
+from stickslip.agents.protocol import Controller, Env, Memoryless, Params, Planner, State, State_co
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_step
@@ -29,7 +19,7 @@ from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_s
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-    from stickslip.agents.protocol import AnyEnv, Timed
+    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
 
 
 STEP_BYTES = 300
@@ -73,6 +63,9 @@ class Rollout(NamedTuple, Generic[State_co]):
 
 AnyRollout: TypeAlias = Rollout[Any]
 """An episode of some machine's environment."""
+AnyController: TypeAlias = Controller[Any, Any, Any]
+Keep: TypeAlias = Callable[[AnyRollout, Any], Kept]
+"""What is kept of an episode with its parameters; traced."""
 
 
 def rollout(
@@ -108,14 +101,12 @@ def episode_key(seed: Array | int) -> Array:
     return jax.random.split(jax.random.key(seed))[1]
 
 
-def first_state(env: FunctionalEnv[State, Params], params: Params, seed: int) -> State:
+def first_state(env: AnyEnv, params: Timed, seed: int) -> Any:
     """The state in which a seed's first episode begins."""
     return env.reset(episode_key(seed), params)[1]
 
 
-def planned(
-    env: FunctionalEnv[State, Params], controller: Player[State, Params], params: Params, seed: int
-) -> Controller[Any, State, Params]:
+def planned(env: AnyEnv, controller: AnyPlayer, params: Timed, seed: int) -> AnyController:
     """The path of a planner for a seed's first episode; any other controller as it is."""
     if isinstance(controller, Planner):
         return controller.path(env, params, first_state(env, params, seed))
@@ -167,16 +158,12 @@ class Idle(Memoryless):
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _rollout(
-    env: FunctionalEnv[State, Params],
-    count: int,
-    controller: Controller[Memory, State, Params],
-    params: Params,
-    key: PRNGKeyArray,
-) -> Rollout[State]:
+    env: AnyEnv, count: int, controller: AnyController, params: Timed, key: PRNGKeyArray
+) -> AnyRollout:
     start_obs, start = env.reset_env(key, params)
     unused = jax.random.key(0)  # a step draws nothing when it does not reset
 
-    def advance(last: tuple[Any, ...], memory: Memory) -> tuple[Memory, tuple[Any, ...]]:
+    def advance(last: tuple[Any, ...], memory: Any) -> tuple[Any, tuple[Any, ...]]:
         """The row after a control step, with entries as Rollout has them from `state` to `info`."""
         state, obs = last[:2]
         memory, action = controller.act(memory, obs, state, params)
@@ -195,7 +182,7 @@ def _rollout(
     shapes = jax.eval_shape(lambda: advance((start, start_obs), memory)[1])
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), shapes)
 
-    def body(carry: tuple[tuple[Any, ...], Memory, Int[Array, ""]], _: None):
+    def body(carry: tuple[tuple[Any, ...], Any, Int[Array, ""]], _: None):
         last, memory, length = carry
         over = env.is_over(last[0])
         new_memory, row = advance(last, memory)
@@ -221,11 +208,7 @@ def seeds_of(episodes: int, seeds: Sequence[int] | None) -> tuple[int, ...]:
 
 
 def play(
-    env: FunctionalEnv[State, Params],
-    controller: Player[State, Params],
-    params: Params,
-    seeds: Sequence[int],
-    keep: Callable[[Rollout[State], Params], Kept],
+    env: AnyEnv, controller: AnyPlayer, params: Timed, seeds: Sequence[int], keep: Keep[Kept]
 ) -> Kept:
     """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
     count, what = horizon(params), f"episodes = {len(seeds)}"
@@ -239,11 +222,7 @@ def play(
 
 
 def play_unseen(
-    env: FunctionalEnv[State, Params],
-    policy: Player[State, Params],
-    params: Params,
-    episodes: int,
-    keep: Callable[[Rollout[State], Params], Kept],
+    env: AnyEnv, policy: AnyPlayer, params: Timed, episodes: int, keep: Keep[Kept]
 ) -> Kept:
     """Whole episodes that training never sees; one where a reset draws nothing."""
     seeds = range(TEST_SEEDS, TEST_SEEDS + (episodes if is_random(params) else 1))
@@ -257,15 +236,15 @@ def is_random(params: Timed) -> bool:
 
 @partial(jax.jit, static_argnums=(0, 1, 2, 3))
 def _play(
-    env: FunctionalEnv[State, Params],
+    env: AnyEnv,
     count: int,
-    keep: Callable[[Rollout[State], Params], Kept],
+    keep: Keep[Kept],
     axis: int | None,
-    controller: Controller[Any, State, Params],
-    params: Params,
+    controller: AnyController,
+    params: Timed,
     keys: PRNGKeyArray,
 ) -> Kept:
-    def one(controller: Controller[Any, State, Params], key: PRNGKeyArray) -> Kept:
+    def one(controller: AnyController, key: PRNGKeyArray) -> Kept:
         return keep(rollout(env, controller, params, key, count), params)
 
     return jax.vmap(one, (axis, 0))(controller, keys)

@@ -16,13 +16,4 @@ if TYPE_CHECKING:
 else:
     __getattr__, __dir__ = loaded_when_used(__name__)
 
-__all__ = [
-    "METHODS",
-    "Method",
-    "Run",
-    "ert",
-    "gaps",
-    "hits",
-    "race",
-    "read_results",
-]
+__all__ = ["METHODS", "Method", "Run", "ert", "gaps", "hits", "race", "read_results"]

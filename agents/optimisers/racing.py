@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import multiprocessing
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal
 
@@ -66,6 +66,7 @@ def race(
         raise ValueError("resume without out; accepted: with the directory of the race")
     require_scalar("limit", limit, low=0.0, strict=True, accepted="a time > 0 [s]")
     count = cores_here() if workers is None else require_integer("workers", workers, high=256)
+    pickles, pebble = (require(name, "a race", "sweep") for name in ("cloudpickle", "pebble"))
     if progress:
         pairs = f"{len(left_out)} pairs of method and instance do not suit each other"
         print(f"{len(tasks)} runs; {pairs}", flush=True)
@@ -77,49 +78,26 @@ def race(
         head, todo = open_store(path, "race", **about, resume=resume), missing_cells(path, "race")
         at = len(tasks) - len(todo)
         bar = stack.enter_context(Bar("race", len(tasks), "run", progress, at=at))
-        submit = stack.enter_context(_killable(tasks, count, limit))
+        spawn = multiprocessing.get_context("spawn")
+        pool = pebble.ProcessPool(count, initializer=begin_worker, context=spawn)
+        stack.callback(pool.join)
+        stack.callback(pool.stop)  # which kills its processes, first
 
-        def keep(number: int, run: Run) -> None:
+        def submit(number: int) -> Future[Run]:
+            return pool.schedule(make_run, args=[pickles.dumps(tasks[number])], timeout=limit)
+
+        def keep(number: int, made: Future[Run]) -> None:
+            try:
+                run = made.result()
+            except TimeoutError:
+                run = lost_run(tasks[number], "timed out", f"{limit:g} s")
+            except pebble.ProcessExpired as error:
+                run = lost_run(tasks[number], "died", str(error))
             write_cell(path, number, head, run.table())
             bar.advance()
 
         run_cells(submit, keep, todo, stop)
         return read_results(path)
-
-
-@contextmanager
-def _killable(
-    tasks: Sequence[Task], workers: int, limit: float
-) -> Iterator[Callable[[int], Future[Run]]]:
-    """A function that submits a task to a pool of processes, which are killed at the end; a run
-    that takes longer than limit [s], or ends its process, is a `lost_run`."""
-    pickles, pebble = (require(name, "a race", "sweep") for name in ("cloudpickle", "pebble"))
-    spawn = multiprocessing.get_context("spawn")
-    pool = pebble.ProcessPool(workers, initializer=begin_worker, context=spawn)
-
-    def submit(number: int) -> Future[Run]:
-        found, task = Future[Run](), tasks[number]
-
-        def settle(made: Future[Run]) -> None:
-            error = made.exception()
-            if error is None:
-                found.set_result(made.result())
-            elif isinstance(error, TimeoutError):
-                found.set_result(lost_run(task, "timed out", f"{limit:g} s"))
-            elif isinstance(error, pebble.ProcessExpired):
-                found.set_result(lost_run(task, "died", str(error)))
-            else:
-                found.set_exception(error)
-
-        made = pool.schedule(make_run, args=[pickles.dumps(task)], timeout=limit)
-        made.add_done_callback(settle)
-        return found
-
-    try:
-        yield submit
-    finally:
-        pool.stop()
-        pool.join()
 
 
 def _tasks(

@@ -86,6 +86,14 @@ def panel(
     return Panel(title, unit, tuple(Line(*one) for one in lines.items()), limits, steps)
 
 
+def beside(
+    title: str, unit: str, line: Line, name: str, other: np.ndarray | None, dashed: bool = True
+) -> Panel:
+    """A panel of a line, and of another one where there is one."""
+    lines = () if other is None else (Line(name, other, dashed=dashed),)
+    return Panel(title, unit, (line, *lines))
+
+
 def reward_panels(
     played: AnyRollout, terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
 ) -> tuple[Panel, ...]:

@@ -12,12 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import jax
 import numpy as np
 
-from stickslip.agents.evaluation.players import (
-    given_flags,
-    places_of,
-    read_named,
-    require_observed,
-)
+from stickslip.agents.evaluation.players import given_flags, places_of, read_named, require_observed
 from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
 from stickslip.agents.machine import AnyMachine, machine_by_name, machine_of_env
 from stickslip.agents.protocol import Controller

@@ -18,13 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from stickslip.agents.policy.file import installed
-from stickslip.agents.untrusted import (
-    RefusedError,
-    parse_json,
-    read_text,
-    reading,
-    require_format,
-)
+from stickslip.agents.untrusted import RefusedError, parse_json, read_text, reading, require_format
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import PARTIAL, is_remains, write_whole, writing
 from stickslip.records.table import json_text
@@ -49,11 +43,11 @@ class StoppedError(Exception):
 
 def run_cells(
     submit: Callable[[int], Future[Found]],
-    keep: Callable[[int, Found], None],
+    keep: Callable[[int, Future[Found]], None],
     todo: Sequence[int],
     stop: Callable[[], bool],
 ) -> None:
-    """Submit cells to an executor and keep each as it is done.
+    """Submit cells to an executor and keep each as it is done, by its number and future.
 
     The first error ends the run; kept cells stay. StoppedError where `stop`, polled after every
     cell, returns True; OSError where the executor has lost its workers.
@@ -67,7 +61,7 @@ def run_cells(
                 return
             done, _ = wait(running, POLL, FIRST_COMPLETED)
             for one in done:
-                keep(running.pop(one), one.result())
+                keep(running.pop(one), one)
                 if stop():
                     raise StoppedError
             if stop():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 import time
 from collections.abc import Callable, Mapping
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
@@ -108,7 +108,8 @@ def run_plan(
         bar = Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True)
         stack.enter_context(bar)
 
-        def keep(number: int, columns: dict[str, np.ndarray]) -> None:
+        def keep(number: int, made: Future[dict[str, np.ndarray]]) -> None:
+            columns = made.result()
             write_cell(path, number, head, cell_table(plan, number, columns))
             bar.advance(len(columns["fell"]))
 

@@ -113,8 +113,6 @@ class Configuration:
         "learning_rate",
     )
     """Fields that have a flag in `stickslip train`; all others are given by `--set`."""
-    SB3: ClassVar[Mapping[str, Json]] = {}
-    """Defaults with Stable-Baselines3 that differ from the fields' own."""
 
     def __post_init__(self):
         for one in fields(self):
@@ -189,7 +187,8 @@ class Configuration:
     @classmethod
     def defaults_of(cls, trainer: object) -> dict[str, Any]:
         """Defaults of a trainer that differ from the fields' own."""
-        return dict(cls.SB3) if trainer == "sb3" else {}
+        own = {one.name: one.metadata.get("sb3") for one in fields(cls) if trainer == "sb3"}
+        return {name: default for name, default in own.items() if default is not None}
 
     def to_json(self) -> str:
         """JSON text that `from_json` reads; what the named task decides is left out."""
@@ -242,9 +241,11 @@ def digest_of(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def shared(name: str, default: T) -> T:
-    """The field of Configuration of that name, with a machine's own default."""
-    return field(default=default, metadata=Configuration.__dataclass_fields__[name].metadata)
+def shared(name: str, default: T, sb3: T | None = None) -> T:
+    """The field of Configuration of that name, with a machine's own default; sb3: with the trainer
+    of that name."""
+    known = Configuration.__dataclass_fields__[name].metadata
+    return field(default=default, metadata={**known, "sb3": sb3})
 
 
 def content_of(text: str) -> dict[str, Json]:

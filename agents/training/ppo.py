@@ -25,7 +25,6 @@ import numpy as np
 import optax
 
 from stickslip.agents.policy.network import MLPPolicy
-from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import ModelState, Trainer, Update, arrays_of, filled
 from stickslip.envs.collecting import Collected, Progress, begin, collect
@@ -34,7 +33,7 @@ from stickslip.envs.functional import abstract_step
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
 
-    from stickslip.envs.functional import FunctionalEnv
+    from stickslip.agents.protocol import AnyEnv
 
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
 """Least scale and clip of a normalised observation's entry."""
@@ -49,17 +48,13 @@ LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explai
 
 
 class Sizes(NamedTuple):
-    """Static choices: the shapes of a program."""
+    """Static choices, by the names of a configuration: the shapes of a program."""
 
     num_envs: int
     rollout_steps: int
-    """Steps of each environment in an update."""
     batch_size: int
-    """Samples a gradient step; divides num_envs x rollout_steps."""
     epochs: int
-    """Passes over a rollout."""
     hidden: int
-    """Units a hidden layer, of the actor and of the critic."""
     layers: int = 2
 
     @property
@@ -140,8 +135,8 @@ def network(layers: Layers, seen: Moments) -> MLPPolicy:
 
 
 def begin_episodes(
-    env: FunctionalEnv[State, Params], params: Params, sizes: Sizes, seed: Array | int
-) -> tuple[Progress[State], Array]:
+    env: AnyEnv, params: Any, sizes: Sizes, seed: Array | int
+) -> tuple[Progress[Any], Array]:
     """Fresh episodes, and the key of the updates: update i uses fold_in(key, i)."""
     episodes, updates = jax.random.split(jax.random.fold_in(jax.random.key(seed), 1))
     return begin(env, sizes.num_envs, params, episodes), updates
@@ -189,14 +184,14 @@ def explore(given: tuple[MLPPolicy, Array], obs: Float[Array, " obs"], key: Arra
 
 
 def rollout(
-    env: FunctionalEnv[State, Params],
-    params: Params,
+    env: AnyEnv,
+    params: Any,
     sizes: Sizes,
     noise: Array,
     learner: Learner,
-    progress: Progress[State],
+    progress: Progress[Any],
     keep: tuple[str, ...] = (),
-) -> Collected[State]:
+) -> Collected[Any]:
     """`rollout_steps` of every environment; keep: names of info beside `KEPT`."""
     return collect(
         env,

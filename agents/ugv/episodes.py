@@ -17,7 +17,14 @@ from stickslip.agents.evaluation.table import (
     fraction_interval,
     mean_interval,
 )
-from stickslip.agents.pictures.episodes import facts, from_start, panel, reward_panels, samples
+from stickslip.agents.pictures.episodes import (
+    beside,
+    facts,
+    from_start,
+    panel,
+    reward_panels,
+    samples,
+)
 from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.ugv.picture import UGVFrame, ugv_frames, ugv_picture
@@ -119,7 +126,7 @@ def as_episode(
     nothing else of the model knows of it, so there is work for a metre and no power."""
     played = played.trimmed()
     states, infos = samples(played)
-    frame = ugv_frames(states, infos, params, env.solver, env.preview)
+    frame = ugv_frames(states, infos, env, params)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
     totals, cost = played.info, np.asarray(states.cost, float)
     whole = facts(
@@ -157,26 +164,15 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
     """Ground, legs, torque, work, friction and grip, waypoint by waypoint."""
     heights = frame.wheels("point")[..., 1].T
     angles = np.degrees(frame.at.leg_angles.T)
-    work = [from_start(played.info[name]) / spacing for name in ("wheel_work", "total_work")]
-
+    names = {"motors": "wheel_work", "with the legs": "total_work"}
+    work = {who: from_start(played.info[name]) / spacing for who, name in names.items()}
+    used = Line("greater |F| / N", frame.demand)
     return (
         panel(GROUND, "m", {"rear": heights[0], "front": heights[1]}),
         panel(LEGS, "°", {"rear": angles[0], "front": angles[1]}),
         panel(TORQUE, "N m", np.asarray(frame.at.torque)),
-        panel(
-            "work put in, for each metre",
-            "J/m",
-            {"motors": work[0], "with the legs": work[1]},
-            steps=True,
-        ),
-        Panel(
-            "friction used",
-            "-",
-            (
-                Line("greater |F| / N", frame.demand),
-                Line("friction there is", frame.mu, dashed=True),
-            ),
-        ),
+        panel("work put in, for each metre", "J/m", work, steps=True),
+        beside("friction used", "-", used, "friction there is", frame.mu),
         panel("margin of grip", "kN", np.asarray(frame.at.grip) / 1000, limits=(0.0,)),
     )
 

@@ -83,7 +83,7 @@ class UGVTrainConfig(Configuration):
 
     learning_rate: float = shared("learning_rate", 3e-3)
     final_learning_rate: float = shared("final_learning_rate", 3e-4)
-    discount: float = shared("discount", 0.95)
+    discount: float = shared("discount", 0.95, sb3=0.99)
     epochs: int = shared("epochs", 10)
     noise: float = shared("noise", 1.0)
     final_noise: float = shared("final_noise", 0.2)
@@ -93,8 +93,6 @@ class UGVTrainConfig(Configuration):
     OWN, PARTS = "vehicle", ("vehicle", "motor")
     LEARNING: ClassVar = ("reward_scale",)
     USUALLY: ClassVar = {"random_start": None, "failure": 10.0}
-
-    SB3: ClassVar = {"discount": 0.99}
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
@@ -123,16 +121,6 @@ def require_ground(name: str) -> None:
 
 
 UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
-AXES = {
-    "friction": "between wheels and ground",
-    "height, centre, width": "of the ground that is driven over, here a bump [m]",
-    "leg_rate": "[rad/m]",
-    "spacing": "way of a step [m]",
-    "preview_length": "how far the ground is seen [m]",
-    "body_mass, wheel_radius": "and any other number of the vehicle",
-    "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
-}
-"""Axes in the help of a sweep."""
 
 
 class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
@@ -153,7 +141,15 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     )
     baselines = UGV_BASELINES
     scenes, scene_files = TRACK_NAMES, "or a file of points"
-    axes = AXES
+    axes: ClassVar = {
+        "friction": "between wheels and ground",
+        "height, centre, width": "of the ground that is driven over, here a bump [m]",
+        "leg_rate": "[rad/m]",
+        "spacing": "way of a step [m]",
+        "preview_length": "how far the ground is seen [m]",
+        "body_mass, wheel_radius": "and any other number of the vehicle",
+        "randomisation.track.bump_height.1": "an end of a range that a reset draws from",
+    }
     evaluated = ("return", "cost", "total_energy", "demand", "failures")
     frames = 10.0
 

@@ -19,13 +19,7 @@ from stickslip.agents.policy.task import (
     same_numbers,
 )
 from stickslip.agents.protocol import Options, Task
-from stickslip.agents.ugv.machine import (
-    FIXED,
-    TRACK_NAMES,
-    USUAL,
-    UGVTrainConfig,
-    require_ground,
-)
+from stickslip.agents.ugv.machine import FIXED, TRACK_NAMES, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import OPTIONAL, vehicle_text
@@ -58,13 +52,12 @@ UNITS = {
     "task.spacing": "m",
     "task.start": "m",
     "task.end": "m",
-    "task.start_angles": "rad",
+    "start_angles": "rad",
     "task.min_clearance": "m",
     "task.preview_length": "m",
     "task.preview_noise": "m",
     "task.max_torque": "N m",
     "task.speed": "m/s",
-    "randomisation.start_angles": "rad",
     "randomisation.track.roughness": "m^3",
     **{f"vehicle.{name}": unit or "-" for name, unit in OF_VEHICLE.items()},
     **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
@@ -76,17 +69,15 @@ UNITS = {
 """Units of numbers that a sweep may vary."""
 
 
-def ground_by_name(name: str) -> tuple[Track, RandomTrack | None]:
-    """The ground of that name, or from the file of that name, and what is drawn in its place for
-    every episode, if anything. ValueError listing the names."""
+def ground_by_name(name: str) -> Track | str:
+    """The ground in the file of that name, or the name as `make_params` takes it. ValueError
+    listing the names."""
     require_ground(name)
-    if name in RANDOM_TRACKS:
-        return Track.flat(), RandomTrack.named(name)
-    if name in FIXED:
-        return Track.named(name), None
+    if name in TRACK_NAMES:
+        return name
     from stickslip.optim.posture.track_file import read_track
 
-    return read_track(Path(name)), None
+    return read_track(Path(name))
 
 
 def standard_task() -> UGVTask:
@@ -108,11 +99,10 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
         env = cast("UGVEnv", made)
     else:
         env = UGVEnv(config.criterion, config.preview, SOLVER)
-        track, drawn = ground_by_name(config.tracks)
         failure = failure or 0.0
         tested = env.make_params(
-            track=track,
-            randomisation=UGVRandomisation(drawn, config.random_friction),
+            track=ground_by_name(config.tracks),
+            randomisation=UGVRandomisation(friction=config.random_friction),
             friction=config.friction,
             leg_rate=config.leg_rate,
             spacing=config.spacing,
@@ -145,8 +135,7 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
     given["vehicle"] = own.pop("vehicle", given["vehicle"])
     numbers |= own
     if scene is not None:
-        given["track"], random_track = ground_by_name(scene)
-        drawn = replace(drawn, track=random_track)
+        given["track"], drawn = ground_by_name(scene), replace(drawn, track=None)
         numbers |= {"start": None, "end": None, "failure_penalty": None}
     if options["criterion"] is not None:
         given["env"] = replace(task.env, criterion=options["criterion"])

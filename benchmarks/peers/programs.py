@@ -80,13 +80,7 @@ def reference(case: Case, torques: tuple[float, ...] = (TORQUE,)) -> np.ndarray:
 
 
 def measured(
-    program: str,
-    case: Case,
-    setting: str,
-    run: Callable[[], Any],
-    repeats: int,
-    *,
-    batch: int = 1,
+    program: str, case: Case, setting: str, run: Callable[[], Any], repeats: int, *, batch: int = 1
 ) -> dict[str, Any]:
     """Error of the first and the last walk, and simulated seconds a wall and a core-second.
 

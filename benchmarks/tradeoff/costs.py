@@ -15,14 +15,7 @@ from benchmarks.timing import CORES, built, on_threads, seconds_of_many
 from benchmarks.tradeoff.walks import CONTROL as PERIOD
 from benchmarks.tradeoff.walks import FLOORS, names_of, settings
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import (
-    BipedParams,
-    BipedState,
-    EventExact,
-    Table,
-    prepare,
-    simulate,
-)
+from stickslip.dynamics.biped import BipedParams, BipedState, EventExact, Table, prepare, simulate
 from stickslip.dynamics.biped.settings import Setting
 
 BATCH = 4096

@@ -359,9 +359,7 @@ def _step_of(program: _Program) -> Callable[..., Array]:
 
 @partial(fused, fixed=1)
 def _step_one(
-    program: _Program,
-    carry: Integer[Array, " words"],
-    action: Float[Array, " act"],
+    program: _Program, carry: Integer[Array, " words"], action: Float[Array, " act"]
 ) -> Integer[Array, " words"]:
     """One environment's step; carry: its packed column, its row of `row_of` at the end."""
     chain, state = program.carry.unpack(carry)

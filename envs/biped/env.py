@@ -11,11 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    BipedState,
-    RK4Split,
-    floor_position,
-)
+from stickslip.dynamics.biped import BipedState, RK4Split, floor_position
 from stickslip.dynamics.biped.contact import (
     LimitedTorque,
     Torque,

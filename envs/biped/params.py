@@ -9,21 +9,10 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedModel,
-    BipedParams,
-    prepare,
-)
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel, BipedParams, prepare
 from stickslip.dynamics.biped.settings import Fidelity
 from stickslip.dynamics.biped.simulation import require_exchange
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_choice,
-    require_kind,
-    require_known,
-)
+from stickslip.dynamics.checks import is_concrete, require_choice, require_kind, require_known
 from stickslip.dynamics.pytrees import (
     Number,
     Numeric,
@@ -281,8 +270,7 @@ def make_params(
     numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
     bare = bare.astype(float_kind(dtype, jnp.result_type(bare.mass)))
     return BipedEnvParams(
-        robot=prepare(bare, fidelity=fidelity, payload=scene.payload),
-        **numbers,
+        robot=prepare(bare, fidelity=fidelity, payload=scene.payload), **numbers
     ).validate()
 
 

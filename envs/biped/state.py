@@ -68,17 +68,13 @@ class StepOutcome(NamedTuple):
 
 
 class Totals(NamedTuple):
-    """Sums over the episode, or what a step adds to them."""
+    """Sums over the episode, or what a step adds to them, see StepOutcome."""
 
     reward: Float[Array, ""]
     turned: Float[Array, ""]
-    """Crank angle [rad]."""
     walked: Float[Array, ""]
-    """[m]"""
     slid: Float[Array, ""]
-    """[m]"""
     energy: Float[Array, ""]
-    """Positive motor work and copper loss [J]."""
 
     def info(self, elapsed: Int[Array, ""], duration: Float[Array, ""]) -> dict[str, Array]:
         """Entries of info about the episode after so many steps and seconds."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -18,6 +18,7 @@ import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Picture
+from stickslip.records.table import jsonable
 
 MOST_SAMPLES = 20_000
 """Samples of one episode."""
@@ -139,23 +140,15 @@ def _policy(*scripts: str) -> str:
 
 def _script_text(value: object) -> str:
     """JSON that may stand within a <script>: no character that could end it or begin a comment."""
-    text = json.dumps(_plain(value), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    plain = jsonable(value, _packed)
+    text = json.dumps(plain, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _plain(value: object) -> object:
-    """Dataclasses as dictionaries, arrays as base64 of little-endian float32, the rest as is."""
-    if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
-    if isinstance(value, np.ndarray):
-        data = base64.b64encode(value.astype("<f4").tobytes()).decode()
-        return {"shape": list(value.shape), "data": data}
-    if isinstance(value, dict):
-        return {name: _plain(one) for name, one in value.items()}
-    if isinstance(value, tuple | list):
-        return [_plain(one) for one in value]
-    value = value.item() if isinstance(value, np.generic) else value
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+def _packed(array: np.ndarray) -> dict[str, object]:
+    """Its shape, and base64 of little-endian float32."""
+    data = base64.b64encode(array.astype("<f4").tobytes()).decode()
+    return {"shape": list(array.shape), "data": data}
 
 
 @cache

@@ -38,19 +38,13 @@ DAY: dict[str, str] = {
     "motor": MOTOR,
     "holds": HOLDS,
     "slides": SLIDES,
-    "shadow": "#5D6B7980",
-    "badge": PAGE,
-    "badge-holds": HOLDS,
-    "badge-slides": "#B85000",
-    "badge-ended": INK,
-    "ground-alpha": "1",
     **SUPPORT,
     **{f"pale-{role}": colour for role, colour in SWING.items()},
     "tyre": SUPPORT["main"],
     "rim": SWING["slim"],
     **{f"player-{i}": colour for i, colour in enumerate(PLAYERS)},
 }
-"""Colours by role, of pictures and of pages by day; html/night.css has those by night."""
+"""Colours by role, of pictures and of pages by day; night.css has those by night."""
 
 WIDTH, HEIGHT = 960, 540
 """Size of a picture [px]."""

@@ -148,10 +148,7 @@ class Known:
         return Interval(self.scale.score(earned.value))
 
     def _of_means(
-        self,
-        statistic: Callable[..., np.ndarray],
-        returns: ArrayLike,
-        seeds: Sequence[int] | None,
+        self, statistic: Callable[..., np.ndarray], returns: ArrayLike, seeds: Sequence[int] | None
     ) -> Interval:
         both = (self.trivial, self.best)
         kept = all(len(one.returns) == self.episodes for one in both)

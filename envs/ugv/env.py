@@ -11,12 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    require_choice,
-    require_integer,
-    require_kind,
-    require_known,
-)
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_known
 from stickslip.dynamics.pytrees import compensated, rebuilt
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
@@ -222,7 +217,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             totals=nothing,
             rests=(zero, nothing),
         )
-        return self._observe(state, params), state
+        return observe(self, state, params), state
 
     def step_env(
         self, state: UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
@@ -263,7 +258,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         )
         work = {"wheel_work": wheel_work, "total_work": total_work}
         info = {"status": status, **work, **info_of(state, params)}
-        return self._observe(state, params), state, reward, failed, done & ~failed, info
+        return observe(self, state, params), state, reward, failed, done & ~failed, info
 
     def pictures(
         self, states: UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams
@@ -272,13 +267,13 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         from stickslip.envs.rendering.scene import paint
         from stickslip.envs.ugv.picture import ugv_frames, ugv_picture
 
-        frames = ugv_frames(states, infos, params, self.solver, self.preview)
+        frames = ugv_frames(states, infos, self, params)
         shown = ugv_picture(frames, params.vehicle, self.criterion, self.measure.unit)
         return partial(paint, shown)
 
     def observation_bounds(self, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
         """See FunctionalEnv; entries as in the class docstring."""
-        return bounds(self.measure, self.preview, params, self.see_friction)
+        return bounds(self, params)
 
     def problem(self, state: UGVEnvState, params: UGVEnvParams) -> PostureProblem:
         """The optimiser's problem of an episode, from its first state (not a batch): the same
@@ -297,9 +292,6 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             start_angles=np.asarray(state.leg_angles, float),
             solver=self.solver,
         )
-
-    def _observe(self, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
-        return observe(self.measure, self.preview, state, params, self.see_friction)
 
     def _stand(
         self, x: Float[Array, ""], angles: Float[Array, " 2"], drawn: UGVDrawn, params: UGVEnvParams

@@ -8,12 +8,7 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_kind,
-    require_known,
-    shown,
-)
+from stickslip.dynamics.checks import is_concrete, require_kind, require_known, shown
 from stickslip.dynamics.names import RANDOM_TRACKS
 from stickslip.dynamics.pytrees import (
     Number,

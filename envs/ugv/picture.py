@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.pytrees import Number
     from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
+    from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.optim.posture.criteria import Station
 
@@ -220,21 +221,16 @@ REACH = 4.0
 
 
 def ugv_frames(
-    states: UGVEnvState,
-    infos: Mapping[str, np.ndarray],
-    params: UGVEnvParams,
-    solver: PoseSolver,
-    preview: int = 0,
+    states: UGVEnvState, infos: Mapping[str, np.ndarray], env: UGVEnv, params: UGVEnvParams
 ) -> UGVFrame:
-    """The frame of an episode's states, every leaf [n], with the info of the step that led to each.
-
-    preview: how many points ahead are observed.
-    """
+    """The frame of an episode's states, every leaf [n], with the info of the step that led to
+    each."""
     odometer, friction = ground(jax.tree.map(lambda leaf: leaf[0], states.drawn), params)
     at = states.station
-    ahead = places_ahead(preview, params, jnp.result_type(at.x)) if preview else np.empty(0)
+    seen = env.preview
+    ahead = places_ahead(seen, params, jnp.result_type(at.x)) if seen else np.empty(0)
     status = infos.get("status", at.status)
-    about = odometer, friction, params.vehicle, solver
+    about = odometer, friction, params.vehicle, env.solver
     return station_frames(at, states.cost, *about, ahead, float(params.start), status)
 
 

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.ugv import Odometer
-    from stickslip.optim.posture.criteria import Criterion, Station
+    from stickslip.envs.ugv.env import UGVEnv
+    from stickslip.optim.posture.criteria import Station
 
 MAX_SLOPE = 1.6
 """Clip of slope angle and pitch [rad]."""
@@ -134,13 +135,7 @@ def info_of(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
     }
 
 
-def observe(
-    criterion: Criterion,
-    preview: int,
-    state: UGVEnvState,
-    params: UGVEnvParams,
-    see_friction: bool = False,
-) -> Float[Array, " obs"]:
+def observe(env: UGVEnv, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
     """The observation of a state."""
     at, dtype = state.station, state.cost.dtype
     W, r = params.vehicle.weight, params.vehicle.wheel_radius
@@ -149,32 +144,31 @@ def observe(
     entries += [jnp.clip(angle, -MAX_SLOPE, MAX_SLOPE) for angle in state.attitude]
     entries += [jnp.clip(at.torque / (W * r), -MAX_TORQUE, MAX_TORQUE)]
     entries += [jnp.clip(margin / W, -MAX_GRIP, MAX_GRIP) for margin in margins]
-    if criterion.kind == "max":
+    if env.measure.kind == "max":
         mu = at.friction if jnp.ndim(at.friction) == 0 else jnp.max(at.friction)  # the better wheel
-        unit = penalty_for(criterion.unit, params.vehicle, mu, params.end - params.start)
+        unit = penalty_for(env.measure.unit, params.vehicle, mu, params.end - params.start)
         entries += [jnp.clip(state.cost / unit, -MAX_COST, MAX_COST)]
     seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
-    if preview == 0:
+    if env.preview == 0:
         return seen
-    heights = _heights_ahead(preview, state, params) / r
+    heights = _heights_ahead(env.preview, state, params) / r
     ahead = [jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)]
-    if see_friction:
-        ahead += [jnp.minimum(_friction_ahead(preview, state, params), MAX_FRICTION).astype(dtype)]
+    if env.see_friction:
+        mu = _friction_ahead(env.preview, state, params)
+        ahead += [jnp.minimum(mu, MAX_FRICTION).astype(dtype)]
     return jnp.concatenate([seen, *ahead])
 
 
-def bounds(
-    criterion: Criterion, preview: int, params: UGVEnvParams, see_friction: bool = False
-) -> tuple[np.ndarray, np.ndarray]:
+def bounds(env: UGVEnv, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest value of every entry."""
     low = float(np.min(np.asarray(params.vehicle.leg_angle_min))) - np.pi / 2
     high = float(np.max(np.asarray(params.vehicle.leg_angle_max))) - np.pi / 2
     slack = 1e-6  # an angle at the end of its range, in single precision
     rows = [(low - slack, high + slack)] * 2 + [(-MAX_SLOPE, MAX_SLOPE)] * 3
     rows += [(-MAX_TORQUE, MAX_TORQUE)] + [(-MAX_GRIP, MAX_GRIP)] * 2
-    rows += [(-MAX_COST, MAX_COST)] * (criterion.kind == "max")
-    rows += [(-MAX_HEIGHT, MAX_HEIGHT)] * preview
-    rows += [(0, MAX_FRICTION)] * (preview if see_friction else 0)
+    rows += [(-MAX_COST, MAX_COST)] * (env.measure.kind == "max")
+    rows += [(-MAX_HEIGHT, MAX_HEIGHT)] * env.preview
+    rows += [(0, MAX_FRICTION)] * (env.preview if env.see_friction else 0)
     lows, highs = np.asarray(rows, np.float64).T
     return lows, highs
 

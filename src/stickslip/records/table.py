@@ -5,9 +5,10 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
+from functools import partial
 from html import escape
 from math import isfinite
 from numbers import Integral
@@ -165,18 +166,20 @@ def json_text(content: Mapping[str, Any]) -> str:
     return json.dumps(plain, indent=1, allow_nan=False, ensure_ascii=False, default=str) + "\n"
 
 
-def jsonable(value: Any) -> Any:
-    """The value as `json_text` writes it, in what JSON knows."""
+def jsonable(value: Any, array: Callable[[np.ndarray], Any] = np.ndarray.tolist) -> Any:
+    """The value as `json_text` writes it, in what JSON knows; array: what an array becomes."""
+    within = partial(jsonable, array=array)
     if isinstance(value, Mapping):
-        return {str(name): jsonable(entry) for name, entry in value.items()}
+        return {str(name): within(entry) for name, entry in value.items()}
     if isinstance(value, Enum):
         return value.name
     if hasattr(value, "_asdict"):
-        return jsonable(value._asdict())
+        return within(value._asdict())
     if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: jsonable(getattr(value, one.name)) for one in fields(value)}
+        return {one.name: within(getattr(value, one.name)) for one in fields(value)}
     if isinstance(value, list | tuple):
-        return [jsonable(entry) for entry in value]
+        return [within(entry) for entry in value]
     if isinstance(value, np.ndarray | np.generic) or hasattr(value, "dtype"):
-        return jsonable(np.asarray(value).tolist())
+        numbers = np.asarray(value)
+        return within(array(numbers) if numbers.ndim else numbers.tolist())
     return None if isinstance(value, float) and not isfinite(value) else value
