@@ -161,8 +161,7 @@ def _collect(program: _Program, params: Any, policy_params: Any, progress: Progr
     else:
         body = jax.vmap(partial(_one_step, program, shared), in_axes=(0, None))
         last, rows = jax.lax.scan(body, progress, None, length=program.steps)
-    reward, terminated, truncated, kept = rows
-    return Collected(reward, terminated, truncated, kept, last)
+    return Collected(*rows, last)
 
 
 def _threads(num_envs: int, cores: int | None) -> int:
@@ -213,8 +212,5 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
 
 def _joined(parts: list[Collected]) -> Collected:
     after = jax.tree.map(lambda *each: jnp.concatenate(each), *[part.progress for part in parts])
-    rows = [part[:4] for part in parts]
-    reward, terminated, truncated, kept = jax.tree.map(
-        lambda *each: jnp.concatenate(each, 1), *rows
-    )
-    return Collected(reward, terminated, truncated, kept, after)
+    rows = jax.tree.map(lambda *each: jnp.concatenate(each, 1), *[part[:4] for part in parts])
+    return Collected(*rows, after)

@@ -107,12 +107,8 @@ def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
     robot = drawn_robot(last.drawn, params)
     totals = last.totals
     return Episodes(
-        reward=totals.reward,
+        **totals._asdict(),
         duration=last.elapsed * jnp.asarray(params.control_period, totals.reward.dtype),
-        turned=totals.turned,
-        walked=totals.walked,
-        slid=totals.slid,
-        energy=totals.energy,
         weight=robot.total_mass * robot.gravity,
         status=played.info["status"][-1],
     )

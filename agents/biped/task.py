@@ -84,12 +84,8 @@ def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]
         env, params = task_by_name(config.task).make("same_step")
         return TrainingTask(cast("BipedEnv", env), _training(config, params), params, params)
     env = BipedEnv(see_friction=config.see_friction, see_patch=config.see_patch)
-    drawn = Randomisation(
-        friction=config.random_friction,
-        mass=config.random_mass,
-        payload=config.random_payload,
-        mean_rate=config.random_mean_rate,
-    )
+    names = ("friction", "mass", "payload", "mean_rate")
+    drawn = Randomisation(**{name: getattr(config, f"random_{name}") for name in names})
     scene = Scene.named(config.scene)
     if config.mu_static is not None:
         scene = Scene.uniform(config.mu_static, config.mu_kinetic)

@@ -274,12 +274,10 @@ def keep_of(played: Rollout[object], params: Timed) -> StandardEpisodes:
     )
 
 
+FAILURES = Column("failures", "%", 0, percent=True), lambda e: fraction_interval(e.fell)
 COLUMNS: Columns[StandardEpisodes] = {
     "return": (Column("return", "-", 2), lambda played: mean_interval(played.reward)),
     "duration": (Column("length", "s", 1), lambda played: mean_interval(played.duration)),
-    "failures": (
-        Column("failures", "%", 0, percent=True),
-        lambda played: fraction_interval(played.fell),
-    ),
+    "failures": FAILURES,
 }
 MEASURES = Measures(keep_of, COLUMNS, {"reward": "-", "duration": "s"})

@@ -149,7 +149,5 @@ def _definition(tasks: Sequence[Task]) -> dict[str, object]:
         "methods": {name: "ours" if name in METHODS else "yours" for name in methods},
         "seeds": max(one.seed for one in tasks) + 1,
         "runs": len(tasks),
-        "budget": first.budget,
-        "seconds": first.seconds,
-        "outside": first.outside,
+        **{name: getattr(first, name) for name in ("budget", "seconds", "outside")},
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -10,11 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.evaluation.table import (
+    FAILURES,
     Column,
     Columns,
     Interval,
     Measures,
-    fraction_interval,
     mean_interval,
 )
 from stickslip.agents.pictures.episodes import (
@@ -60,28 +60,21 @@ class UGVEpisodes(NamedTuple):
         return np.asarray(self.status) != Status.OK
 
 
-def _whole(of: str) -> Callable[[UGVEpisodes], Interval]:
+def _whole(played: UGVEpisodes, of: str) -> Interval:
     """Mean over the episodes that reached the end; NaN without any."""
-
-    def interval(played: UGVEpisodes) -> Interval:
-        values = np.asarray(getattr(played, of), float)[~played.fell]
-        return mean_interval(values) if len(values) else Interval(np.nan, np.nan, np.nan)
-
-    return interval
+    values = np.asarray(getattr(played, of), float)[~played.fell]
+    return mean_interval(values) if len(values) else Interval(np.nan)
 
 
 def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
     """The columns of a table; unit: the criterion's."""
     return {
         "return": (Column("return", "-", 1), lambda played: mean_interval(played.reward)),
-        "cost": (Column("cost", unit, 2), _whole("cost")),
-        "wheel_energy": (Column("wheels", "J", 1), _whole("wheel_energy")),
-        "total_energy": (Column("with legs", "J", 1), _whole("total_energy")),
-        "demand": (Column("friction used", "-", 3), _whole("demand")),
-        "failures": (
-            Column("failures", "%", 0, percent=True),
-            lambda played: fraction_interval(played.fell),
-        ),
+        "cost": (Column("cost", unit, 2), partial(_whole, of="cost")),
+        "wheel_energy": (Column("wheels", "J", 1), partial(_whole, of="wheel_energy")),
+        "total_energy": (Column("with legs", "J", 1), partial(_whole, of="total_energy")),
+        "demand": (Column("friction used", "-", 3), partial(_whole, of="demand")),
+        "failures": FAILURES,
     }
 
 
@@ -94,11 +87,9 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
         for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
     ]
     return UGVEpisodes(
-        reward=state.totals.reward,
+        **state.totals._asdict(),
         cost=state.cost,
         distance=info["episode_distance"],
-        wheel_energy=state.totals.wheel_energy,
-        total_energy=state.totals.total_energy,
         demand=jnp.max(jnp.maximum(*use)),
         status=info["status"],
     )

@@ -42,6 +42,8 @@ LIMITS = ("max_torque",)
 """Numbers of UGVEnvParams, in a task that has them."""
 NUMBERS = ("start_angles", *(name for name in RULES if name not in LIMITS))
 """Those of every task."""
+GIVEN = ("friction", "leg_rate", "spacing", "preview_length", "preview_noise")
+"""Those that a configuration has under the same names."""
 FRICTION = 0.8
 """Friction of the standard task."""
 SOLVER = PoseSolver(iterations=5, samples=8)
@@ -49,22 +51,16 @@ SOLVER = PoseSolver(iterations=5, samples=8)
 
 UNITS = {
     "task.leg_rate": "rad/m",
-    "task.spacing": "m",
-    "task.start": "m",
-    "task.end": "m",
     "start_angles": "rad",
-    "task.min_clearance": "m",
-    "task.preview_length": "m",
-    "task.preview_noise": "m",
     "task.max_torque": "N m",
     "task.speed": "m/s",
     "randomisation.track.roughness": "m^3",
     **{f"vehicle.{name}": unit or "-" for name, unit in OF_VEHICLE.items()},
+    **dict.fromkeys(("spacing", "start", "end"), "m"),
+    **dict.fromkeys(("min_clearance", "preview_length", "preview_noise"), "m"),
     **dict.fromkeys(("height", "centre", "width", "amplitude", "wavelength"), "m"),
     **dict.fromkeys(("position", "length", "joint", "depth", "side"), "m"),
     **dict.fromkeys(("bump_height", "bump_width", "bump_centre"), "m"),
-    "track.start": "m",
-    "track.end": "m",
 }
 """Units of numbers that a sweep may vary."""
 
@@ -103,13 +99,9 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
         tested = env.make_params(
             track=ground_by_name(config.tracks),
             randomisation=UGVRandomisation(friction=config.random_friction),
-            friction=config.friction,
-            leg_rate=config.leg_rate,
-            spacing=config.spacing,
-            **own_machine(UGVParams, "vehicle", config.vehicle),
             start_angles=(np.radians(config.start_angle),) * 2,
-            preview_length=config.preview_length,
-            preview_noise=config.preview_noise,
+            **own_machine(UGVParams, "vehicle", config.vehicle),
+            **{name: getattr(config, name) for name in GIVEN},
         )
     scale = config.reward_scale or 1 / USUAL[env.criterion]
     changes: Parts = {"reward_scale": scale}
@@ -176,15 +168,14 @@ def details(task: UGVTask) -> str:
 
 def parts(env: UGVEnv, params: UGVEnvParams) -> Parts:
     """See Machine; the arguments of `build`."""
-    numbers = {name: getattr(params, name) for name in NUMBERS}
-    limits = {name: getattr(params, name) for name in LIMITS}
+    limits = [name for name in LIMITS if getattr(params, name) is not None]
     return {
         "env": env,
         "vehicle": params.vehicle,
         "track": params.track,
         "randomisation": params.randomisation,
         "dtype": str(jnp.result_type(params.start)),
-        "numbers": numbers | {name: one for name, one in limits.items() if one is not None},
+        "numbers": {name: getattr(params, name) for name in (*NUMBERS, *limits)},
     }
 
 

@@ -167,15 +167,14 @@ def _force(
     if not np.isfinite(normal):
         return
     colour = theme.SLIDES if contact.slips[i] else theme.HOLDS
-    size = min(hypot(friction, normal) / drawing.weight, LONGEST) if drawing.weight > 0 else 0.0
+    whole = hypot(friction, normal)
+    size = min(whole / drawing.weight, LONGEST) if drawing.weight > 0 else 0.0
     length = size * drawing.force * camera.scale
     tail = camera(contact.place[i])
     if length > 0:
         slope = float(contact.slope[i])
         along = np.array([cos(slope), sin(slope)])
-        direction = (friction * along + normal * np.array([-along[1], along[0]])) / hypot(
-            friction, normal
-        )
+        direction = (friction * along + normal * np.array([-along[1], along[0]])) / whole
         painter.area(_arrow(tail, direction, length), colour, theme.PAGE, 1.4)
     painter.dot(tail, 6.5, colour, theme.PAGE, 1.2)
 

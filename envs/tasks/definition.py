@@ -84,14 +84,8 @@ class TaskDefinition:
     @property
     def digest(self) -> str:
         """SHA-256 of the definition's canonical JSON, in hexadecimal."""
-        content = {
-            "environment": self.environment,
-            "choices": self.choices,
-            "parameters": self.parameters,
-            "dtype": DTYPE,
-            "version": self.version,
-        }
-        content = _with_first_names(content)
+        own = ("environment", "choices", "parameters", "version")
+        content = _with_first_names({one: getattr(self, one) for one in own} | {"dtype": DTYPE})
         text = json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
         return hashlib.sha256(text.encode()).hexdigest()
 

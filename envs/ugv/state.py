@@ -115,17 +115,12 @@ def ground(drawn: UGVDrawn, params: UGVEnvParams) -> tuple[Odometer, Any]:
 def info_of(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
     """Entries of info about the state."""
     at = state.station
-    return {
-        "x": at.x,
+    names = ("x", "torque", "N_rear", "N_front", "grip", "clearance")
+    return {name: getattr(at, name) for name in names} | {
         "rear_angle": at.leg_angles[0],
         "front_angle": at.leg_angles[1],
         "pitch": state.attitude.pitch,
-        "torque": at.torque,
         "friction_force": at.F_front,
-        "N_rear": at.N_rear,
-        "N_front": at.N_front,
-        "grip": at.grip,
-        "clearance": at.clearance,
         "episode_return": state.totals.reward,
         "episode_length": state.elapsed,
         "episode_cost": state.cost,
