@@ -117,7 +117,7 @@ def as_episode(
     nothing else of the model knows of it, so there is work for a metre and no power."""
     played = played.trimmed()
     states, infos = samples(played)
-    frame = ugv_frames(states, infos, env, params)
+    frame = ugv_frames(states, infos, params, env.solver, env.preview)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
     totals, cost = played.info, np.asarray(states.cost, float)
     whole = facts(

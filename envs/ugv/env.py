@@ -17,7 +17,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import Entries, FunctionalEnv, with_keywords_of, with_tuples
-from stickslip.envs.ugv.params import UGVEnvParams, make_params
+from stickslip.envs.ugv.params import UGVEnvParams, make_params, penalty_for
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from stickslip.envs.ugv.state import (
     MOST_PREVIEW,
@@ -25,11 +25,11 @@ from stickslip.envs.ugv.state import (
     UGVDrawn,
     UGVEnvState,
     UGVTotals,
-    bounds,
     draw,
+    friction_ahead,
     ground,
+    heights_ahead,
     info_of,
-    observe,
 )
 from stickslip.optim.posture.criteria import (
     CRITERIA,
@@ -47,6 +47,18 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
+MAX_SLOPE = 1.6
+"""Clip of slope angle and pitch [rad]."""
+MAX_TORQUE = 2.0
+"""Clip of the torque on a wheel, in weight x wheel radius."""
+MAX_GRIP = 4.0
+"""Clip of the grip margin, in weights."""
+MAX_HEIGHT = 5.0
+"""Clip of height or depth of the ground ahead, in wheel radii."""
+MAX_COST = 10.0
+"""Clip of the worst value so far, in units of `penalty_for`."""
+MAX_FRICTION = 10.0
+"""Clip of the friction coefficient ahead [-]."""
 OPTIONS = ("start_angles",)
 """Options of a reset."""
 
@@ -217,7 +229,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             totals=nothing,
             rests=(zero, nothing),
         )
-        return observe(self, state, params), state
+        return self._observe(state, params), state
 
     def step_env(
         self, state: UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
@@ -258,7 +270,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         )
         work = {"wheel_work": wheel_work, "total_work": total_work}
         info = {"status": status, **work, **info_of(state, params)}
-        return observe(self, state, params), state, reward, failed, done & ~failed, info
+        return self._observe(state, params), state, reward, failed, done & ~failed, info
 
     def pictures(
         self, states: UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams
@@ -267,13 +279,44 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         from stickslip.envs.rendering.scene import paint
         from stickslip.envs.ugv.picture import ugv_frames, ugv_picture
 
-        frames = ugv_frames(states, infos, self, params)
+        frames = ugv_frames(states, infos, params, self.solver, self.preview)
         shown = ugv_picture(frames, params.vehicle, self.criterion, self.measure.unit)
         return partial(paint, shown)
 
     def observation_bounds(self, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
         """See FunctionalEnv; entries as in the class docstring."""
-        return bounds(self, params)
+        low = float(np.min(np.asarray(params.vehicle.leg_angle_min))) - np.pi / 2
+        high = float(np.max(np.asarray(params.vehicle.leg_angle_max))) - np.pi / 2
+        slack = 1e-6  # an angle at the end of its range, in single precision
+        rows = [(low - slack, high + slack)] * 2 + [(-MAX_SLOPE, MAX_SLOPE)] * 3
+        rows += [(-MAX_TORQUE, MAX_TORQUE)] + [(-MAX_GRIP, MAX_GRIP)] * 2
+        rows += [(-MAX_COST, MAX_COST)] * (self.measure.kind == "max")
+        rows += [(-MAX_HEIGHT, MAX_HEIGHT)] * self.preview
+        rows += [(0, MAX_FRICTION)] * (self.preview if self.see_friction else 0)
+        lows, highs = np.asarray(rows, np.float64).T
+        return lows, highs
+
+    def _observe(self, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
+        at, dtype = state.station, state.cost.dtype
+        W, r = params.vehicle.weight, params.vehicle.wheel_radius
+        margins = [mu * normal - jnp.abs(force) for force, normal, mu in at.wheels]
+        entries = [*(at.leg_angles - np.pi / 2)]
+        entries += [jnp.clip(angle, -MAX_SLOPE, MAX_SLOPE) for angle in state.attitude]
+        entries += [jnp.clip(at.torque / (W * r), -MAX_TORQUE, MAX_TORQUE)]
+        entries += [jnp.clip(margin / W, -MAX_GRIP, MAX_GRIP) for margin in margins]
+        if self.measure.kind == "max":
+            mu = jnp.max(at.friction) if jnp.ndim(at.friction) else at.friction  # better wheel
+            unit = penalty_for(self.measure.unit, params.vehicle, mu, params.end - params.start)
+            entries += [jnp.clip(state.cost / unit, -MAX_COST, MAX_COST)]
+        seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
+        if self.preview == 0:
+            return seen
+        heights = heights_ahead(self.preview, state, params) / r
+        ahead = [jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)]
+        if self.see_friction:
+            mu = friction_ahead(self.preview, state, params)
+            ahead += [jnp.minimum(mu, MAX_FRICTION).astype(dtype)]
+        return jnp.concatenate([seen, *ahead])
 
     def problem(self, state: UGVEnvState, params: UGVEnvParams) -> PostureProblem:
         """The optimiser's problem of an episode, from its first state (not a batch): the same

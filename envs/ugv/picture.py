@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.pytrees import Number
     from stickslip.dynamics.ugv import Odometer, Pose, UGVParams
-    from stickslip.envs.ugv.env import UGVEnv
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.optim.posture.criteria import Station
 
@@ -221,16 +220,21 @@ REACH = 4.0
 
 
 def ugv_frames(
-    states: UGVEnvState, infos: Mapping[str, np.ndarray], env: UGVEnv, params: UGVEnvParams
+    states: UGVEnvState,
+    infos: Mapping[str, np.ndarray],
+    params: UGVEnvParams,
+    solver: PoseSolver,
+    seen: int,
 ) -> UGVFrame:
-    """The frame of an episode's states, every leaf [n], with the info of the step that led to
-    each."""
+    """The frame of an episode's states, every leaf [n], with the info of the step that led to each.
+
+    seen: how many points ahead are observed.
+    """
     odometer, friction = ground(jax.tree.map(lambda leaf: leaf[0], states.drawn), params)
     at = states.station
-    seen = env.preview
     ahead = places_ahead(seen, params, jnp.result_type(at.x)) if seen else np.empty(0)
     status = infos.get("status", at.status)
-    about = odometer, friction, params.vehicle, env.solver
+    about = odometer, friction, params.vehicle, solver
     return station_frames(at, states.cost, *about, ahead, float(params.start), status)
 
 

@@ -1,4 +1,4 @@
-"""State of an episode of UGVEnv, the draws of its reset, its observation and its info."""
+"""State of an episode of UGVEnv, the draws of its reset, its sight and its info."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.ugv.params import UGVEnvParams, penalty_for
+from stickslip.envs.ugv.params import UGVEnvParams
 from stickslip.envs.ugv.randomisation import uniform
 
 if TYPE_CHECKING:
@@ -18,21 +17,8 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.ugv import Odometer
-    from stickslip.envs.ugv.env import UGVEnv
     from stickslip.optim.posture.criteria import Station
 
-MAX_SLOPE = 1.6
-"""Clip of slope angle and pitch [rad]."""
-MAX_TORQUE = 2.0
-"""Clip of the torque on a wheel, in weight x wheel radius."""
-MAX_GRIP = 4.0
-"""Clip of the grip margin, in weights."""
-MAX_HEIGHT = 5.0
-"""Clip of height or depth of the ground ahead, in wheel radii."""
-MAX_COST = 10.0
-"""Clip of the worst value so far, in units of `penalty_for`."""
-MAX_FRICTION = 10.0
-"""Clip of the friction coefficient ahead [-]."""
 MOST_PREVIEW = 256
 
 
@@ -130,50 +116,12 @@ def info_of(state: UGVEnvState, params: UGVEnvParams) -> dict[str, Array]:
     }
 
 
-def observe(env: UGVEnv, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
-    """The observation of a state."""
-    at, dtype = state.station, state.cost.dtype
-    W, r = params.vehicle.weight, params.vehicle.wheel_radius
-    margins = [mu * normal - jnp.abs(force) for force, normal, mu in at.wheels]
-    entries = [*(at.leg_angles - np.pi / 2)]
-    entries += [jnp.clip(angle, -MAX_SLOPE, MAX_SLOPE) for angle in state.attitude]
-    entries += [jnp.clip(at.torque / (W * r), -MAX_TORQUE, MAX_TORQUE)]
-    entries += [jnp.clip(margin / W, -MAX_GRIP, MAX_GRIP) for margin in margins]
-    if env.measure.kind == "max":
-        mu = at.friction if jnp.ndim(at.friction) == 0 else jnp.max(at.friction)  # the better wheel
-        unit = penalty_for(env.measure.unit, params.vehicle, mu, params.end - params.start)
-        entries += [jnp.clip(state.cost / unit, -MAX_COST, MAX_COST)]
-    seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
-    if env.preview == 0:
-        return seen
-    heights = _heights_ahead(env.preview, state, params) / r
-    ahead = [jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)]
-    if env.see_friction:
-        mu = _friction_ahead(env.preview, state, params)
-        ahead += [jnp.minimum(mu, MAX_FRICTION).astype(dtype)]
-    return jnp.concatenate([seen, *ahead])
-
-
-def bounds(env: UGVEnv, params: UGVEnvParams) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest value of every entry."""
-    low = float(np.min(np.asarray(params.vehicle.leg_angle_min))) - np.pi / 2
-    high = float(np.max(np.asarray(params.vehicle.leg_angle_max))) - np.pi / 2
-    slack = 1e-6  # an angle at the end of its range, in single precision
-    rows = [(low - slack, high + slack)] * 2 + [(-MAX_SLOPE, MAX_SLOPE)] * 3
-    rows += [(-MAX_TORQUE, MAX_TORQUE)] + [(-MAX_GRIP, MAX_GRIP)] * 2
-    rows += [(-MAX_COST, MAX_COST)] * (env.measure.kind == "max")
-    rows += [(-MAX_HEIGHT, MAX_HEIGHT)] * env.preview
-    rows += [(0, MAX_FRICTION)] * (env.preview if env.see_friction else 0)
-    lows, highs = np.asarray(rows, np.float64).T
-    return lows, highs
-
-
 def places_ahead(preview: int, params: UGVEnvParams, dtype: DTypeLike) -> Float[Array, " n"]:
     """Distances of the points ahead of the front contact [m]."""
     return params.preview_length * (jnp.arange(1, preview + 1, dtype=dtype) / preview)
 
 
-def _friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
+def friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
     """mu at the points ahead [-]."""
     odometer, friction = ground(state.drawn, params)
     surface, dtype = odometer.track.surface, state.cost.dtype
@@ -183,7 +131,7 @@ def _friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> F
     return surface.mu(friction, surface.at(places))
 
 
-def _heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
+def heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:
     """Heights of the points ahead over the front contact [m], with this step's noise."""
     x, dtype = state.station.x, state.cost.dtype
     track = ground(state.drawn, params)[0].track
