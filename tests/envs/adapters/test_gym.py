@@ -14,10 +14,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 from gymnasium.wrappers import RecordEpisodeStatistics, RescaleAction, TimeAwareObservation
 
+from stickslip.dynamics import pytrees
 from stickslip.envs import BipedEnv, GymEnv, UGVEnv
 from stickslip.envs.adapters.packed import Shared
 from stickslip.envs.functional import horizon
-from stickslip.optim import problem
 from tests.envs.helpers import BIPED, make
 from tests.envs.toy import one_toy
 from tests.envs.ugv import helpers as ugv
@@ -179,8 +179,8 @@ def test_parameters_are_kept_without_their_hash():
 @pytest.mark.parametrize("name", ["Biped-v0", "UGV-v0", "BipedIce-v0"])
 def test_environments_after_a_fork_are_refused_where_they_would_hang(monkeypatch, name):
     """As in a process that was forked after JAX had run in this one."""
-    monkeypatch.setattr(problem, "_MADE_IN", os.getpid() + 1)
-    monkeypatch.setattr(problem, "_jax_ran", True)
+    monkeypatch.setattr(pytrees, "_MADE_IN", os.getpid() + 1)
+    monkeypatch.setattr(pytrees, "_jax_ran", True)
     for make_it in (gymnasium.make, gymnasium.make_vec):
         with pytest.raises(RuntimeError, match=r"forked.*accepted: .*context=\"spawn\""):
             make_it(f"stickslip/{name}")
