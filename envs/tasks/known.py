@@ -113,7 +113,6 @@ class Known:
     reason, or None: others may earn more. learned: by training, or None where none was tried.
     """
 
-    task: str
     episodes: int
     trivial: Earned
     baselines: tuple[Earned, ...]
@@ -179,7 +178,6 @@ def known_of(task: TaskDefinition) -> Known | None:
         )
     learned = content.get("learned")
     return Known(
-        task=task.name,
         episodes=content["episodes"],
         trivial=earned_in(content["trivial"]),
         baselines=tuple(map(earned_in, content["baselines"])),

@@ -63,7 +63,7 @@ def test_some_of_a_task_s_own_episodes_are_compared_with_the_same_ones():
         Earned(name, np.mean(of), None, None, 0.0, of)
         for name, of in zip("zo", (zero, one), strict=True)
     ]
-    found = Known("x", 4, rows[0], (), (), rows[1], "", None)
+    found = Known(4, rows[0], (), (), rows[1], "", None)
     assert found.score([5.0, 15.0], (0, 1)) == (0.5, 0.5, 0.5)
     assert found.gap([5.0, 40.0], (0, 3)).value == pytest.approx(7.5)
     assert found.score([5.0, 15.0]).value == pytest.approx((10 - 15) / (27.5 - 15))
