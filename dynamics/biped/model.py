@@ -19,12 +19,7 @@ from stickslip.dynamics.biped.inertia import (
     fit_table,
 )
 from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia
-from stickslip.dynamics.biped.links import (
-    as_batch,
-    exchange_mismatch,
-    least_closure,
-    step_length,
-)
+from stickslip.dynamics.biped.links import as_batch, exchange_mismatch, least_closure, step_length
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.settings import (
     FIDELITIES,

@@ -11,13 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_known, require_number
-from stickslip.dynamics.machine_file import (
-    MachineFile,
-    OwnMachine,
-    in_file,
-    table_of,
-    toml_text,
-)
+from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, table_of, toml_text
 from stickslip.dynamics.names import BAR_LENGTHS, LENGTHS, LINKS
 
 if TYPE_CHECKING:

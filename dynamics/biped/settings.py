@@ -18,13 +18,7 @@ from typing import ClassVar, TypeVar
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    nearest,
-    require_choice,
-    require_integer,
-    require_kind,
-    shown,
-)
+from stickslip.dynamics.checks import nearest, require_choice, require_integer, require_kind, shown
 from stickslip.dynamics.pytrees import require_one, settle
 
 Choice = TypeVar("Choice")

@@ -18,13 +18,7 @@ from stickslip.dynamics.checks import (
     require_known,
     require_number,
 )
-from stickslip.dynamics.machine_file import (
-    MachineFile,
-    OwnMachine,
-    in_file,
-    table_of,
-    toml_text,
-)
+from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, table_of, toml_text
 from stickslip.dynamics.pytrees import (
     Numbers,
     Numeric,

@@ -12,12 +12,7 @@ from dataclasses import dataclass
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    require_choice,
-    require_integer,
-    require_kind,
-    require_number,
-)
+from stickslip.dynamics.checks import require_choice, require_integer, require_kind, require_number
 from stickslip.dynamics.measured import cheapest, measured_beside
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Function

@@ -13,14 +13,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.biped.settings import Euler
-from stickslip.dynamics.biped.state import (
-    Walk,
-    bounds,
-    hand_over,
-    mode_at,
-    note,
-    on_its_patch,
-)
+from stickslip.dynamics.biped.state import Walk, bounds, hand_over, mode_at, note, on_its_patch
 from stickslip.dynamics.biped.stepping.stages import ground_of, lever_at, status_at
 from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import EventKind, Status

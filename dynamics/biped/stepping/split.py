@@ -19,21 +19,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import (
-    Motion,
-    System,
-    Torque,
-    edge_ahead,
-)
+from stickslip.dynamics.biped.contact import Motion, System, Torque, edge_ahead
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
-from stickslip.dynamics.biped.state import (
-    END,
-    Walk,
-    bounds,
-    hand_over,
-    mode_at,
-    note,
-)
+from stickslip.dynamics.biped.state import END, Walk, bounds, hand_over, mode_at, note
 from stickslip.dynamics.biped.stepping.adaptive import controlled, dormand_prince_step, is_noise
 from stickslip.dynamics.biped.stepping.stages import (
     Beginning,

@@ -18,12 +18,7 @@ from stickslip.dynamics.ugv import PoseSolver
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
-from stickslip.optimise.machine import (
-    ground_table,
-    own_files,
-    track_options_of,
-    vehicle_on_track,
-)
+from stickslip.optimise.machine import ground_table, own_files, track_options_of, vehicle_on_track
 from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
