@@ -172,7 +172,7 @@ if jax.__version_info__[:2] < NO_PLAIN_EMITTER:
 def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
     """`function` of pytrees of arrays, compiled in a hurry where nothing is traced.
 
-    fixed: so many arguments come first that are hashable and no arrays. Positional arguments only.
+    fixed: so many arguments come first that are hashable and no arrays.
     Inside jit, vmap and grad, and on other platforms, it is `jax.jit(function)`.
     """
     static = tuple(range(fixed))
@@ -180,24 +180,24 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
     hurried = jax.jit(function, static_argnums=static, compiler_options=IN_A_HURRY)
 
     @wraps(function)
-    def call(*arguments: object) -> Result:
-        if jax.default_backend() != "cpu" or _in_a_trace(arguments):
-            return usual(*arguments)
-        given = jax.tree.map(_as_jax, arguments[fixed:])
-        return hurried(*arguments[:fixed], *given)
+    def call(*arguments: object, **named: object) -> Result:
+        if jax.default_backend() != "cpu" or _in_a_trace((arguments, named)):
+            return usual(*arguments, **named)
+        given, named = jax.tree.map(_as_jax, (arguments[fixed:], named))
+        return hurried(*arguments[:fixed], *given, **named)
 
     return call
 
 
 def _as_jax(leaf: Any) -> Any:
     """An array of NumPy's as one of JAX's: inside an abstract trace, JAX 0.10 would round it to the
-    precision of that trace, not of the program."""
-    return jnp.asarray(leaf) if isinstance(leaf, np.ndarray) else leaf
+    precision of that trace, not of the program. Of `asarray`, it compiles a program a shape."""
+    return jax.device_put(leaf) if isinstance(leaf, np.ndarray) else leaf
 
 
 def _in_a_trace(arguments: object) -> bool:
     """True if an argument is traced, or all that is computed here is."""
-    return not is_concrete(arguments, jnp.asarray(np.float32(0)))
+    return not is_concrete(arguments, jax.device_put(np.float32(0)))
 
 
 def float_kind(dtype: Any, otherwise: Any):
@@ -258,7 +258,7 @@ def as_float(value: Any) -> Any:
 
 def with_all_digits(values: np.ndarray) -> jax.Array:
     """The numbers as an array of JAX's, or as they are where its switch would round them now."""
-    array = jnp.asarray(values)
+    array = jax.device_put(values)
     return array if array.dtype == values.dtype else cast("jax.Array", values)
 
 

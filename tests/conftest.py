@@ -11,6 +11,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ import jax
 import jax.numpy as jnp
 import pytest
 
-from stickslip import programs
+from stickslip.records.files import write_whole
 from tests.extras import (  # noqa: F401  (pytest finds its hooks here)
     pytest_pycollect_makemodule,
     pytest_runtest_call,
@@ -71,11 +72,16 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("stickslip")
 
 
-# Compiled programs appear in the shared folder whole: the processes do without a lock. What
-# commands say of an empty folder would stand in the output that tests look at.
-shared = programs.checked_files()
-shared.said = True  # type: ignore[attr-defined]
-jax._src.compilation_cache.LRUCache = shared  # type: ignore[misc]
+class Shared(jax._src.lru_cache.LRUCache):
+    """JAX's folder of compiled programs, which appear there whole: the processes do without a lock.
+    As JAX's own, so that the processes that tests start find them, too."""
+
+    def put(self, key: str, value: bytes) -> None:
+        with suppress(OSError):
+            write_whole(self.path / f"{key}-cache", value)
+
+
+jax._src.compilation_cache.LRUCache = Shared  # type: ignore[misc]
 # jax has read it: from here on it is for the processes that tests start, which may read the folder
 # and do not write there.
 os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "1e9"
@@ -120,11 +126,13 @@ def _programs_have_room() -> Iterator[None]:
     """Drop compiled programs between files, but only where they take too much: tracing and
     compiling them again for other files takes a third of all the time, dropping them 6 seconds.
 
-    What the compiler has freed and the C library keeps is given back first. Little of what is held
-    is garbage before: looking for it would take as long as dropping all.
+    What was compiled from, which nobody needs afterwards, is a third of what is held and goes
+    first, with what the compiler has freed and the C library keeps. Little else is garbage before:
+    looking for it would take as long as dropping all.
     """
     yield
     if not _has_room():
+        jax._src.interpreters.pxla._cached_lowering_to_hlo.cache_clear()
         _give_back()
     if not _has_room():
         jax.clear_caches()

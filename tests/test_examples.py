@@ -49,6 +49,7 @@ LONG = {
     "jax.vmap(env.step, (0, 0, 0, None))": "patches under vmap, a program of its own",
     "legs_only": "docs/use.md solves a posture problem, too",
     "def improved": "docs/use.md collects, too",
+    'keep=("obs", "action")': "docs/use.md collects, too",
     "walk.events():": "docs/use.md records events, too",
     "JOINT_FORCES": "the full system's equations, and a walk",
     "as_scipy": "a drive's slopes, in float64",

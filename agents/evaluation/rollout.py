@@ -101,6 +101,9 @@ def episode_key(seed: Array | int) -> Array:
     return jax.random.split(jax.random.key(seed))[1]
 
 
+_episode_keys = jax.jit(jax.vmap(episode_key))
+
+
 def first_state(env: AnyEnv, params: Timed, seed: int) -> Any:
     """The state in which a seed's first episode begins."""
     return env.reset(episode_key(seed), params)[1]
@@ -213,7 +216,7 @@ def play(
     """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
     count, what = horizon(params), f"episodes = {len(seeds)}"
     require_memory(what, f"episodes of {count} steps", len(seeds), count * STEP_BYTES)
-    keys = jax.vmap(episode_key)(jnp.asarray(seeds, jnp.uint32))
+    keys = _episode_keys(np.asarray(seeds, np.uint32))
     axis = None
     if isinstance(controller, Planner):
         paths = [planned(env, controller, params, seed) for seed in seeds]

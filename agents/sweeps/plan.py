@@ -14,7 +14,6 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
@@ -222,7 +221,7 @@ class Player:
         devices = jax.local_devices()
         with jax.default_device(devices[number % len(devices)]):
             index = (points - points[0]).astype(np.int32), seeds.astype(np.uint32)
-            given = jax.tree.map(jnp.asarray, (case.player, fields, *index))
+            given = jax.device_put((case.player, fields, *index))
             found = jax.tree.map(np.asarray, program(*given))
         columns = {name: getattr(found, name) for name in self._measures.kept}
         columns["fell"] = np.asarray(found.fell, bool)

@@ -82,6 +82,7 @@ class _Leg(NamedTuple):
     closure: Scalar
 
 
+@run_once
 def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     """All 24 links for crank angle `theta` [rad] of the supporting leg (eqs. 3-11, MODEL 1.1-1.2).
 
@@ -128,6 +129,7 @@ def step_length(params: Linkage) -> Scalar:
     return _to_ground(support, swing.pins.E - support.pins.E)[0]
 
 
+@run_once
 def exchange_mismatch(params: Linkage) -> Scalar:
     """Deviation of the exchange of support from impact-free [-]; 0 for a symmetric Chebyshev curve.
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from stickslip.dynamics.checks import is_concrete, require_known, require_number
 from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, table_of, toml_text
@@ -121,7 +122,7 @@ def _with_bars(robot: Robot, changes: Mapping[str, Numeric]) -> Robot:
     def made(bars: Mapping[str, Numeric]) -> Robot:
         return robot.from_bars(**_arguments({**usual, **bars}), dtype=dtype)
 
-    with jax.ensure_compile_time_eval():  # numbers, also inside a trace of the changes
+    with eval_context():  # numbers, also inside a trace of the changes
         before = made({})
         old = {name: jnp.asarray(usual[name], dtype) for name in changes}
         _, slopes = jax.jvp(made, (old,), (jax.tree.map(jnp.ones_like, old),))

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from stickslip.dynamics.biped.contact import (
     CrankMotion,
@@ -49,7 +50,6 @@ from stickslip.dynamics.pytrees import (
     float_type,
     require_numeric,
     require_one,
-    run_once,
 )
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
@@ -61,8 +61,6 @@ if TYPE_CHECKING:
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
 """The numbers of a Contact that add up over a walk."""
 TIME_STEP = "a finite time step > 0 [s]"
-
-_mismatch = run_once(exchange_mismatch)
 
 
 def step(
@@ -315,8 +313,8 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
         return
     if np.ndim(params.crank) > 0:
         return  # a batch: Status.NO_EXCHANGE is said of each member
-    with jax.ensure_compile_time_eval():  # a robot of plain numbers inside the caller's own jit
-        mismatch = float(_mismatch(params))
+    with eval_context():  # a robot of plain numbers inside the caller's own jit
+        mismatch = float(exchange_mismatch(params))
     accepted = max(1e-6, 1e3 * float(jnp.finfo(jnp.result_type(params.crank)).eps))
     if not mismatch < accepted:
         raise ValueError(

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from stickslip.dynamics.checks import (
     as_number,
@@ -150,7 +151,7 @@ class UGVParams:
             require_number(name, getattr(self, name), **rule)
         require_broadcast(**vars(self))
         if is_concrete(self):
-            with jax.ensure_compile_time_eval():  # numbers, also inside a trace of other things
+            with eval_context():  # numbers, also inside a trace of other things
                 self._check_together()
         return self
 

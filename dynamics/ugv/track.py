@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from stickslip.dynamics.checks import (
     is_concrete,
@@ -334,7 +335,7 @@ def _integrate(odometer: Odometer, cells: int | None) -> None:
     edges, even = _edges(track, start, end, cells)
     first, rests = in_two(edges)
     wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
-    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+    with jax.enable_x64(True), eval_context():
         sums = np.append(0.0, np.cumsum(np.asarray(_integrals(wide, jnp.asarray(edges)))))
         settle(odometer, track=wide, start=start, end=end)
         settle(odometer, edges=first, rests=rests, excess=sums, even=even)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from stickslip.dynamics.checks import (
     as_real,
@@ -204,7 +205,7 @@ def hermite_table(
         first, last = as_floats(start, end)
         knots, rows = _table(profile, first, last, pieces)
         return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
-    with jax.enable_x64(True), jax.ensure_compile_time_eval():
+    with jax.enable_x64(True), eval_context():
         first, last = (jnp.asarray(np.asarray(at, np.float64)) for at in (start, end))
         found = _table(profile, first, last, pieces)
         knots, rows = (np.asarray(of, np.float64) for of in found)

@@ -74,7 +74,7 @@ def test_a_run_is_killed_at_its_limit():
 def test_a_race_is_stopped_within_a_run(tmp_path):
     began = time.monotonic()
     with pytest.raises(StoppedError):
-        race({"sleeps": users.sleeps}, [NAME], budget=5, stop=lambda: time.monotonic() > began + 5)
+        race({"sleeps": users.sleeps}, **GIVEN, stop=lambda: time.monotonic() > began + 5)
     assert time.monotonic() < began + 60
 
 

@@ -54,5 +54,5 @@ def goes_outside(objective, seed):
 
 
 def is_slow(objective, seed):
-    time.sleep(0.3)
+    time.sleep(0.6)
     gives_up(objective, seed)

@@ -3,12 +3,13 @@
 Call these inside a test: the precision is the one in force there.
 """
 
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
@@ -47,17 +48,16 @@ RECORDING = RK4Split(record_events=True)
 
 @lru_cache
 def default_params(dtype: str = "float64") -> BipedParams:
-    with jax.ensure_compile_time_eval():  # kept beyond a trace that may ask for them first
+    with eval_context():  # kept beyond a trace that may ask for them first
         return BipedParams.from_bars(dtype=jnp.dtype(dtype))
 
 
 @lru_cache
 def default_model(fidelity: str | Table = FINE, dtype: str = "float64") -> BipedModel:
-    with jax.ensure_compile_time_eval():
+    with eval_context():
         return model_of(default_params(dtype), fidelity)
 
 
-@partial(jax.jit, static_argnums=1)
 def model_of(params: BipedParams, fidelity: str | Table = FINE) -> BipedModel:
     return prepare(params, fidelity=fidelity)
 

@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.core import eval_context
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import (
@@ -136,7 +137,7 @@ TRIALS = RK4Split().trials
 @lru_cache
 def long_footed(dtype: str) -> BipedModel:
     """The default robot with feet too long to topple on."""
-    with jax.ensure_compile_time_eval():
+    with eval_context():
         return default_model(dtype=dtype).replace(
             heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)
         )
