@@ -213,4 +213,4 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
 def _joined(parts: list[Collected]) -> Collected:
     after = jax.tree.map(lambda *each: jnp.concatenate(each), *[part.progress for part in parts])
     rows = jax.tree.map(lambda *each: jnp.concatenate(each, 1), *[part[:4] for part in parts])
-    return Collected(*rows, after)
+    return Collected._make((*rows, after))
