@@ -16,9 +16,9 @@ EVERY = 10.0
 """Between two lines [s]."""
 
 
-def say_stage(what: str, to: TextIO | None = None) -> None:
-    """Print a line about work without a count: "drawing ...". to: standard error if None."""
-    print(f"{what} ...", file=_stream(to), flush=True)
+def say_stage(what: str) -> None:
+    """Print a line about work without a count on standard error: "drawing ..."."""
+    print(f"{what} ...", file=_stream(None), flush=True)
 
 
 def _stream(to: TextIO | None) -> TextIO:

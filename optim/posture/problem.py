@@ -304,12 +304,10 @@ def refined(
     return finer(problem, factor), _between(problem.angles(x), factor).reshape(-1)
 
 
-def evaluate_finer(
-    problem: PostureProblem, x: Float[np.ndarray, "n"], factor: int = FACTOR
-) -> dict[str, Any]:
-    """Fields of PostureResult of a drive between its waypoints, `factor` times finer; less where
+def evaluate_finer(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> dict[str, Any]:
+    """Fields of PostureResult of a drive between its waypoints, FACTOR times finer; less where
     that makes too many. The value is infinite where there are no forces."""
-    factor = max(min(factor, MOST // len(problem.x)), 1)
+    factor = max(min(FACTOR, MOST // len(problem.x)), 1)
     fine = finer(problem, factor)
     angles = _between(problem.angles(x), factor)
     count = len(fine.x)
