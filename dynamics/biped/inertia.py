@@ -278,18 +278,13 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
 
 @lru_cache
 def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes; values there to Chebyshev coefficients; coefficients to those of the integral."""
+    """Nodes; values there to Chebyshev coefficients; coefficients to those of the integral, but for
+    its constant."""
     count = degree + 1
     angles = (np.arange(count) + 0.5) * np.pi / count
-    orders = np.arange(count)
-    transform = 2 / count * np.cos(np.outer(orders, angles))
+    transform = 2 / count * np.cos(np.outer(np.arange(count), angles))
     transform[0] /= 2
-    integrate = np.zeros((count, count))
-    for k in range(1, count):  # the integral of T_j is T_{j+1}/(2(j+1)) - T_{j-1}/(2(j-1))
-        integrate[k, k - 1] = (2 if k == 1 else 1) / (2 * k)
-        if k + 1 < count:
-            integrate[k, k + 1] = -1 / (2 * k)
-    return np.cos(angles), transform, integrate
+    return np.cos(angles), transform, np.polynomial.chebyshev.chebint(np.eye(count))[:count]
 
 
 def _clenshaw(
