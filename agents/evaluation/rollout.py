@@ -221,6 +221,7 @@ def play(
     if isinstance(controller, Planner):
         paths = [planned(env, controller, params, seed) for seed in seeds]
         controller, axis = jax.tree.map(lambda *leaves: jnp.stack(leaves), *paths), 0
+    env = without_resets(env)  # one program, whatever the environment does at an end
     return jax.tree.map(np.asarray, _play(env, count, keep, axis, controller, params, keys))
 
 

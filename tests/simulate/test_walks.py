@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -49,7 +50,8 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     told = found_in_json(capsys)
     found = rows("walk.csv")
     robot = prepare(BipedParams.from_bars(), fidelity=PRESETS["balanced"].fidelity)
-    start, scene, period = BipedState(crank_rate=3.0), Scene.named("wet"), 0.3 / 30
+    start, period = BipedState(crank_rate=3.0).astype(jnp.float32), 0.3 / 30
+    scene = jax.tree.map(jnp.float32, Scene.named("wet"))  # so that the command's program is used
     spec = replace(PRESETS["balanced"].integrator_over(period), record_events=True)
     path = simulate(robot, scene, start, Expression(LAW), 30 * period, period, integrator=spec)
     shown = [np.float32(row["crank rate [rad/s]"]) for row in found]

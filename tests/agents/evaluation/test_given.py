@@ -15,24 +15,28 @@ from stickslip.agents import (
 )
 from stickslip.envs import BipedEnv, UGVEnv, collect
 
-ENV, PARAMS, WHO = BipedEnv(), BipedEnv().default_params, CrankSpeedPI()
+ENV, WHO = BipedEnv(), CrankSpeedPI()
 VEHICLE = UGVEnv()
-NAMED, PLACES = {"held": WHO}, {"here": PARAMS}
+NAMED = {"held": WHO}
+
+
+def places():
+    return {"here": ENV.default_params}
 
 
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: evaluate(ENV, NAMED, PARAMS), "scenes = Biped"),  # pyright: ignore[reportArgumentType]
+        (lambda: evaluate(ENV, NAMED, ENV.default_params), "scenes = Biped"),  # pyright: ignore[reportArgumentType]
         (lambda: evaluate(ENV, NAMED, {"a": VEHICLE.default_params}), "scenes['a'] = UGV"),  # pyright: ignore[reportArgumentType]
-        (lambda: evaluate(ENV, {"c": CrankSpeedPI}, PLACES), "accepted: CrankSpeedPI(...)"),  # pyright: ignore[reportArgumentType]
-        (lambda: evaluate(ENV, NAMED, PLACES, episodes=0), "episodes = 0"),
-        (lambda: rollout(ENV, WHO, PARAMS, 3.0), "key = 3.0; accepted: an integer"),  # pyright: ignore[reportArgumentType]
+        (lambda: evaluate(ENV, {"c": CrankSpeedPI}, places()), "accepted: CrankSpeedPI(...)"),  # pyright: ignore[reportArgumentType]
+        (lambda: evaluate(ENV, NAMED, places(), episodes=0), "episodes = 0"),
+        (lambda: rollout(ENV, WHO, ENV.default_params, 3.0), "key = 3.0; accepted: an integer"),  # pyright: ignore[reportArgumentType]
         (lambda: rollout(VEHICLE, Optimum(), VEHICLE.default_params, 0), "controller = Opt"),  # pyright: ignore[reportArgumentType]
         (lambda: describe_environment(ENV, VEHICLE.default_params), "params = UGV"),  # pyright: ignore[reportArgumentType]
         (lambda: save_policy(WHO, "mine.npz"), "policy = Crank"),  # pyright: ignore[reportArgumentType]
         (lambda: train("biped", "run"), "config = 'biped'"),  # pyright: ignore[reportArgumentType]
-        (lambda: collect(ENV, PARAMS, len, num_envs=1, steps=1, seed=-1), "seed = -1"),
+        (lambda: collect(ENV, ENV.default_params, len, num_envs=1, steps=1, seed=-1), "seed = -1"),
     ],
 )
 def test_what_stands_in_the_wrong_place_is_refused_by_name(call, said):
