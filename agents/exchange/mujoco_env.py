@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.exchange.mjcf import (
+from stickslip.agents.exchange.files import (
     FEET,
     Mechanism,
     Settings,

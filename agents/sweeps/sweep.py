@@ -26,8 +26,7 @@ from stickslip.agents.sweeps.cells import (
     run_cells,
     write_cell,
 )
-from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays
-from stickslip.agents.sweeps.pictures import write_pictures
+from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays, write_pictures
 from stickslip.agents.sweeps.plan import FORMS, AxisLike, Plan, Player, axes_of
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import shown

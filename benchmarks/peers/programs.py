@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.exchange.mjcf import Settings, joint_of, mechanism, mjcf
+from stickslip.agents.exchange.files import Settings, joint_of, mechanism, mjcf
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
     SUPPORT_START,

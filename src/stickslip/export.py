@@ -48,8 +48,7 @@ def export_policy(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
 
 def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     """Write the biped of a file as MJCF and URDF, and print what they cannot say."""
-    from stickslip.agents.exchange.mjcf import ABOUT, mechanism, mjcf
-    from stickslip.agents.exchange.urdf import missing, urdf
+    from stickslip.agents.exchange.files import ABOUT, mechanism, missing, mjcf, urdf
     from stickslip.dynamics.biped import BipedParams
     from stickslip.dynamics.biped.settings import precision
     from stickslip.dynamics.machine_file import machine_in

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.peers import __main__ as command
 from benchmarks.peers.programs import CASES, error_of
 from benchmarks.report import RESULTS
-from stickslip.agents.exchange.mjcf import Settings
+from stickslip.agents.exchange.files import Settings
 
 pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]

@@ -7,8 +7,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.exchange.mjcf import (
+from stickslip.agents.exchange.files import (
+    CUT,
     FEET,
+    HINGES,
     LOOPS,
     MOTOR,
     SLOT,
@@ -18,8 +20,8 @@ from stickslip.agents.exchange.mjcf import (
     mechanism,
     mjcf,
     name_of,
+    urdf,
 )
-from stickslip.agents.exchange.urdf import CUT, HINGES, urdf
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BODIES, BipedParams, BipedState, kinematics, simulate

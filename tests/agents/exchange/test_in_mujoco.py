@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from stickslip.agents.exchange.mjcf import mechanism
+from stickslip.agents.exchange.files import mechanism
 from stickslip.agents.exchange.mujoco_env import MujocoBiped, engine_of, friction_at
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.dynamics import Scene

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import SweepArrays
-from stickslip.agents.sweeps.data import summary_table
-from stickslip.agents.sweeps.pictures import drawn_axes, write_pictures
+from stickslip.agents.sweeps.data import drawn_axes, summary_table, write_pictures
 from stickslip.agents.sweeps.plan import ENDINGS
 
 MU, LOAD, EPISODES = np.array([0.02, 0.04, 0.08, 0.16, 0.32]), np.array([0.0, 5.0, 10.0]), 8
