@@ -49,26 +49,19 @@ DRAWN = {
 
 UNITS = {
     **dict.fromkeys(LENGTHS, "m"),
+    **dict.fromkeys(("mark", "mark_width", "edges", "centre"), "m"),
+    **dict.fromkeys(("control_period", "time_limit", "command_interval"), "s"),
+    **dict.fromkeys(("mean_rate", "crank_rate", "max_crank_rate"), "rad/s"),
     "task.torque_limit": "N m",
-    "task.control_period": "s",
-    "task.time_limit": "s",
-    "task.max_crank_rate": "rad/s",
     "task.copper_loss": "W/(N m)^2",
     "task.max_power": "W",
-    "mark": "m",
-    "task.mark_width": "m",
     "payload": "kg",
-    "scene.edges": "m",
     "robot.mass": "kg",
-    "robot.centre": "m",
     "robot.inertia": "kg m^2",
     "robot.gravity": "m/s^2",
     **{f"bars.{name}": unit for name, unit in BARS.items()},
     "bars": "crank lengths",
-    "mean_rate": "rad/s",
     "randomisation.phase": "rad",
-    "randomisation.crank_rate": "rad/s",
-    "randomisation.command_interval": "s",
 }
 """Units of numbers that a sweep may vary."""
 

@@ -156,13 +156,8 @@ class Evaluation:
             }
             for row in self.rows
         ]
-        content = {
-            "confidence": 0.95,
-            "units": self._units(),
-            "seeds": list(self.seeds),
-            "rows": rows,
-        }
-        return write_whole(path, json_text(dict(about or {}) | content))
+        head = {"confidence": CONFIDENCE, "units": self._units(), "seeds": list(self.seeds)}
+        return write_whole(path, json_text({**(about or {}), **head, "rows": rows}))
 
     def _units(self) -> dict[str, str]:
         return {
