@@ -3,17 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+import jax
 import jax.numpy as jnp
-import numpy as np
 
-from stickslip.agents.biped.prediction import ComputedTorque, OptimalGait, action_of
+from stickslip.agents.biped.prediction import (
+    ComputedTorque,
+    OptimalGait,
+    action_of,
+    after_a_period,
+)
 from stickslip.agents.protocol import Controller, Memoryless, Ruled
-from stickslip.dynamics.biped.contact import sticking
+from stickslip.dynamics.biped.contact import Friction, sticking
+from stickslip.dynamics.biped.safety import nearest_safe
 from stickslip.dynamics.checks import require_choice, require_kind
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs.biped.state import BipedEnvState, drawn_robot
+from stickslip.dynamics.status import Status
+from stickslip.envs.biped.state import BipedEnvState, centre_of_mass, drawn_robot
 from stickslip.envs.functional import NON_NEGATIVE, POSITIVE
 
 if TYPE_CHECKING:
@@ -21,6 +29,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.agents.protocol import Action, Obs
+    from stickslip.dynamics.biped import BipedState, SafeTorque
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
 
@@ -108,25 +117,48 @@ class CrankSpeedPI(Ruled):
         return after, action_of(torque, env_params, env_state)
 
 
+BRAKING = (2.5, 4.0, 7.0)
+"""Crank decelerations of the stops that are predicted [rad/s^2]."""
+AHEAD = 60
+"""Control periods of such a stop, at most."""
+STANDS, SLOW, NEAR = 0.05, 1.0, 0.03
+"""Crank rate [rad/s] of one who stands; crank rate and distance [m] of the servo's last bit."""
+
+
+class StopMemory(NamedTuple):
+    """Memory of `StopAtMark`."""
+
+    servo: PIMemory
+    braking: Float[Array, ""]
+    """Crank deceleration of the last stop that is known to end before the mark [rad/s^2]."""
+
+
 @register_pytree
 @dataclass(frozen=True)
 class StopAtMark(Ruled):
-    """Follow a gait until it is time to brake, then a crank-rate servo down to a stand at the mark.
+    """Follow a gait while a stop before the mark remains possible without slip, then brake.
 
-    Far off the gait is that of the mean crank rate `cruise` (OptimalGait). From where a constant
-    crank deceleration `braking` leads to the mark the servo (CrankSpeedPI) is asked for
-    sign(d) min(gain |d|, sqrt(2 braking |d| pi / step length)), d the way to the mark [m]. Without
-    a mark it follows the gait for the commanded rate.
+    Before each period of the gait of mean crank rate `cruise` (OptimalGait) the stops after it are
+    predicted, one for each deceleration of BRAKING. Where one ends before the mark and is safe
+    throughout, the gait goes on; else the last such stop is carried out. The rest of the way is a
+    servo's (CrankSpeedPI), asked for sign(d) min(gain |d|, 1 rad/s), d the way to the mark [m].
+    Every torque is the nearest one without slip or fall (`safe_torque`). Without a mark it follows
+    the gait for the commanded rate.
 
-    cruise [rad/s]. braking [rad/s^2]. gain [rad/(s m)].
+    cruise [rad/s]. gain [rad/(s m)]. friction [-]: to be set below the floor's static one. margin:
+    see `safe_torque`.
     """
 
-    cruise: ArrayLike = 4.0
-    braking: ArrayLike = 4.0
+    cruise: ArrayLike = 6.0
     gain: ArrayLike = 40.0
+    friction: ArrayLike = 0.057
+    margin: ArrayLike = 0.02
     gait: OptimalGait = field(default_factory=OptimalGait)
     servo: CrankSpeedPI = field(default_factory=lambda: CrankSpeedPI(acceleration=20.0))
-    RULES: ClassVar = dict.fromkeys(("cruise", "braking", "gain"), POSITIVE)
+    RULES: ClassVar = {
+        **dict.fromkeys(("cruise", "gain", "friction"), POSITIVE),
+        "margin": {"low": 0.0, "high": 1.0, "accepted": "a share from 0 to 1"},
+    }
 
     def suited_to(self, env_params: BipedEnvParams) -> StopAtMark:
         """The controller with gaits of these parameters' robot."""
@@ -139,28 +171,69 @@ class StopAtMark(Ruled):
             getattr(self, name).validate()
         return super().validate()
 
-    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
-        """The servo's."""
-        return self.servo.init(env_params, env_state)
+    def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> StopMemory:
+        """The servo's, and the gentlest stop."""
+        servo = self.servo.init(env_params, env_state)
+        return StopMemory(servo, jnp.full_like(servo.reference, BRAKING[0]))
 
     def act(
-        self, memory: PIMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
-    ) -> tuple[PIMemory, Action]:
+        self, memory: StopMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
+    ) -> tuple[StopMemory, Action]:
         """See Controller."""
-        to_go = env_state.to_go
+        to_go, biped = env_state.to_go, env_state.biped
         if to_go is None:
             return memory, self.gait.act(None, obs, env_state, env_params)[1]
-        dtype, distance = to_go.dtype, jnp.abs(to_go)
-        per_metre = np.pi / env_params.robot.step_length
-        braked = jnp.sqrt(2 * self.braking * distance * per_metre)
-        asked = (jnp.sign(to_go) * jnp.minimum(self.gain * distance, braked)).astype(dtype)
-        begun = PIMemory(env_state.biped.crank_rate, jnp.zeros((), dtype))
-        far = asked > jnp.asarray(self.cruise, dtype)
-        walking = _asked(env_state, jnp.full_like(asked, self.cruise))
-        _, steps = self.gait.act(None, obs, walking, env_params)
-        after, stops = self.servo.act(memory, obs, _asked(env_state, asked), env_params)
-        after = PIMemory(*(jnp.where(far, a, b) for a, b in zip(begun, after, strict=True)))
-        return after, jnp.where(far, steps, stops)
+        period, limit, friction, margin = (
+            jnp.asarray(one, to_go.dtype)
+            for one in (
+                env_params.control_period,
+                env_params.torque_limit,
+                self.friction,
+                self.margin,
+            )
+        )
+        robot = drawn_robot(env_state.drawn, env_params)
+        floor = Friction(friction, friction)
+
+        def safe(state: BipedState, torque: Array) -> SafeTorque:
+            return nearest_safe(robot, state, torque, margin, period, limit, floor, friction)
+
+        def brake(state: BipedState, braking: Array) -> SafeTorque:
+            inertia, rate = robot.inertia.at(state.phase), state.crank_rate
+            idle = sticking(robot, inertia, rate**2, jnp.zeros_like(rate)).crank_acceleration
+            return safe(state, inertia.M * (jnp.maximum(-braking, -rate / period) - idle))
+
+        def stops(state: BipedState, braking: Array) -> Array:
+            """True if braking from the state ends before the mark, and is safe throughout."""
+
+            def onwards(_: int, carry: tuple[BipedState, Array]) -> tuple[BipedState, Array]:
+                state, sound = carry
+                now, stands = brake(state, braking), state.crank_rate <= STANDS
+                after = after_a_period(robot, state, now.torque, period, friction)
+                after = jax.tree.map(partial(jnp.where, stands), state, after)
+                return after, sound & (stands | (now.status == Status.OK))
+
+            last, sound = jax.lax.fori_loop(0, AHEAD, onwards, (state, jnp.ones((), bool)))
+            here, there = (centre_of_mass(robot, one, biped.steps) for one in (biped, last))
+            return sound & (last.crank_rate <= STANDS) & (there - here <= to_go)
+
+        walking = _asked(env_state, jnp.full_like(to_go, self.cruise))
+        gait = safe(biped, limit * self.gait.act(None, obs, walking, env_params)[1][0]).torque
+        later = after_a_period(robot, biped, gait, period, friction)
+        levels = jnp.asarray(BRAKING, to_go.dtype)
+        possible = jax.vmap(stops, (None, 0))(later, levels)
+        goes = jnp.any(possible) & (to_go > NEAR)
+        brakes = ~goes & (biped.crank_rate > SLOW)
+        rate = jnp.sign(to_go) * jnp.minimum(self.gain * jnp.abs(to_go), SLOW)
+        after, slowly = self.servo.act(
+            memory.servo, obs, _asked(env_state, rate.astype(to_go.dtype)), env_params
+        )
+        braked, crept = brake(biped, memory.braking).torque, safe(biped, limit * slowly[0]).torque
+        torque = jnp.where(goes, gait, jnp.where(brakes, braked, crept))
+        begun = PIMemory(biped.crank_rate, jnp.zeros_like(biped.crank_rate))
+        servo = jax.tree.map(partial(jnp.where, goes | brakes), begun, after)
+        braking = jnp.where(goes, levels[jnp.argmax(possible)], memory.braking)
+        return StopMemory(servo, braking), action_of(torque, env_params, env_state)
 
 
 def _asked(state: BipedEnvState, rate: Float[Array, ""]) -> BipedEnvState:

@@ -10,7 +10,7 @@ from stickslip.agents.evaluation.rollout import rollout
 from stickslip.agents.machine import machine_by_name
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import floor_position
-from stickslip.envs import BipedEnv, Randomisation
+from stickslip.envs import BipedEnv, Randomisation, task_by_name
 
 BIPED = machine_by_name("biped")
 ENV = BipedEnv(autoreset="disabled")
@@ -105,3 +105,14 @@ def test_a_policy_file_keeps_the_mark_and_files_without_one_are_read():
     assert jax.tree.structure(again) == jax.tree.structure(params)
     assert float(again.mark) == pytest.approx(0.5)
     assert BIPED.read_task(BIPED.describe(ENV, ENV.make_params())).params.mark is None
+
+
+@pytest.mark.long
+def test_stop_at_mark_brakes_late_without_a_slide():
+    env, params = task_by_name("BipedStop-v0").make("disabled")
+    keys = jax.random.split(jax.random.key(0), 4)
+    played = jax.vmap(lambda key: rollout(env, StopAtMark(), params, key, 500))(keys)
+    assert not np.asarray(played.terminated).any()
+    assert np.asarray(played.info["episode_slid"]).max() < 1e-9
+    assert np.abs(np.asarray(played.state.to_go)[:, -1]).max() < 0.01
+    assert np.asarray(played.state.biped.crank_rate).max() > 4.5
