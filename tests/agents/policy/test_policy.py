@@ -34,13 +34,14 @@ from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 def make_policy(sizes=(7, 5, 4, 1), seed=2, factor=1.0, **choices) -> MLPPolicy:
     rng = np.random.default_rng(seed)
     pairs = list(itertools.pairwise(sizes))
-    return MLPPolicy(
-        weights=tuple(jnp.float32(factor * rng.normal(size=pair)) for pair in pairs),
-        biases=tuple(jnp.float32(factor * rng.normal(size=n)) for _, n in pairs),
-        shift=jnp.float32(rng.normal(size=sizes[0])),
-        scale=jnp.float32(rng.uniform(0.5, 2.0, sizes[0])),
-        **choices,
-    )
+    numbers = {
+        "weights": tuple(factor * rng.normal(size=pair) for pair in pairs),
+        "biases": tuple(factor * rng.normal(size=n) for _, n in pairs),
+        "shift": rng.normal(size=sizes[0]),
+        "scale": rng.uniform(0.5, 2.0, sizes[0]),
+    }
+    single = jax.device_put(jax.tree.map(np.float32, numbers))
+    return MLPPolicy(**single, **choices)
 
 
 @pytest.fixture

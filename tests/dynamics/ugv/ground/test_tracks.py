@@ -88,7 +88,8 @@ def test_numbers_may_be_traced_batched_and_differentiated(kind, float64):
         for a, b in zip(many(jax.tree.unflatten(tree, copies), factors), ones(factor), strict=True):
             np.testing.assert_allclose(a[i], b, atol=1e-13)
     total = lambda factor: sum(jnp.sum(part) for part in profile(_scaled(track, factor), x))  # noqa: E731
-    ahead, behind = (sum(np.sum(part) for part in ones(1 + way * h)) for way in (1, -1))
+    shifted = np.asarray([1 + h, 1 - h])  # as `factors`: one program
+    ahead, behind = (sum(np.sum(part) for part in ones(factor)) for factor in shifted)
     slope = (ahead - behind) / (2 * h)
     found = jax.jit(lambda factor: (jax.grad(total)(factor), jax.jacfwd(total)(factor)))(1.0)
     np.testing.assert_allclose(found, [slope, slope], rtol=1e-6, atol=1e-7)
