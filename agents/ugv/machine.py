@@ -165,7 +165,8 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
             *("training_task", "swept"),
         ),
         "stickslip.agents.ugv.controllers": ("baseline",),
-        "stickslip.agents.ugv.episodes": ("measures", "as_episode"),
+        "stickslip.agents.ugv.measures": ("measures",),
+        "stickslip.agents.ugv.episodes": ("as_episode",),
     }
 
     def env(self) -> UGVEnv:
