@@ -25,7 +25,7 @@ from stickslip.dynamics.biped.links import (
     SUPPORT_START,
     centres_and_angles,
 )
-from stickslip.dynamics.pytrees import Number, float_type, register_pytree
+from stickslip.dynamics.pytrees import Number, float_type, register_pytree, run_once
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -85,6 +85,7 @@ def ground_moment(params: BipedParams, theta: Real[Number, ""]) -> GroundMoment:
     return inertia_and_moment(params, theta)[1]
 
 
+@run_once
 def inertia_and_moment(
     params: BipedParams, theta: Real[Number, ""]
 ) -> tuple[ReducedInertia, GroundMoment]:
