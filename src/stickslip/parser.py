@@ -105,6 +105,8 @@ class Parser(argparse.ArgumentParser):
             elif self.numbers:
                 getattr(found, self.numbers)[name] = self._number(name, text)
             else:
+                if flag_of(name) in self._option_string_actions:
+                    self.error(f"--set {name} is a flag; accepted: {flag_of(name)} VALUE")
                 require_known([name], self.settings, "setting")
                 setattr(found, name, self._value(self.settings[name], text))
 

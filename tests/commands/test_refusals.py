@@ -48,6 +48,7 @@ REFUSED = {
     "reproduce fig10": "'fig10' is no figure here; accepted: fig11, fig12",
     "reproduce fig11 --samples 3": "samples = 3; accepted: 24 to 2400",
     "simulate biped --torque 1 --torqe 1": "--torqe (did you mean --torque?)",
+    "train biped --set timesteps=1": "--set timesteps is a flag; accepted: --timesteps VALUE",
     "simulate biped --torque 1 --phase 2": "accepted: --set phase=VALUE",
     "simulate biped --torque 1 --set phse=2": "did you mean phase",
     "simulate biped --torque 1 --set robot.hip=1": "'robot.hip' is no number of a robot; accepted:",
