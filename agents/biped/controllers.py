@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
     from stickslip.agents.protocol import Action, Obs
-    from stickslip.dynamics.biped import BipedState, SafeTorque
+    from stickslip.dynamics.biped import BipedModel, BipedState, SafeTorque
     from stickslip.envs.biped.env import BipedEnv
     from stickslip.envs.biped.params import BipedEnvParams
 
@@ -133,6 +133,44 @@ class StopMemory(NamedTuple):
     """Crank deceleration of the last stop that is known to end before the mark [rad/s^2]."""
 
 
+class _Stopping(NamedTuple):
+    """A robot that keeps to safe torques; see `nearest_safe`."""
+
+    robot: BipedModel
+    margin: Array
+    period: Array
+    torque_limit: Array
+    friction: Array
+
+    def safe(self, state: BipedState, torque: Array) -> SafeTorque:
+        """The nearest torque without slip or fall for a period."""
+        robot, margin, period, limit, friction = self
+        floor = Friction(friction, friction)
+        return nearest_safe(robot, state, torque, margin, period, limit, floor, friction)
+
+    def brake(self, state: BipedState, braking: Array) -> SafeTorque:
+        """The safe torque nearest to a crank deceleration that does not turn the crank back."""
+        inertia, rate = self.robot.inertia.at(state.phase), state.crank_rate
+        idle = sticking(self.robot, inertia, rate**2, jnp.zeros_like(rate)).crank_acceleration
+        return self.safe(state, inertia.M * (jnp.maximum(-braking, -rate / self.period) - idle))
+
+    def after(self, state: BipedState, torque: Array) -> BipedState:
+        """The predicted state after a period."""
+        return after_a_period(self.robot, state, torque, self.period, self.friction)
+
+    def stop(self, state: BipedState, braking: Array) -> tuple[BipedState, Array]:
+        """Where braking ends, and whether it stands there and was safe throughout."""
+
+        def onwards(_: int, carry: tuple[BipedState, Array]) -> tuple[BipedState, Array]:
+            state, sound = carry
+            now, stands = self.brake(state, braking), state.crank_rate <= STANDS
+            after = jax.tree.map(partial(jnp.where, stands), state, self.after(state, now.torque))
+            return after, sound & (stands | (now.status == Status.OK))
+
+        last, sound = jax.lax.fori_loop(0, AHEAD, onwards, (state, jnp.ones((), bool)))
+        return last, sound & (last.crank_rate <= STANDS)
+
+
 @register_pytree
 @dataclass(frozen=True)
 class StopAtMark(Ruled):
@@ -183,53 +221,27 @@ class StopAtMark(Ruled):
         to_go, biped = env_state.to_go, env_state.biped
         if to_go is None:
             return memory, self.gait.act(None, obs, env_state, env_params)[1]
-        period, limit, friction, margin = (
-            jnp.asarray(one, to_go.dtype)
-            for one in (
-                env_params.control_period,
-                env_params.torque_limit,
-                self.friction,
-                self.margin,
-            )
-        )
-        robot = drawn_robot(env_state.drawn, env_params)
-        floor = Friction(friction, friction)
-
-        def safe(state: BipedState, torque: Array) -> SafeTorque:
-            return nearest_safe(robot, state, torque, margin, period, limit, floor, friction)
-
-        def brake(state: BipedState, braking: Array) -> SafeTorque:
-            inertia, rate = robot.inertia.at(state.phase), state.crank_rate
-            idle = sticking(robot, inertia, rate**2, jnp.zeros_like(rate)).crank_acceleration
-            return safe(state, inertia.M * (jnp.maximum(-braking, -rate / period) - idle))
-
-        def stops(state: BipedState, braking: Array) -> Array:
-            """True if braking from the state ends before the mark, and is safe throughout."""
-
-            def onwards(_: int, carry: tuple[BipedState, Array]) -> tuple[BipedState, Array]:
-                state, sound = carry
-                now, stands = brake(state, braking), state.crank_rate <= STANDS
-                after = after_a_period(robot, state, now.torque, period, friction)
-                after = jax.tree.map(partial(jnp.where, stands), state, after)
-                return after, sound & (stands | (now.status == Status.OK))
-
-            last, sound = jax.lax.fori_loop(0, AHEAD, onwards, (state, jnp.ones((), bool)))
-            here, there = (centre_of_mass(robot, one, biped.steps) for one in (biped, last))
-            return sound & (last.crank_rate <= STANDS) & (there - here <= to_go)
+        numbers = self.margin, env_params.control_period, env_params.torque_limit, self.friction
+        robot, dtype = drawn_robot(env_state.drawn, env_params), to_go.dtype
+        stopping = _Stopping(robot, *(jnp.asarray(one, dtype) for one in numbers))
+        limit, levels = stopping.torque_limit, jnp.asarray(BRAKING, dtype)
 
         walking = _asked(env_state, jnp.full_like(to_go, self.cruise))
-        gait = safe(biped, limit * self.gait.act(None, obs, walking, env_params)[1][0]).torque
-        later = after_a_period(robot, biped, gait, period, friction)
-        levels = jnp.asarray(BRAKING, to_go.dtype)
-        possible = jax.vmap(stops, (None, 0))(later, levels)
+        _, action = self.gait.act(None, obs, walking, env_params)
+        gait = stopping.safe(biped, limit * action[0]).torque
+        ends, sound = jax.vmap(stopping.stop, (None, 0))(stopping.after(biped, gait), levels)
+        there = jax.vmap(lambda one: centre_of_mass(robot, one, biped.steps))(ends)
+        possible = sound & (there - centre_of_mass(robot, biped, biped.steps) <= to_go)
         goes = jnp.any(possible) & (to_go > NEAR)
         brakes = ~goes & (biped.crank_rate > SLOW)
+
         rate = jnp.sign(to_go) * jnp.minimum(self.gain * jnp.abs(to_go), SLOW)
-        after, slowly = self.servo.act(
-            memory.servo, obs, _asked(env_state, rate.astype(to_go.dtype)), env_params
-        )
-        braked, crept = brake(biped, memory.braking).torque, safe(biped, limit * slowly[0]).torque
-        torque = jnp.where(goes, gait, jnp.where(brakes, braked, crept))
+        asked = _asked(env_state, rate.astype(dtype))
+        after, action = self.servo.act(memory.servo, obs, asked, env_params)
+        slowly = stopping.safe(biped, limit * action[0]).torque
+        braked = stopping.brake(biped, memory.braking).torque
+        torque = jnp.where(goes, gait, jnp.where(brakes, braked, slowly))
+
         begun = PIMemory(biped.crank_rate, jnp.zeros_like(biped.crank_rate))
         servo = jax.tree.map(partial(jnp.where, goes | brakes), begun, after)
         braking = jnp.where(goes, levels[jnp.argmax(possible)], memory.braking)
