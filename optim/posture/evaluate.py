@@ -287,11 +287,11 @@ def padded(rows: np.ndarray, size: int) -> np.ndarray:
 
 
 @lru_cache
-def _calls(count: int) -> list[tuple[int, int]]:
+def _calls(count: int) -> tuple[tuple[int, int], ...]:
     """Start and size of each call for so many stations: all of the size that takes least time, so
     that one program is compiled."""
     size = min(SIZES, key=lambda size: -(-count // size) * (size + A_CALL))
-    return [(begin, size) for begin in range(0, count, size)]
+    return tuple((begin, size) for begin in range(0, count, size))
 
 
 def finite_cost(

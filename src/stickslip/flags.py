@@ -94,11 +94,11 @@ def add_fields(parser: Parser, kind: type[Configuration]) -> None:
 def _about(one: Field[object], rule: Rule, kind: type[Configuration]) -> str:
     """Meaning of a field, accepted names and defaults."""
     choices = f": {', '.join(rule.choices)}" if rule.choices else ""
-    sb3 = kind.defaults_of("sb3")
+    sb3 = one.metadata.get("sb3")
     usual = kind.USUALLY.get(one.name, one.default)
     defaults = "none" if usual is None else f"{usual}"
     defaults += ", with a task its own" if one.name in kind.USUALLY else ""
-    defaults += f"; sb3: {sb3[one.name]}" if one.name in sb3 else ""
+    defaults += f"; sb3: {sb3}" if sb3 is not None else ""
     return f"{rule.about}{choices} (default: {defaults})"
 
 
