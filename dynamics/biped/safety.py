@@ -14,6 +14,7 @@ from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.checks import require_kind, require_number
+from stickslip.dynamics.half_lines import where_positive
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.pytrees import Number, all_finite, float_type, require_numeric
 from stickslip.dynamics.status import Status
@@ -139,14 +140,6 @@ def both(one: Interval, other: Interval) -> Interval:
     return Interval(jnp.maximum(one.low, other.low), jnp.minimum(one.high, other.high))
 
 
-def torques_within(constant: Scalar, slope: Scalar) -> Interval:
-    """The torques T with constant + slope T >= 0; none is (inf, -inf)."""
-    bound = -constant / jnp.where(slope == 0, 1.0, slope)
-    never = (slope == 0) & (constant < 0)
-    low = jnp.where(never, jnp.inf, jnp.where(slope > 0, bound, -jnp.inf))
-    return Interval(low, jnp.where(never, -jnp.inf, jnp.where(slope < 0, bound, jnp.inf)))
-
-
 class Safe(NamedTuple):
     """Torques that keep normal force and zero-moment point, and those of the friction cone."""
 
@@ -168,7 +161,7 @@ def _safe(idle: Limits, driven: Limits) -> Safe:
     """Torques within limits that are linear in them, from those at 0 and 1 N m."""
     groups = []
     for group in zip(idle, driven, strict=True):
-        within = [torques_within(a, b - a) for a, b in zip(*group, strict=True)]
+        within = [Interval(*where_positive(a, b - a)) for a, b in zip(*group, strict=True)]
         groups.append(reduce(both, within))
     return Safe(*groups)
 
