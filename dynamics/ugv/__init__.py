@@ -13,10 +13,12 @@ from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
 from stickslip.dynamics.ugv.statics import (
     Equilibrium,
     Forces,
+    SafeSplit,
     balance,
     equilibrium,
     ground_forces,
     leg_torques,
+    safe_split,
 )
 from stickslip.dynamics.ugv.track import Odometer, Track
 from stickslip.dynamics.ugv.wheel import PoseSolver, WheelContact
@@ -29,6 +31,7 @@ __all__ = [
     "Pose",
     "PoseSolver",
     "Recommendation",
+    "SafeSplit",
     "Surface",
     "Track",
     "UGVParams",
@@ -40,5 +43,6 @@ __all__ = [
     "place",
     "pose",
     "recommend",
+    "safe_split",
     "wheel_turns",
 ]

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.checks import as_number
+from stickslip.dynamics.checks import as_number, require_number
+from stickslip.dynamics.half_lines import where_positive
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.poses import Pose, over_poses, require_place, stand
 from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot
@@ -39,7 +40,7 @@ class Equilibrium(NamedTuple):
     F_front: Float[Array, "..."]
     N_front: Float[Array, "..."]
     torque: Float[Array, "..."]
-    """M on each wheel, anticlockwise positive: driving forwards is negative."""
+    """M on each wheel, or of each [..., 2]; anticlockwise positive, so driving forwards is < 0."""
     grip_rear: Float[Array, "..."]
     """Friction left at the rear wheel, mu N - |F|; negative: it slips."""
     grip_front: Float[Array, "..."]
@@ -123,13 +124,18 @@ def balance(
     params: UGVParams,
     placed: Pose,
     friction: Real[Array, "..."] | float | tuple[Array, Array],
+    difference: Real[Array, "..."] | None = None,
 ) -> Equilibrium:
     """`equilibrium` of a pose, without checks, for use inside a trace.
 
-    friction: mu, of both wheels or of the rear and the front one (see friction_under).
+    friction: mu, of both wheels or of the rear and the front one (see friction_under). difference:
+    of the wheels' torques over r [N] (see ground_forces); None: none, and one torque for both.
     """
     mu_rear, mu_front = friction if isinstance(friction, tuple) else (friction, friction)
-    forces = ground_forces(params, placed)
+    forces = ground_forces(params, placed, 0.0 if difference is None else difference)
+    torque = -_along(params, forces.F_rear, forces.N_rear) * params.wheel_radius
+    if difference is not None:
+        torque = jnp.stack([torque, torque - params.wheel_radius * difference], -1)
     grip_rear = mu_rear * forces.N_rear - jnp.abs(forces.F_rear)
     grip_front = mu_front * forces.N_front - jnp.abs(forces.F_front)
     legs_hold = leg_torques(params, placed, forces)
@@ -146,7 +152,7 @@ def balance(
         status = jnp.where((status == Status.OK) & bad, what, status)
     return Equilibrium(
         *forces,
-        torque=-_along(params, forces.F_rear, forces.N_rear) * params.wheel_radius,
+        torque=torque,
         grip_rear=grip_rear,
         grip_front=grip_front,
         leg_torques=legs_hold,
@@ -201,6 +207,77 @@ def ground_forces(
     if c is not None:
         F_rear += c * (N_front - N_rear)
     return Forces(F_rear, N_rear, F_front, N_front)
+
+
+def split_family(params: UGVParams, placed: Pose) -> tuple[Forces, Forces]:
+    """Ground forces in weights, and what each weight of `difference` adds to them [-]."""
+    W = params.weight
+    equal, shifted = (jnp.stack(ground_forces(params, placed, of)) / W for of in (0.0, W))
+    return Forces(*equal), Forces(*(shifted - equal))
+
+
+class SafeSplit(NamedTuple):
+    """Differences of the wheels' torques over the radius, (M_rear - M_front) / r [N]."""
+
+    difference: Float[Array, "..."]
+    """The nearest to 0 in the interval; where that is empty, the one of least friction use."""
+    low: Float[Array, "..."]
+    high: Float[Array, "..."]
+    """Below `low` where the interval is empty."""
+    friction_use: Float[Array, "..."]
+    """Least over the differences of the larger |F| / (mu N); infinite: a wheel always lifts."""
+    status: Int[Array, "..."]
+    """The pose's, or ROLLOVER or WHEEL_SLIP: a wheel lifts, or slips, with every difference."""
+
+
+def safe_split(
+    params: UGVParams, placed: Pose, friction: Real[Array, "..."] | float | tuple[Array, Array]
+) -> SafeSplit:
+    """The splits with |F| <= mu N at both wheels of a pose, with a motor at each (eq. 42).
+
+    friction: as of `balance`, numbers or of the pose's shape; less than 1e-6 counts as that. Forces
+    do not depend on it: what grips at the lower end of an uncertain mu grips at all of it. F and N
+    are linear in the difference, so each condition leaves a half-line. Only differences up to the
+    weight are looked at. Neglected: inertia, limits of the motors.
+    """
+    require_number("friction", friction, low=0.0, accepted="numbers >= 0")
+    each = friction if isinstance(friction, tuple) else (friction, friction)
+    mu_rear, mu_front = (jnp.maximum(mu, 1e-6) for mu in each)
+    (F, N), (dF, dN) = (  # F and mu N of both wheels [2, ...], and what a weight adds
+        (jnp.stack(of[::2]), jnp.stack([mu_rear * of.N_rear, mu_front * of.N_front]))
+        for of in split_family(params, placed)
+    )
+    cones = (jnp.concatenate([n - f, n + f]) for f, n in ((F, N), (dF, dN)))
+    (first, last), (low, high) = (
+        (jnp.max(low, 0, initial=-1.0), jnp.min(high, 0, initial=1.0))
+        for low, high in (where_positive(N, dN), where_positive(*cones))
+    )
+    tried = jnp.stack([first, last, *_same_shares(F, N, dF, dN)])
+    tried = jnp.clip(jnp.clip(tried, first, last), -1.0, 1.0)
+    loads = N[:, None] + tried * dN[:, None]
+    loaded = jnp.all(loads > 0, 0)
+    uses = jnp.max(jnp.abs(F[:, None] + tried * dF[:, None]) / jnp.where(loaded, loads, 1.0), 0)
+    uses = jnp.where(loaded, uses, jnp.inf)
+    least = jnp.argmin(uses, 0, keepdims=True)
+    best, use = (jnp.take_along_axis(of, least, 0)[0] for of in (tried, uses))
+    difference = jnp.where(low <= high, jnp.clip(0.0, low, high), best)
+    why = jnp.where(use < jnp.inf, Status.WHEEL_SLIP, Status.ROLLOVER).astype(jnp.int32)
+    status = jnp.where((placed.status != Status.OK) | (low <= high), placed.status, why)
+    return SafeSplit._make([*(of * params.weight for of in (difference, low, high)), use, status])
+
+
+def _same_shares(F: Values, N: Values, dF: Values, dN: Values) -> list[Values]:
+    """Differences at which both wheels use the same share |F| / (mu N), or any where none does: the
+    roots of two quadratics. The larger share is least there or at an end of what is looked at."""
+
+    def product(F: Values, N: Values) -> Values:
+        return jnp.stack([F[0] * N[1] - F[1] * N[0], F[0] * N[1] + F[1] * N[0]])
+
+    A, B, C = product(dF, dN), product(F, dN) + product(dF, N), product(F, N)
+    square = B * B - 4 * A * C
+    root = jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
+    q = -(B + jnp.where(B < 0, -root, root)) / 2
+    return [*(C / jnp.where(q == 0, 1.0, q)), *(q / jnp.where(A == 0, 1.0, A))]
 
 
 def _along(params: UGVParams, F: Values, N: Values) -> Values:

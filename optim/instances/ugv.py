@@ -14,7 +14,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.ugv import Track, UGVParams, equilibrium, ground_forces
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv.statics import split_family
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.posture.evaluate import Posture, finite_cost
 from stickslip.optim.posture.problem import PostureProblem
@@ -120,16 +121,10 @@ def straight_drive(track: str, stations: int) -> Drive:
     x = np.linspace(start + 2.0, end - 0.5, stations)
     angles = np.broadcast_to(STRAIGHT, (stations, 2))
     pose = equilibrium(params, ground.astype(np.float64), x, angles).pose
-    weight = float(params.weight)
-    equal, shifted = (
-        np.stack([np.asarray(force) for force in ground_forces(params, pose, difference)], -1)
-        for difference in (0.0, weight)
-    )
+    equal, per_newton = (np.stack(of, -1) for of in split_family(params, pose))
     rounding = 16 * np.finfo(equal.dtype).eps
-    per_newton = (shifted.astype(float) - equal) / weight
     per_newton = np.where(abs(per_newton) < rounding, 0.0, per_newton)
-    torque = np.asarray(weight * params.wheel_radius)
-    return Drive(equal.astype(float) / weight, per_newton, torque)
+    return Drive(equal, per_newton, np.asarray(float(params.weight) * params.wheel_radius))
 
 
 def _forces(drive: Drive, x: Float[Array, "K"]) -> tuple[Array, Array, Array]:

@@ -4,6 +4,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import (
@@ -16,6 +17,7 @@ from stickslip.dynamics.ugv import (
     ground_forces,
     leg_torques,
     place,
+    safe_split,
     wheel_turns,
 )
 from tests.dynamics.ugv.helpers import TRACKS, balanced, chapter, drawn, mirrored, placed
@@ -165,21 +167,42 @@ def test_scale_invariance_of_length_mass_and_gravity(float64):
         )
 
 
-def test_a_motor_a_wheel_leaves_one_force_free(float64):
-    """Every member of the family holds the vehicle, and is linear in the difference."""
-    params, track = UGVParams(), Track.bump().astype(float64)
-    x, angles = drawn(params, float64, 16)
-    pose = placed(params, track, x, angles)
-    difference = jnp.asarray([-500.0, 0.0, 500.0])[:, None]
-    family = jax.jit(ground_forces)(params, pose, difference)
-    rows, right = chapter(params, pose)
-    forces = jnp.stack(family, -1)
-    missing = jnp.einsum("nij,knj->kni", rows[:, 6:, :4], forces) - right[:, 6:]
-    assert np.max(np.abs(missing)) < 1e-11 * params.weight
-    np.testing.assert_allclose(family.F_front - family.F_rear, difference + 0 * x, atol=1e-9)
-    np.testing.assert_allclose(forces[0] + forces[2], 2 * forces[1], atol=1e-9)
-    same = balanced(params, track, x, angles).forces
-    np.testing.assert_allclose(forces[1], jnp.stack(same, -1), rtol=1e-12)
+@pytest.mark.parametrize(("dtype", "off"), [(jnp.float32, 2e-3), (jnp.float64, 1e-5)])
+def test_the_interval_is_that_of_linear_programs(dtype, off, float64):
+    params, track = UGVParams(), Track.sinusoid(0.25, 3.0).astype(float64)
+    pose = placed(params, track, *drawn(params, float64, 40))
+    mu = np.random.default_rng(1).uniform(0.05, 0.6, (2, 40))
+    rows, right = map(np.asarray, chapter(params, pose))
+    own = jax.tree.map(lambda of: of.astype(dtype) if of.dtype == float64 else of, (pose, (*mu,)))
+    W, found = float(params.weight), jax.tree.map(np.asarray, jax.jit(safe_split)(params, *own))
+
+    def solved(k, share=1.0, sign=1):
+        cones = [[s, -share * mu[0, k], 0, 0] for s in (1, -1)]
+        cones += [[0, 0, s, -share * mu[1, k]] for s in (1, -1)] + [[-1, 0, 1, 0], [1, 0, -1, 0]]
+        A, b, limits = rows[k, 6:, :4], right[k, 6:] / W, [0, 0, 0, 0, 1, 1]
+        return linprog([-sign, 0, sign, 0], cones, limits, A, b, [(None, None), (0, None)] * 2)
+
+    for k, (_, low, high, use, _) in enumerate(zip(*found, strict=True)):
+        ends = solved(k), solved(k, sign=-1)
+        assert ends[0].success == (low <= high) == (use <= 1)
+        if low <= high:
+            np.testing.assert_allclose([ends[0].fun, -ends[1].fun], [low / W, high / W], atol=off)
+        assert not np.isfinite(use) or solved(k, use + off).success
+        assert use < off or not solved(k, min(use, 99.0) - off).success
+    assert (found.low.dtype, 5 < np.sum(found.low <= found.high) < 35) == (dtype, True)
+
+
+def test_a_slope_needs_its_tangent_and_less_has_a_status(float64):
+    def split(slope, friction=0.25):
+        pose = placed(UGVParams(), Track.incline(slope), 4.0, np.full(2, np.pi / 2))
+        return safe_split(UGVParams(), pose, friction)
+
+    found = jax.jit(jax.value_and_grad(lambda slope: split(slope).friction_use))(0.3)
+    np.testing.assert_allclose(found, [0.3 / 0.25, 1 / 0.25], rtol=1e-9)
+    for slope, status in ((0.2, Status.OK), (0.3, Status.WHEEL_SLIP), (0.8, Status.ROLLOVER)):
+        assert [split(slope).status, *np.isfinite(split(slope)[:3])] == [status, True, True, True]
+    with pytest.raises(ValueError, match=r"friction = -0\.1 is not accepted; accepted: numbers"):
+        split(0.2, -0.1)
 
 
 def test_slip_rollover_and_grounding_are_told(float64):
