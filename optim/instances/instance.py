@@ -37,7 +37,7 @@ QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 DIGITS = 7
 """Digits of the numbers in a digest."""
-LATER: dict[str, tuple[float, ...]] = {"works": (0, 1, 3), "efficiency": (1.0,)}
+LATER: dict[str, tuple[float, ...]] = {"works": (0, 1, 3), "efficiency": (1.0,), "free_split": (0,)}
 """Fields that came later, and values of theirs that no digest counts: usual ones, and those that
 follow from other fields."""
 

@@ -14,7 +14,7 @@ from stickslip.dynamics.pytrees import Number, Numeric, register_pytree, same_ra
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.poses import stand, wheel_lags
-from stickslip.dynamics.ugv.statics import friction_under
+from stickslip.dynamics.ugv.statics import friction_under, safe_split
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WH
 
 SOLVER = PoseSolver()
 """Default solver of poses."""
+ROUNDED = 1 - 1e-9
+"""Share of the friction that a free split may use: the rest is for roundings."""
 
 
 class Station(NamedTuple):
@@ -37,7 +39,8 @@ class Station(NamedTuple):
     leg_angles: Float[Array, "... 2"]
     """Rear and front [rad]."""
     torque: Float[Array, "..."]
-    """M on each wheel [N m], anticlockwise positive: driving forwards is negative."""
+    """M on each wheel [N m], anticlockwise positive: driving forwards is negative; [..., 2], rear
+    and front, as is the lag, where the split is free."""
     lag: Float[Array, "..."]
     """Angle of the rear and the front wheel against their legs, summed, less what both turn on
     level ground, -per_metre (x - start of the odometer) [rad]. Keeps the digits of short steps at
@@ -86,7 +89,9 @@ class Station(NamedTuple):
     def of_rows(cls, rows: Any) -> Station:
         """The station that has these `rows`, of NumPy or of JAX."""
         pairs = {"leg_angles", "leg_torques"}
-        pairs |= {"friction"} if len(rows) > len(cls._fields) + len(pairs) else set()
+        split, surface = divmod(len(rows) - len(cls._fields) - len(pairs), 2)
+        pairs |= {"friction"} if surface else set()
+        pairs |= {"torque", "lag"} if split else set()
         entries, at = [], 0
         for name in cls._fields:
             pair = rows[at : at + 2] if name in pairs else None
@@ -102,10 +107,16 @@ class Station(NamedTuple):
         return (self.F_rear, self.N_rear, rear), (self.F_front, self.N_front, front)
 
     @property
+    def motors(self) -> tuple[Float[Array, "... m"], Float[Array, "... m"]]:
+        """Torque and lag of the wheels: of both as one [..., 1], or of each [..., 2]."""
+        each = jnp.ndim(self.torque) > jnp.ndim(self.N_rear)
+        return (self.torque, self.lag) if each else (self.torque[..., None], self.lag[..., None])
+
+    @property
     def turn(self) -> Float[Array, "..."]:
         """Angle of both wheels against their legs, summed [rad]; falls when driving forwards. Only
-        differences mean something: M d(turn) is the work of both motors."""
-        return self.lag - self.per_metre * self.x
+        differences mean something: M d(turn) is the work of both motors with the same torque."""
+        return self.motors[1].sum(-1) - self.per_metre * self.x
 
     @property
     def placed(self) -> Bool[Array, "..."]:
@@ -119,7 +130,7 @@ class Station(NamedTuple):
     def finite(self) -> Bool[Array, "..."]:
         """True if every number that a criterion reads is finite."""
         legs = jnp.sum(self.leg_torques, -1)
-        return jnp.isfinite(self.torque + self.lag + legs + self.N_rear + self.N_front)
+        return jnp.isfinite(jnp.sum(sum(self.motors), -1) + legs + self.N_rear + self.N_front)
 
 
 def station(
@@ -130,6 +141,7 @@ def station(
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
     solver: PoseSolver = SOLVER,
+    free_split: bool = False,
 ) -> Station:
     """The vehicle with its front wheel at x_front [...] [m] and leg_angles [..., 2] [rad].
 
@@ -139,7 +151,7 @@ def station(
     stations whose turns are compared.
     """
     placed = stand(params, track, x_front, leg_angles, solver)
-    return station_of(params, odometer, placed, leg_angles, friction)
+    return station_of(params, odometer, placed, leg_angles, friction, free_split)
 
 
 def station_of(
@@ -148,17 +160,21 @@ def station_of(
     placed: Pose,
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
+    free_split: bool = False,
 ) -> Station:
     """The station of a vehicle that has its place, best one of `stand`; see `station`."""
     mu = friction_under(odometer.track, placed, friction)
-    held = balance(params, placed, mu)
+    most = jax.tree.map(lambda of: of * ROUNDED, mu)
+    difference = safe_split(params, placed, most).difference if free_split else None
+    held = balance(params, placed, mu, difference)
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))
+    lags = wheel_lags(params, odometer, placed, angles)
     return Station(
         x=placed.origin[..., 0] + placed.front.x,
         leg_angles=angles,
         torque=held.torque,
-        lag=jnp.sum(wheel_lags(params, odometer, placed, angles), -1),
+        lag=lags if free_split else jnp.sum(lags, -1),
         per_metre=jnp.broadcast_to(jnp.asarray(2 / params.wheel_radius, dtype), shape),
         leg_torques=held.leg_torques,
         F_rear=held.F_rear,
@@ -182,15 +198,17 @@ def _by_wheel(
     return jnp.broadcast_to(jnp.asarray(mu, dtype), shape)
 
 
-def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... 2"]:
+def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... m"]:
     """Torque margin of each wheel's motor, backwards and forwards [N m]; max_torque: the most
     it gives, either way. Below 0 the station is beyond it."""
-    return jnp.stack([max_torque - at.torque, max_torque + at.torque], -1)
+    most = jnp.asarray(max_torque)[..., None]
+    return jnp.concatenate([most - at.motors[0], most + at.motors[0]], -1)
 
 
-def turned(a: Station, b: Station) -> Float[Array, "..."]:
-    """Turn of both wheels against their legs from station a to station b, summed [rad]."""
-    return (b.lag - a.lag) - b.per_metre * (b.x - a.x)
+def turned(a: Station, b: Station) -> Float[Array, "... m"]:
+    """Turn of the wheels against their legs from station a to b, like `motors` [..., m] [rad]."""
+    after, before = b.motors[1], a.motors[1]
+    return (after - before) - (b.per_metre * (b.x - a.x))[..., None] / after.shape[-1]
 
 
 LEAST_NORMAL = 1e-3
@@ -242,7 +260,7 @@ class Criterion:
 
 
 def _wheel_work(a: Station, b: Station) -> Array:
-    return ((a.torque + b.torque) / 2 * turned(a, b))[..., None]
+    return jnp.sum((a.motors[0] + b.motors[0]) / 2 * turned(a, b), -1, keepdims=True)
 
 
 def _total_work(a: Station, b: Station) -> Array:
@@ -257,11 +275,12 @@ def _total_work_and_heat(a: Station, b: Station) -> Array:
 
 
 def _torque_slope(a: Station, b: Station) -> Array:
-    return ((b.torque - a.torque) / jnp.sqrt(b.x - a.x))[..., None]
+    change = b.motors[0] - a.motors[0]  # of both wheels: the mean of their squares counts
+    return change / jnp.sqrt(change.shape[-1] * (b.x - a.x))[..., None]
 
 
 def _torque(a: Station) -> Array:
-    return jnp.stack([a.torque, -a.torque], -1)
+    return jnp.concatenate([a.motors[0], -a.motors[0]], -1)
 
 
 def _grip_missing(a: Station) -> Array:
@@ -279,11 +298,11 @@ def _demand(a: Station) -> Array:
 
 
 def _torque_size(a: Station, before: Station) -> Array:
-    return jnp.abs(a.torque)
+    return jnp.max(jnp.abs(a.motors[0]), -1)
 
 
 def _torque_change(a: Station, before: Station) -> Array:
-    return jnp.abs(a.torque - before.torque)
+    return jnp.max(jnp.abs(a.motors[0] - before.motors[0]), -1)
 
 
 _FORMS: dict[str, tuple[Any, ...]] = {

@@ -69,6 +69,7 @@ class Posture:
     criterion: Any
     """None where it does not matter, so that all share one program."""
     solver: PoseSolver = field(metadata={"static": True})
+    free_split: bool = field(default=False, metadata={"static": True})
 
     @property
     def track(self) -> Track:
@@ -77,12 +78,12 @@ class Posture:
     def stations(self, angles: Float[Array, "K 2"]) -> Station:
         """The stations of the waypoints [K], in one kernel of a processor (see `over_poses`)."""
         given = (self.params, self.odometer, self.x, angles, self.friction)
-        return over_poses(_station, (self.solver,), *given)
+        return over_poses(_station, (self.solver, self.free_split), *given)
 
     def sloped(self, angles: Float[Array, "K 2"]) -> Sloped:
         """The same with their slopes."""
         given = (self.params, self.odometer, self.x, angles, self.friction)
-        return over_poses(_sloped, (self.solver,), *given)
+        return over_poses(_sloped, (self.solver, self.free_split), *given)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
         """Scaled margin of each constraint of a station, by name; satisfied where >= 0.
@@ -110,7 +111,7 @@ class Posture:
             found["wheels"] = (apart / self.params.leg_length)[..., None]
         if self.max_torque is not None:
             found["torque"] = torque_left(at, self.max_torque) / (W * self.params.wheel_radius)
-        one = jnp.ones_like(at.torque)
+        one = jnp.ones_like(at.N_rear)
         found["pose"] = jnp.where(at.placed, one, -one)[..., None]
         return {name: jnp.where(jnp.isfinite(of), of, -1) for name, of in found.items()}
 
@@ -128,13 +129,14 @@ class Posture:
 
 def _station(
     solver: PoseSolver,
+    free_split: bool,
     params: UGVParams,
     odometer: Odometer,
     x: Float[Array, "..."],
     angles: Float[Array, "... 2"],
     friction: Float[Array, "..."],
 ) -> Station:
-    return station(params, odometer.track, odometer, x, angles, friction, solver)
+    return station(params, odometer.track, odometer, x, angles, friction, solver, free_split)
 
 
 class Sloped(NamedTuple):
@@ -147,6 +149,7 @@ class Sloped(NamedTuple):
 
 def _sloped(
     solver: PoseSolver,
+    free_split: bool,
     params: UGVParams,
     odometer: Odometer,
     x: Float[Array, "..."],
@@ -156,7 +159,7 @@ def _sloped(
     """Stations with their slopes."""
 
     def numbers(angles: Array) -> tuple[tuple[Array, ...], Array]:
-        at = _station(solver, params, odometer, x, angles, friction)
+        at = _station(solver, free_split, params, odometer, x, angles, friction)
         return at.numbers, at.status
 
     def along(angle: Array) -> tuple[tuple[Array, ...], tuple[Array, ...], Array]:
@@ -350,7 +353,7 @@ def margins_and_slopes(
 
 def each_angle(slopes: Station) -> Station:
     """Slopes with the angle as first axis."""
-    numbered = slopes._replace(status=jnp.zeros_like(slopes.torque))
+    numbered = slopes._replace(status=jnp.zeros_like(slopes.N_rear))
     return numbered.map(lambda of: jnp.moveaxis(of, -1, 0))
 
 

@@ -63,7 +63,8 @@ class PostureProblem(PostureData, Problem[PostureResult]):
     each wheel [N]. min_grip: least mu N - |F| of each wheel [N]. min_clearance: of body and legs
     above the ground [m]. max_torque: of each wheel's motor, either way [N m]; None: any.
     start_angles, end_angles: the first and the last pair where they are given, rear and front
-    [rad]. solver: how poses are found.
+    [rad]. solver: how poses are found. free_split: a motor at each wheel, and at each station the
+    `difference` of `safe_split` between them in place of the same torque at both.
 
     The wheels keep params.wheel_gap between them, at the waypoints and, where leg_rate is given,
     between them, too; PoseSolver(overlap=True) lets them overlap, as the chapter does.
@@ -139,7 +140,9 @@ class PostureProblem(PostureData, Problem[PostureResult]):
                 "criterion": self.criterion.of(self.params),
             }
             numbers |= {name: getattr(self, name) for name in evaluate.LIMITS}
-            return Posture(**jax.tree.map(_number, numbers), solver=self.solver)
+            return Posture(
+                **jax.tree.map(_number, numbers), solver=self.solver, free_split=self.free_split
+            )
 
     @cached_property
     def waypoints(self) -> Waypoints:
@@ -219,7 +222,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         sizes = {"grip": 4 * K, "normal": 2 * K}
         sizes |= {"clearance": K} if self.solver.samples else {}
         sizes |= {} if self.solver.overlap else {"wheels": K}
-        sizes |= {} if self.max_torque is None else {"torque": 2 * K}
+        sizes |= {} if self.max_torque is None else {"torque": (2 + 2 * self.free_split) * K}
         sizes |= {"pose": K}
         return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
 

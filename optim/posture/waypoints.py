@@ -56,6 +56,7 @@ class PostureData:
     start_angles: Float[np.ndarray, "2"] | None = None
     end_angles: Float[np.ndarray, "2"] | None = None
     solver: PoseSolver = field(default=PoseSolver())
+    free_split: bool = False
 
     @property
     def n(self) -> int:
@@ -123,6 +124,7 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
     require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
+    require_kind("free_split", problem.free_split, bool, "True or False")
     problem.params.validate()
     for leaf in jax.tree.leaves(problem.params):
         if np.ndim(leaf):

@@ -340,6 +340,7 @@ def _add_posture(parser: Parser) -> None:
     _add_track(parser)
     about = "let the wheels overlap, as the chapter does; no vehicle can"
     put("overlap", about, type=truth, default=False)
+    put("free_split", "a motor at each wheel, for more grip", type=truth, default=False)
     for name, place in (("start_angles", "first"), ("end_angles", "last")):
         about = f"rear and front leg at the {place} waypoint [rad] (default: any)"
         put(name, about, type=float, nargs=2)

@@ -246,6 +246,8 @@ def require_boundable(problem: PostureProblem) -> None:
 
 
 def _method(problem: PostureProblem, known: Float[np.ndarray, "n"] | None) -> Worst | Sums:
+    if problem.free_split:
+        raise ValueError("free_split = True; accepted: False, for bounds of every drive")
     return (Worst if problem.criterion.kind == "max" else Sums)(problem, known)
 
 

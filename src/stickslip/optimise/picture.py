@@ -52,7 +52,10 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     for leg, ((name, look), (F, N, mu)) in enumerate(zip(SIDES.items(), at.wheels, strict=True)):
         legs.plot(at.x, np.degrees(at.leg_angles[:, leg]), label=name, **look)
         grip.plot(at.x, mu * N - np.abs(F), label=name, **look)
-    torque.plot(at.x, at.torque, color=theme.INK)
+    torques = at.motors[0].T
+    looks = SIDES.values() if len(torques) == 2 else [{"color": theme.INK}]
+    for look, M in zip(looks, torques, strict=True):
+        torque.plot(at.x, M, **look)
     for end in (p.leg_angle_min, p.leg_angle_max):
         legs.axhline(float(np.degrees(end)), **LEVEL)
     torque.axhline(0.0, **LEVEL)

@@ -37,7 +37,7 @@ UNITS |= {"leg_rate": "rad/m", "grip": "N", "normal": "N", "clearance": "m", "wh
 UNITS |= {"torque": "N m", "pose": "waypoints"}
 """Units of PostureProblem.residuals."""
 STATED = ("friction", "leg_rate", "min_normal", "min_grip", "min_clearance", "max_torque")
-STATED += ("start_angles", "end_angles", "x")
+STATED += ("start_angles", "end_angles", "x", "free_split")
 """Numbers of a problem that result.json holds."""
 RUNS = 6
 """Blocked stretches of ground that are listed."""
@@ -63,6 +63,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         start_angles=given.start_angles,
         end_angles=given.end_angles,
         solver=PoseSolver(overlap=given.overlap),
+        free_split=given.free_split,
         **limits,
     )
     if given.pictures:
@@ -189,11 +190,13 @@ def result_content(problem: PostureProblem, result: PostureResult) -> dict[str, 
 
 def stations_table(found: Station) -> Table:
     """A row a waypoint, numbers in SI units and radians, every digit."""
+    torques = np.asarray(found.motors[0]).T
+    wheels = ["each wheel"] if len(torques) == 1 else ["the rear wheel", "the front wheel"]
     columns: dict[Column, object] = {
         Column(FRONT_WHEEL, "m"): found.x,
         Column(REAR_LEG, "rad"): found.leg_angles[:, 0],
         Column(FRONT_LEG, "rad"): found.leg_angles[:, 1],
-        Column("torque on each wheel", "N m"): found.torque,
+        **{Column(f"torque on {of}", "N m"): M for of, M in zip(wheels, torques, strict=True)},
         Column("turn of both wheels", "rad"): found.turn,
         Column("rear leg torque", "N m"): found.leg_torques[:, 0],
         Column("front leg torque", "N m"): found.leg_torques[:, 1],

@@ -4,12 +4,15 @@ import re
 from dataclasses import replace
 from itertools import product
 
+import jax
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import UGVParams
+from stickslip.dynamics.ugv import UGVParams, pose
 from stickslip.optim import CRITERIA, Evaluation, OptimStatus, PostureProblem, Station
+from stickslip.optim.posture.criteria import steps
 from stickslip.optim.posture.evaluate import below
+from stickslip.optim.posture.problem import refined
 from tests.optim.posture.helpers import HIGH, LOW, over_bump, plain_cost, tiny
 from tests.optim.posture.helpers import on_grid as solve
 
@@ -143,3 +146,16 @@ def test_what_dynamic_programming_cannot_do_is_refused():
     for angles in (1, 2.5, (3, 3, 3), True, (3, 1), "31", (5, np.array([0.6, 1.0]))):
         with pytest.raises(ValueError, match=r"angles = .*an integer >= 2"):
             solve(tiny(), "dp", angles=angles)
+
+
+def test_a_free_split_grips_where_equal_torques_slip_and_does_the_same_work():
+    free = over_bump("total_energy", friction=0.105, leg_rate=0.2, free_split=True)
+    assert solve(replace(free, free_split=False), "dp", angles=9).x is None
+    fine, x = refined(free, solve(free, "dp", angles=9).x, 200)
+    at, params = fine.stations(x), free.params
+    assert min(np.min(at.grip), np.max(np.abs(np.diff(at.torque))) - 5.0) > 0.0
+    with jax.enable_x64(True):
+        works = np.asarray(free.criterion.terms(*steps(at)))
+        ends = pose(params, free.track.astype(float), at.x[[0, -1]], at.leg_angles[[0, -1]])
+        gained = float(np.diff(ends.potential_energy(params))[0])
+    assert np.sum(works) == pytest.approx(gained, abs=1e-6 * np.sum(np.abs(works)))
