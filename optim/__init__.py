@@ -18,7 +18,7 @@ GENERAL_METHODS: dict[str, str] = {
 if TYPE_CHECKING:
     from stickslip.optim.function_problem import FunctionProblem
     from stickslip.optim.gait.gait import Certificate, Gait, GaitResult
-    from stickslip.optim.gait.problem import GaitProblem
+    from stickslip.optim.gait.problem import GaitProblem, best_transfer
     from stickslip.optim.gait.replay import Replay, replay
     from stickslip.optim.instances.instance import FAMILIES, Instance, instance, suite
     from stickslip.optim.instances.objective import BudgetSpent, Objective, Record
@@ -73,6 +73,7 @@ __all__ = [
     "Result",
     "Station",
     "Structure",
+    "best_transfer",
     "bound_every_drive",
     "criterion_by_name",
     "instance",

@@ -176,7 +176,7 @@ class Gait:
     def repeats(self) -> bool:
         """True if it is one step that ends as it begins."""
         begins, ends = float(self.b[0, 0]), float(self.b[-1, -1])
-        return self.grid.steps == 1 and begins > 0 and abs(ends - begins) <= 1e-9 * begins
+        return self.grid.turn == np.pi and begins > 0 and abs(ends - begins) <= 1e-9 * begins
 
     @cached_property
     def samples(self) -> tuple[Float[np.ndarray, "n K D+1"], Float[np.ndarray, "n K D+1"]]:
@@ -225,7 +225,15 @@ class Gait:
     @property
     def mean_rate(self) -> float:
         """Mean crank rate [rad/s]."""
-        return float(np.pi * self.grid.steps / self.duration)
+        return float(self.grid.turn / self.duration)
+
+    @property
+    def distance(self) -> float:
+        """How far the centre of mass gets [m]."""
+        robot, steps, X = self.nodes.robot, self.grid.steps, self.nodes.X[-1]
+        if self.grid.end is None:
+            return steps * robot.step_length
+        return (steps - 1) * robot.step_length + float(X[-1] - X[0]) / robot.mass
 
     @cached_property
     def friction_use(self) -> float:
@@ -252,19 +260,20 @@ class Gait:
         """The same at the nodes alone [W]."""
         return float(np.max(np.abs(self.torque * self.crank_rate)))
 
+    @property
+    def torque_rate_on_grid(self) -> float:
+        """Largest |change of the torque| over the time of a cell [N m/s]; exchanges left out."""
+        return float(np.max(np.abs(torque_rates(self.grid, self.torque, self.b))))
+
     def cost_of_transport(self, copper_loss: float = 0.0, efficiency: float = 1.0) -> float:
         """(Work / efficiency + copper_loss x torque^2 over time) / (weight x distance) [-]."""
         robot = self.nodes.robot
-        distance = self.grid.steps * robot.step_length
         energy = self.spent[WORK] / efficiency + copper_loss * self.spent[TORQUE]
-        return energy / (robot.weight * distance)
+        return energy / (robot.weight * self.distance)
 
 
 def terms_on_grid(
-    grid: Grid,
-    b: Float[Number, "n K+1"],
-    torque: Float[Number, "n K+1"],
-    xp: ModuleType = np,
+    grid: Grid, b: Float[Number, "n K+1"], torque: Float[Number, "n K+1"], xp: ModuleType = np
 ) -> dict[str, float | Float[Array, ""]]:
     """The objectives' terms as the program adds them up. xp: numpy, or jax.numpy where traced."""
     rate, torques = xp.sqrt(xp.maximum(b, 0.0)), xp.asarray(torque)
@@ -276,6 +285,12 @@ def terms_on_grid(
         TORQUE: xp.sum(squares * pace),
         WORK: xp.sum(xp.maximum(torques, 0.0) * grid.weights),
     }
+
+
+def torque_rates(grid: Grid, torque: np.ndarray, b: np.ndarray, xp: ModuleType = np) -> np.ndarray:
+    """Change of the torque [n, K+1] over the program's time of each cell [n, K]. xp: as above."""
+    rate = xp.where(b > 0, xp.sqrt(xp.where(b > 0, b, 1.0)), 0.0)  # without a slope at rest
+    return (torque[:, 1:] - torque[:, :-1]) * (rate[:, :-1] + rate[:, 1:]) / (2 * grid.h)
 
 
 def friction_uses(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -11,26 +11,37 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
+from stickslip.dynamics.pytrees import Lists, Number, read_only
 from stickslip.optim.gait import METHODS
-from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program, friction_along
+from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program
 from stickslip.optim.gait.gait import Gait, GaitResult, Goal, goal_of
-from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, robot_of
-from stickslip.optim.problem import FEASIBLE, Evaluation, Method, Problem, Structure, require_scalar
+from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, mark_of, robot_of
+from stickslip.optim.problem import (
+    FEASIBLE,
+    Evaluation,
+    Method,
+    Problem,
+    Structure,
+    as_floats,
+    require_scalar,
+    solve,
+)
 
 if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Float
 
-    from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.optim.problem import Vector
 
+ACCEPTED = "None, a number >= 0, or one for each step"
 NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
-LEAST_CELLS, MOST_STEPS = 8, 1000
+LEAST_CELLS, MOST_STEPS, LEAST_END = 8, 1000, 0.01
 CAP = 20.0
 """Crank rates up to this many times the lift-off rate are searched, where no limit is given."""
 TORQUES = 30.0
 """Torques up to this many times the robot's own size, where none is given."""
+NOT_CONVEX = ("max_power", "max_torque_rate")
 POSITIVE, NOT_NEGATIVE = "None, or a finite number > 0", "a finite number >= 0"
 
 
@@ -46,10 +57,13 @@ class GaitProblem(Problem[GaitResult]):
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
     the objective "energy" [W/(N m)^2]. cells: of the grid in each step. efficiency: of what drives
     the crank, for that objective; braking gives nothing back. max_power: greatest |torque x crank
-    rate| of the motor [W]. This limit is not convex: where it binds, the gait is a local optimum
-    (FEASIBLE), and bounds are those without the limit.
+    rate| of the motor [W]. max_torque_rate: greatest |dT/dt| [N m/s], in the mean over each cell,
+    of `held`, too. With it the torque, which else jumps there, is continuous over exchanges of
+    support; at the walk's ends it is free: a motor at rest may hold one. These two limits are not
+    convex: where one binds, the gait is a local optimum (FEASIBLE), and bounds are without them.
 
-    start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any.
+    start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any. end_phase:
+    crank angle past the last step's beginning where the walk ends, on one foot [rad]; None: pi.
 
     Decision vector [1 + n (cells + 1)]: b = crank rate^2 at the beginning [rad^2/s^2], then the
     crank acceleration at both ends of every cell of each step [rad/s^2], straight in between.
@@ -73,6 +87,8 @@ class GaitProblem(Problem[GaitResult]):
     cells: int = 200
     max_power: float | None = None
     efficiency: float = 1.0
+    max_torque_rate: float | None = None
+    end_phase: float | None = None
     goal: Goal = field(init=False)
 
     methods: ClassVar[Mapping[str, Method]] = {
@@ -83,46 +99,38 @@ class GaitProblem(Problem[GaitResult]):
 
     @classmethod
     def periodic(
-        cls,
-        params: BipedParams,
-        objective: str | Mapping[str, float] = "time",
-        *,
-        mu: Number | None = None,
-        torque_limit: float | None = None,
-        mean_rate: float | None = None,
-        min_normal: float = 0.0,
-        zmp: bool = False,
-        max_rate: float | None = None,
-        copper_loss: float = 0.5,
-        steps: int = 200,
-        max_power: float | None = None,
-        efficiency: float = 1.0,
-    ) -> GaitProblem:
+        cls, params: BipedParams, objective: str | Mapping[str, float] = "time", *,
+        mu: Number | None = None, torque_limit: float | None = None, mean_rate: float | None = None,
+        min_normal: float = 0.0, zmp: bool = False, max_rate: float | None = None,
+        copper_loss: float = 0.5, steps: int = 200, max_power: float | None = None,
+        efficiency: float = 1.0, max_torque_rate: float | None = None,
+    ) -> GaitProblem:  # fmt: skip
         """One step that ends as it begins. steps: cells of its grid; else see the class."""
         return cls(
             params, objective, 1, True, mu, torque_limit, mean_rate, min_normal, zmp, max_rate,
             copper_loss, cells=steps, max_power=max_power, efficiency=efficiency,
+            max_torque_rate=max_torque_rate,
         )  # fmt: skip
 
     @classmethod
     def transfer(
-        cls,
-        params: BipedParams,
-        steps_taken: int,
-        objective: str | Mapping[str, float] = "time",
-        *,
-        start_rate: float | None = 0.0,
-        end_rate: float | None = None,
-        steps: int = 200,
+        cls, params: BipedParams, steps_taken: int | None,
+        objective: str | Mapping[str, float] = "time", *, start_rate: float | None = 0.0,
+        end_rate: float | None = None, steps: int = 200, distance: float | None = None,
         **limits: Any,
-    ) -> GaitProblem:
-        """A walk of `steps_taken` steps, from rest unless start_rate is given.
+    ) -> GaitProblem:  # fmt: skip
+        """A walk of `steps_taken` steps, from rest unless start_rate is given; None: one that ends
+        when the centre of mass is `distance` [m] ahead of its start, in whatever step.
 
         end_rate: 0 for a stop, the crank rate at which a steady gait begins its step to go on with
         it, None for any. steps: cells of the grid in each step. limits: as of `periodic`; mu may be
         one number for each step.
         """
         ends = {"start_rate": start_rate, "end_rate": end_rate}
+        if steps_taken is None:
+            steps_taken, ends["end_phase"] = mark_of(params, distance)
+        elif distance is not None:
+            raise ValueError(f"steps_taken = {shown(steps_taken)} with distance; accepted: None")
         return cls(params, objective, steps_taken, False, cells=steps, **ends, **limits)
 
     def __post_init__(self):
@@ -143,7 +151,7 @@ class GaitProblem(Problem[GaitResult]):
     @cached_property
     def on_grid(self) -> GridProblem:
         from_rest, to_rest = self.start_rate == 0.0, self.end_rate == 0.0
-        grid = Grid(self.steps_taken, self.cells, from_rest, to_rest)
+        grid = Grid(self.steps_taken, self.cells, from_rest, to_rest, self.end_phase)
         profiles = Profiles(self.params, self.__dict__["_robot"], grid)
         cap, most, asked = self.max_rate, self.torque_limit, self.mean_rate
         cap = CAP * profiles.nodes.lift_off_rate if cap is None else float(cap)
@@ -157,17 +165,18 @@ class GaitProblem(Problem[GaitResult]):
             zmp=self.zmp,
             cap=cap,
             periodic=self.is_periodic,
-            longest=None if asked is None else np.pi * self.steps_taken / float(asked),
+            longest=None if asked is None else grid.turn / float(asked),
             first=_squares(self.start_rate, cap),
             last=_squares(self.end_rate, cap),
             power=None if self.max_power is None else float(self.max_power),
+            torque_rate=None if self.max_torque_rate is None else float(self.max_torque_rate),
         )
 
     @property
     def structure(self) -> frozenset[Structure]:
-        """Convex without max_power, with slopes but at kinks of work and friction."""
-        convex = frozenset({Structure.CONVEX}) if self.max_power is None else frozenset()
-        return convex | {Structure.SMOOTH}
+        """Convex without NOT_CONVEX, with slopes but at kinks of work and friction."""
+        bent = any(getattr(self, name) is not None for name in NOT_CONVEX)
+        return frozenset({Structure.SMOOTH} if bent else {Structure.SMOOTH, Structure.CONVEX})
 
     @property
     def n(self) -> int:
@@ -184,12 +193,12 @@ class GaitProblem(Problem[GaitResult]):
         return np.concatenate([[low], -most]), np.concatenate([[high], most])
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
-        """See Problem. ValueError for the objective "friction" and for a limit of power, which are
-        no convex program."""
+        """See Problem. ValueError for what is no convex program: "friction", and NOT_CONVEX."""
         if self.goal.is_friction:
             raise ValueError('objective = "friction" is no convex program; accepted: another')
-        if self.max_power is not None:
-            raise ValueError("max_power is not a convex limit; accepted: None")
+        for name in NOT_CONVEX:
+            if getattr(self, name) is not None:
+                raise ValueError(f"{name} is not a convex limit; accepted: None")
         at, numbers = self.on_grid, self.on_grid.numbers()
         program = Program(numbers)
 
@@ -233,12 +242,36 @@ class GaitProblem(Problem[GaitResult]):
         residuals["end"] = max(0.0, low - end, end - high)
         sound = bool(np.isfinite(value))
         feasible = sound and bool(np.all(margins >= -FEASIBLE))
-        if self.max_power is not None:
-            residuals["power"] = max(0.0, gait.power_at_nodes - self.max_power)
+        for name, (use, most) in at.motor_uses(gait.a, gait.b).items():
+            residuals[name] = max(0.0, float(np.max(np.abs(use), initial=0.0)) - most)
         return Evaluation(float(value) if sound else np.inf, margins, feasible, residuals)
 
 
-RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2", "power": "W"}
+def friction_along(mu: Number | Lists | None, steps: int) -> Float[np.ndarray, "n"] | None:
+    """Static friction of each step [n], None where the foot never slips."""
+    if mu is None:
+        return None
+    found = as_floats("mu", mu, ACCEPTED)
+    if found.shape not in ((), (steps,)):
+        raise ValueError(f"mu has shape {found.shape}; accepted: one number, or ({steps},)")
+    if np.any(found < 0):
+        raise ValueError(f"mu = {float(np.min(found))!r} is not accepted; accepted: {ACCEPTED}")
+    return read_only(np.broadcast_to(found, (steps,)).astype(float))
+
+
+def best_transfer(
+    problem: GaitProblem, most_steps: int, **options: Any
+) -> tuple[GaitProblem, GaitResult]:
+    """The problem of the least value, of those of problem.steps_taken to `most_steps` steps that
+    differ in nothing else, and its result; where none is feasible the last. options: of `solve`."""
+    require_integer("most_steps", most_steps, low=problem.steps_taken, high=MOST_STEPS)
+    walks = [replace(problem, steps_taken=n) for n in range(problem.steps_taken, most_steps + 1)]
+    found = [(walk, solve(walk, **options)) for walk in walks]
+    feasible = [pair for pair in found if pair[1].feasible]
+    return min(feasible or found[-1:], key=lambda pair: pair[1].value)
+
+
+RESIDUAL_UNITS = UNITS | {"time": "s", "end": "rad^2/s^2"}
 """Units of GaitProblem.residuals."""
 
 
@@ -258,10 +291,13 @@ def _check(p: GaitProblem) -> None:
     require_integer("steps", p.cells, low=LEAST_CELLS, accepted="an integer >= 8, cells of a step")
     require_memory(f"steps = {shown(p.cells)}", "nodes", p.steps_taken * (p.cells + 1), NODE)
     require_kind("zmp", p.zmp, bool, "True or False")
-    for name in ("torque_limit", "mean_rate", "max_rate", "max_power"):
+    for name in ("torque_limit", "mean_rate", "max_rate", *NOT_CONVEX):
         given = getattr(p, name)
         if given is not None:
             require_scalar(name, given, low=0.0, strict=True, accepted=POSITIVE)
+    if p.end_phase is not None:
+        high, accepted = 0.0 if p.is_periodic else np.pi, f"{LEAST_END} to pi, of a transfer"
+        require_scalar("end_phase", p.end_phase, low=LEAST_END, high=high, accepted=accepted)
     how: dict[str, Any] = {"low": 0.0, "high": 1.0, "strict": True, "accepted": "above 0, up to 1"}
     require_scalar("efficiency", p.efficiency, **how)
     for name in ("min_normal", "copper_loss", "start_rate", "end_rate"):

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from stickslip.dynamics.biped import BipedParams, exchange_mismatch, step_length
 from stickslip.dynamics.biped.inertia import inertia_and_moment
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, as_batch
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import float64_program, read_only
+from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -25,6 +27,7 @@ MISMATCH = 1e-6
 """Tolerated mismatch of the exchange of support, as in `simulate` in float64; single-precision
 lengths are allowed their own rounding."""
 ROBOT = "a BipedParams of one robot (carry a payload in params.payload)"
+WAY = "a finite number > 0 [m], with steps_taken = None"
 POINTS = 4
 """Gauss-Legendre points in each cell, for bounds on every gait."""
 DEGREE, SAMPLES = 6, 400
@@ -41,12 +44,19 @@ class Grid:
 
     from_rest, to_rest: the walk begins or ends with no speed. There nodes stand closer (CLOSER),
     since the crank rate grows with the root of the angle; elsewhere they are pi / K apart.
+    end: crank angle past the beginning of the last step at which the walk ends [rad], None: pi.
     """
 
     steps: int
     cells: int
     from_rest: bool = False
     to_rest: bool = False
+    end: float | None = None
+
+    @property
+    def turn(self) -> float:
+        """Crank angle of the whole walk [rad]."""
+        return np.pi * self.steps if self.end is None else np.pi * (self.steps - 1) + self.end
 
     @cached_property
     def theta(self) -> Float[np.ndarray, "n K+1"]:
@@ -63,6 +73,8 @@ class Grid:
                 rows[-1] = 1 - (1 - share) ** CLOSER
         theta = SUPPORT_START + (SUPPORT_END - SUPPORT_START) * rows
         theta[:, 0], theta[:, -1] = SUPPORT_START, SUPPORT_END
+        if self.end is not None:
+            theta[-1] = SUPPORT_START + self.end * rows[-1]
         return read_only(theta)
 
     @cached_property
@@ -168,10 +180,37 @@ class Profile:
         return float(np.sqrt(self.robot.weight / np.max(np.abs(self.dY))))
 
     @property
+    def torque_unit(self) -> float:
+        """A torque of the robot's own size [N m]: its weight on a crank's length."""
+        return self.robot.weight * self.robot.crank
+
+    @property
     def swing_torque(self) -> float:
         """A torque that carries and swings the robot at that rate [N m]."""
         rate = self.lift_off_rate
-        return self.robot.weight * self.robot.crank + float(np.max(self.M)) * rate**2
+        return self.torque_unit + float(np.max(self.M)) * rate**2
+
+
+class Rows(NamedTuple):
+    """Coefficients [m, n, ...] of A a + B b <= C, with the size of one unit of each [m]."""
+
+    names: tuple[str, ...]
+    A: Float[np.ndarray, "m n ..."]
+    B: Float[np.ndarray, "m n ..."]
+    C: Float[np.ndarray, "m n ..."]
+    size: Float[np.ndarray, "m"]
+
+    def excess(
+        self, a: Float[np.ndarray, "n ..."], b: Float[np.ndarray, "n ..."]
+    ) -> Float[np.ndarray, "m n ..."]:
+        """Violation of each limit, > 0, in its own unit."""
+        return self.A * a + self.B * b - self.C
+
+    def scaled_excess(
+        self, a: Float[np.ndarray, "n ..."], b: Float[np.ndarray, "n ..."]
+    ) -> Float[np.ndarray, "m n ..."]:
+        """Violation of each limit in units of `size`."""
+        return self.excess(a, b) / self.size.reshape(-1, *[1] * np.ndim(a))
 
 
 @dataclass(frozen=True)
@@ -226,6 +265,18 @@ def robot_of(params: BipedParams, steps: int, periodic: bool) -> Robot:
     names = ("gravity", "heel", "toe", "crank")
     rest = {name: float(np.asarray(getattr(params, name))) for name in names}
     return Robot(mass=mass, step_length=length, **rest)
+
+
+def mark_of(params: BipedParams, distance: Any) -> tuple[int, float]:
+    """Steps begun, and crank angle past the last one's beginning [rad], where the centre of mass is
+    a distance [m] from where it was when a step began."""
+    require_scalar("distance", distance, low=0.0, strict=True, accepted=WAY)
+    profiles = Profiles(params, robot_of(params, 1, False), Grid(1, 500))
+    robot, turned, X = profiles.robot, profiles.grid.theta[0] - SUPPORT_START, profiles.nodes.X[0]
+    steps = max(1, int(np.ceil(distance / robot.step_length - 1e-6)))
+    ahead = CubicSpline(turned, (X - X[0]) / robot.mass)
+    found = ahead.solve(distance - (steps - 1) * robot.step_length, extrapolate=False)
+    return steps, float(found[0]) if len(found) else np.pi
 
 
 @float64_program

@@ -86,14 +86,9 @@ class Trace(NamedTuple):
 
 
 def replay(
-    params: BipedParams,
-    gait: Gait,
-    *,
-    mu: float | None = None,
-    feedback: float = 0.0,
-    walk_steps: int | None = None,
-    zmp: bool = False,
-) -> Replay:
+    params: BipedParams, gait: Gait, *, mu: float | None = None, feedback: float = 0.0,
+    walk_steps: int | None = None, zmp: bool = False,
+) -> Replay:  # fmt: skip
     """Walk a gait from its own beginning. See Replay.
 
     params: the robot that walks, the gait's own or another. feedback [1/rad]: gain on the energy; 0
@@ -108,7 +103,8 @@ def replay(
     require_kind("zmp", zmp, bool, "True or False")
     n = gait.grid.steps
     count = (3 if gait.repeats else n) if walk_steps is None else walk_steps
-    require_integer("walk_steps", count, high=10_000)
+    inside = gait.grid.end is not None  # a step: it cannot go on
+    require_integer("walk_steps", count, low=n if inside else 1, high=n if inside else 10_000)
     duration = gait.duration
     if not np.isfinite(duration):
         raise ValueError("the gait stands still on its way; accepted: one of finite duration")
@@ -209,18 +205,19 @@ def _summed(gait: Gait, trace: Trace, mu: float | None, count: int, whole: float
     times = trace.state.time
     failed = np.nonzero(trace.contact.status > Status.SLIP_ONSET)[0]
     angle = trace.state.phase - np.pi / 2 + np.pi * trace.state.steps
+    turn = np.pi * count if gait.grid.end is None else gait.grid.turn
     if gait.grid.to_rest:  # look at the time that was promised
         done = np.nonzero(times >= whole)[0]
     else:
-        done = np.nonzero(trace.state.steps >= count)[0]
+        done = np.nonzero(trace.state.steps >= count if gait.grid.end is None else angle >= turn)[0]
     end = int(done[0]) if len(done) else len(times) - 1
     end = min(end, int(failed[0])) if len(failed) else end
     upto = slice(0, end + 1)
     state, contact = (jax.tree.map(lambda leaf: leaf[upto], part) for part in trace[:2])
     rate, turned, duration = float(state.crank_rate[-1]), float(angle[end]), float(times[end])
-    arrived = abs(turned - np.pi * count) < 0.01 * np.pi
-    if turned > np.pi * count and rate > 0 and not gait.grid.to_rest:
-        duration, turned = duration - (turned - np.pi * count) / rate, np.pi * count
+    arrived = abs(turned - turn) < 0.01 * np.pi
+    if turned > turn and rate > 0 and not gait.grid.to_rest:
+        duration, turned = duration - (turned - turn) / rate, turn
     status = Status(int(np.max(contact.status)))
     inside = np.diff(state.steps, prepend=0) == 0
     use = np.abs(contact.friction_force) / np.maximum(contact.normal_force, 1e-300)

@@ -100,10 +100,7 @@ def grid_bound(
     on_a = -(np.hstack([zero, spread]) + np.hstack([spread, zero]))
     root, on_T, constant = _tangents(grid, numbers, duals.time, *at)
     form = Lagrangian(
-        work=numbers.weights.get(WORK, 0.0) * sample.weight,
-        root=root,
-        on_T=on_T,
-        on_b=on_b.ravel(),
+        work=numbers.weights.get(WORK, 0.0) * sample.weight, root=root, on_T=on_T, on_b=on_b.ravel()
     )
     total = float(np.sum(least_of(sample, form, on_a.ravel()))) + constant
     return total - duals.time * (numbers.longest or 0.0)

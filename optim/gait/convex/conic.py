@@ -17,9 +17,10 @@ import numpy as np
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
 from stickslip.optim.gait.convex.grid_problem import (
+    MOTOR,
     NORMAL,
-    POWER,
     STANDING,
+    UNITS,
     ZMP,
     GridProblem,
     Numbers,
@@ -37,7 +38,7 @@ from stickslip.optim.gait.gait import (
     lowest,
     peak,
 )
-from stickslip.optim.problem import FEASIBLE, Ended, OptimStatus
+from stickslip.optim.problem import Ended, OptimStatus
 
 if TYPE_CHECKING:
     from stickslip.optim.gait.problem import GaitProblem
@@ -54,7 +55,7 @@ SLOW = 0.1
 again: the solver's accuracy is that of the largest numbers."""
 ROUNDS = 30
 SETTLED = 1 - 1e-6
-"""Ratio of two values in turn from which on the search within the motor's power ends."""
+"""Ratio of two values in turn from which on the search within the motor's limits ends."""
 NO_DEMAND = 1e-9
 """A friction demand below this is none."""
 SHORTFALLS = tuple(10.0**-k for k in range(9, 0, -1))
@@ -111,26 +112,27 @@ def best_of(problem: GridProblem, *, every: bool) -> Answer | Ended:
     return (least_demand if problem.goal.is_friction else answered)(problem, every=every)
 
 
-def within_power(free: Answer, power: float) -> Answer:
-    """A gait within the motor's power [W], with the bounds of `free`, the best one without it.
+def within_motor(free: Answer) -> Answer:
+    """A gait within the motor's power and torque rate, with the bounds of `free`, the best without.
 
-    By the convex-concave procedure: the limit's tangents about a gait leave only gaits within the
-    limit, and that gait if it is one. So the best gait of the program is no worse, and tangents are
-    laid about it next. Where those about `free` leave no gait, the search begins at the gait that
-    exceeds them least. The answer exceeds the power where that search ends at a gait that does.
+    By the convex-concave procedure: the limits' tangents about a gait leave only gaits within the
+    limits, and that gait if it is one. So the best gait of the program is no worse, and tangents
+    are laid about it next. Where those about `free` leave no gait, the search begins at the gait
+    that exceeds them least. The answer exceeds the limits where that search ends at one that does.
     """
     gait, best, before = free.gait, None, np.inf
-    if gait.power_at_nodes <= power * (1 + FEASIBLE):
+    if not free.problem.exceeds_motor(gait):
         return free
+    mu = None if free.relaxed == FRICTION else free.problem.mu
     for _ in range(ROUNDS):
-        at = replace(free.problem, around=gait.b)
+        at = replace(free.problem, around=gait.b, mu=mu)
         found = best_of(at, every=False)
         if isinstance(found, Answer):
             if best is not None and found.certificate.value >= best.certificate.value * SETTLED:
                 break
             best, gait = found, found.gait
             continue
-        nearer = relaxed(at, POWER)
+        nearer = relaxed(at, MOTOR)
         if best is not None or isinstance(nearer, Ended) or nearer.relaxation > SETTLED * before:
             break
         gait, before = at.gait_of(nearer.a, nearer.b), nearer.relaxation
@@ -222,8 +224,8 @@ def solve_conic(
     every = certify == "every"
     at = replace(problem.on_grid, programs=[0])
     answer = best_of(at, every=every)
-    if isinstance(answer, Answer) and at.power is not None:
-        answer = within_power(answer, at.power)
+    if isinstance(answer, Answer):
+        answer = within_motor(answer)
     common: dict[str, Any] = {"method": "conic", "began": began}
     if isinstance(answer, Ended):
         status, message = _diagnosed(at, answer)
@@ -232,12 +234,11 @@ def solve_conic(
         )
     evaluation = problem.evaluate_gait(answer.gait)
     status, message = _judged(answer, evaluation.feasible)
-    powerless = not evaluation.feasible and evaluation.residuals.get("power", 0.0) > 0
-    if powerless:
-        needs = f"this one needs {answer.gait.power_at_nodes:.4g} W"
-        message = f"no gait was found within max_power = {at.power:g} W; {needs}"
+    weak = at.exceeds_motor(answer.gait)
+    if weak:
+        message = _too_weak(at, answer.gait)
     held, held_value = None, np.inf
-    if every and not powerless:
+    if every and not weak:
         held, held_value = held_between(answer.problem, answer.gait, answer.relaxed)
         if held is None:
             message += "; no gait was found that keeps its limits between the nodes, too"
@@ -265,13 +266,22 @@ def _judged(answer: Answer, feasible: bool) -> tuple[OptimStatus, str]:
     if not feasible:
         return OptimStatus.VIOLATED, f"{solved.message}; the gait misses a limit: see residuals"
     if answer.problem.around is not None and certificate.gap > GAP * size:
-        return OptimStatus.FEASIBLE, "a local optimum; the bound is that without max_power"
+        without = "the bound is that without max_power and max_torque_rate"
+        return OptimStatus.FEASIBLE, f"a local optimum; {without}"
     ended = solved.status in (OptimStatus.OPTIMAL, OptimStatus.INACCURATE)
     if certificate.gap <= GAP * size and ended:
         return OptimStatus.OPTIMAL, "proved by the dual"
     status = OptimStatus.INACCURATE if solved.status is OptimStatus.OPTIMAL else solved.status
     values = f"value {certificate.value!r}, proved bound {certificate.bound!r}"
     return status, f"{solved.message}; {values}"
+
+
+def _too_weak(problem: GridProblem, gait: Gait) -> str:
+    """The motor's limits, and what a gait needs of them."""
+    uses = problem.motor_uses(gait.a, gait.b).items()
+    limits = [f"max_{n.replace(' ', '_')} = {most:g} {UNITS[n]}" for n, (_, most) in uses if most]
+    needs = [f"{n} {np.max(np.abs(use)):.4g} {UNITS[n]}" for n, (use, _) in uses if np.size(use)]
+    return f"no gait was found within {', '.join(limits)}; this one needs: {', '.join(needs)}"
 
 
 def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
@@ -302,7 +312,7 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
 
 def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[OptimStatus, str]:
     """The mean rate is above the fastest one within the other limits."""
-    turn = np.pi * problem.grid.steps
+    turn = problem.grid.turn
     asked, most = turn / longest, turn / fastest.certificate.value
     if fastest.certificate.bound <= longest:
         text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
@@ -322,9 +332,7 @@ def _fastest(problem: GridProblem) -> GridProblem:
 def _rate(problem: GridProblem) -> float | None:
     """Greatest mean rate within the limits [rad/s]."""
     found = answered(_fastest(problem), every=False)
-    return (
-        np.pi * problem.grid.steps / found.certificate.value if isinstance(found, Answer) else None
-    )
+    return problem.grid.turn / found.certificate.value if isinstance(found, Answer) else None
 
 
 def _needed_rates(problem: GridProblem) -> list[str]:
@@ -432,7 +440,7 @@ def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
     size = problem.rows_between.size[-1]
     asked = np.inf
     if problem.longest is not None:
-        asked = np.pi * grid.steps / problem.longest
+        asked = grid.turn / problem.longest
     floor = min(MOVING * problem.lift_off, QUARTER * asked) ** 2
     return _at_nodes(floor * share - least).ravel() / size
 

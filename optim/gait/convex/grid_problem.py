@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 import scipy.sparse as sp
 
-from stickslip.dynamics.pytrees import Lists, Number, float64_program, read_only
+from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
@@ -33,8 +33,10 @@ from stickslip.optim.gait.gait import (
     Goal,
     friction_uses,
     terms_on_grid,
+    torque_rates,
 )
-from stickslip.optim.problem import Ended, OptimStatus, as_floats, solve_quietly
+from stickslip.optim.gait.profile import Rows
+from stickslip.optim.problem import FEASIBLE, Ended, OptimStatus, solve_quietly
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -43,12 +45,12 @@ if TYPE_CHECKING:
 
     Traced = Any  # an array of NumPy, or one of JAX that is traced
 
-POWER = "power"
+MOTOR = "motor"
+"""The rows of its power; as a limit that is relaxed, its torque rate, too."""
 NORMAL, ZMP, RATE, STANDING = "normal force", "foot edges", "greatest rate", "squared rate >= 0"
 UNITS = {TORQUE: "N m", FRICTION: "N", NORMAL: "N", ZMP: "N m", RATE: "rad^2/s^2"}
-UNITS |= {STANDING: "rad^2/s^2"}
-"""Unit of a row's violation."""
-ACCEPTED = "None, a number >= 0, or one for each step"
+UNITS |= {STANDING: "rad^2/s^2", "power": "W", "torque rate": "N m/s", "torque jump": "N m"}
+"""Unit of a row's violation, or of that of one of `motor_uses`."""
 ACCURACY = {"tol_feas": 1e-11, "tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11}
 """Tolerances of Clarabel. Small cells near rest need them; where it stops earlier, the certificate
 says how good the gait is all the same."""
@@ -72,7 +74,9 @@ class Sample:
 class Numbers(Sample):
     """A program's scaled numbers, its sample at the nodes. h [n, K]; relaxed: whether a row may be
     exceeded by r [rows]; a weight for each term, none where r is minimised; the longest time; least
-    and greatest first and last b; whether the step ends as it begins."""
+    and greatest first and last b; whether the step ends as it begins. changes: most, left, right of
+    |T' - T| + left b + right b' <= most in each cell, with a torque that is the same on both sides
+    of an exchange; changes_relaxed: whether r may exceed that."""
 
     h: Float[np.ndarray, "n K"]
     relaxed: np.ndarray
@@ -81,6 +85,8 @@ class Numbers(Sample):
     first: tuple[float, float]
     last: tuple[float, float]
     periodic: bool
+    changes: tuple[np.ndarray, ...] = ()
+    changes_relaxed: bool = False
 
 
 class Duals(NamedTuple):
@@ -118,7 +124,10 @@ class Program:
         self._motion = (self._right - self._left) @ self._b - gained == 0
         self._rows = [self._limited(i) for i in range(len(given.A))]
         self._constraints: list[cp.Constraint] = [self._motion, *self._rows]
-        self._exchange = self._exchanges(n, K)
+        starts = (K + 1) * np.arange(n)
+        joined = slice(None if given.periodic else -1)
+        self._ends, self._begins = (starts + K)[joined], np.roll(starts, -1)[joined]
+        self._exchange = self._exchanges()
         for i, (low, high) in ((0, given.first), (-1, given.last)):
             if low == high:
                 self._constraints.append(self._b[i] == low)
@@ -130,16 +139,25 @@ class Program:
         taken = cp.multiply(given.A[i], self._a) + cp.multiply(given.B[i], self._b)
         return taken <= (given.C[i] + self._r if given.relaxed[i] else given.C[i])
 
-    def _exchanges(self, n: int, K: int) -> cp.Constraint | None:
+    def _exchanges(self) -> cp.Constraint | None:
         """b goes on over the exchange of support, or round the periodic step."""
-        starts = (K + 1) * np.arange(n)
-        went, goes = (starts + K, np.roll(starts, -1))
-        if not self._given.periodic:
-            went, goes = went[:-1], goes[:-1]
-        if not len(went):
+        if not len(self._ends):
             return None
-        found = self._b[goes] - self._b[went] == 0
+        found = self._b[self._begins] - self._b[self._ends] == 0
         self._constraints.append(found)
+        return found
+
+    def _changes(self, torque: cp.Expression) -> list[cp.Constraint]:
+        """The torque changes little in a cell, and not at all at an exchange."""
+        most, on_left, on_right = (part.ravel() for part in self._given.changes)
+        more, share = self._r if self._given.changes_relaxed else 0.0, self._given.h.ravel()
+        left, right = self._left @ self._b, self._right @ self._b
+        taken = cp.multiply(on_left, left) + cp.multiply(on_right, right)
+        change = cp.abs((self._right - self._left) @ torque)
+        found = [change + taken <= most + more * (share / np.max(share))]
+        if len(self._ends):
+            jump = torque[self._begins] - torque[self._ends]
+            found.append(cp.abs(jump) <= more if self._given.changes_relaxed else jump == 0)
         return found
 
     def _goal(self, h: np.ndarray) -> cp.Expression:
@@ -147,6 +165,7 @@ class Program:
         on_a, on_b, rest = given.torque
         torque = cp.multiply(on_a, self._a) + cp.multiply(on_b, self._b) + rest
         parts: list[cp.Expression] = []
+        self._constraints += self._changes(torque) if given.changes else []
         if given.longest is not None or TIME in weights or TORQUE in weights:
             parts += self._paced(h, torque)
         if WORK in weights:
@@ -220,45 +239,6 @@ def _cell_ends(n: int, K: int) -> tuple[sp.csr_array, sp.csr_array]:
     return left, right
 
 
-class Rows(NamedTuple):
-    """Coefficients [m, n, ...] of A a + B b <= C, with the size of one unit of each [m]."""
-
-    names: tuple[str, ...]
-    A: Float[np.ndarray, "m n ..."]
-    B: Float[np.ndarray, "m n ..."]
-    C: Float[np.ndarray, "m n ..."]
-    size: Float[np.ndarray, "m"]
-
-    def excess(
-        self, a: Float[np.ndarray, "n ..."], b: Float[np.ndarray, "n ..."]
-    ) -> Float[np.ndarray, "m n ..."]:
-        """Violation of each limit, > 0, in its own unit."""
-        return self.A * a + self.B * b - self.C
-
-    def scaled_excess(
-        self, a: Float[np.ndarray, "n ..."], b: Float[np.ndarray, "n ..."]
-    ) -> Float[np.ndarray, "m n ..."]:
-        """Violation of each limit in units of `size`."""
-        return self.excess(a, b) / self.size.reshape(-1, *[1] * np.ndim(a))
-
-
-def torque_unit(p: Profile) -> float:
-    """A torque of the robot's own size [N m]: its weight on a crank's length."""
-    return p.robot.weight * p.robot.crank
-
-
-def friction_along(mu: Number | Lists | None, steps: int) -> Float[np.ndarray, "n"] | None:
-    """Static friction of each step [n], None where the foot never slips."""
-    if mu is None:
-        return None
-    found = as_floats("mu", mu, ACCEPTED)
-    if found.shape not in ((), (steps,)):
-        raise ValueError(f"mu has shape {found.shape}; accepted: one number, or ({steps},)")
-    if np.any(found < 0):
-        raise ValueError(f"mu = {float(np.min(found))!r} is not accepted; accepted: {ACCEPTED}")
-    return read_only(np.broadcast_to(found, (steps,)).astype(float))
-
-
 class Units(NamedTuple):
     """Units in which a program's numbers are about 1: rate [rad/s], torque [N m]."""
 
@@ -283,8 +263,8 @@ class GridProblem:
     inside the foot. cap: greatest crank rate [rad/s]. longest: time of the whole walk [s], None:
     any. first, last: least and greatest b there [rad^2/s^2]. rate_unit [rad/s], None: chosen from
     the robot and the mean rate. programs: how many were solved, of this one and of those made from
-    it. power: of the motor [W], None: any. around: b at the nodes, about which the rows replace
-    that limit by tangents; None: they leave it out."""
+    it. power [W], torque_rate [N m/s]: of the motor, None: any. around: b at the nodes, about which
+    tangents replace these two limits; None: they are left out."""
 
     profiles: Profiles
     goal: Goal
@@ -301,6 +281,7 @@ class GridProblem:
     rate_unit: float | None = None
     programs: list[int] = field(default_factory=lambda: [0])
     power: float | None = None
+    torque_rate: float | None = None
     around: Float[np.ndarray, "n K+1"] | None = None
 
     @property
@@ -326,12 +307,11 @@ class GridProblem:
         parts: list[tuple[str, np.ndarray, np.ndarray, np.ndarray, float]] = []
         for s in (1, -1):
             most = self.torque - s * p.fall
-            parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, torque_unit(p)))
+            parts.append((TORQUE, s * p.M, s * (p.dM / 2), most, p.torque_unit))
             if self.power is not None and self.around is not None:
                 most, slope = self._power_tangent(p, self.power, self.around)
-                parts.append(
-                    (POWER, s * p.M, s * p.dM / 2 + slope, most - s * p.fall, torque_unit(p))
-                )
+                B, most = s * p.dM / 2 + slope, most - s * p.fall
+                parts.append((MOTOR, s * p.M, B, most, p.torque_unit))
         if self.mu is not None:
             mu = self.mu.reshape(-1, *[1] * (p.M.ndim - 1))
             for s in (1, -1):
@@ -363,14 +343,29 @@ class GridProblem:
         most = power / np.sqrt(b)
         return 1.5 * most, most / (2 * b)
 
+    def _change_tangents(self) -> tuple[np.ndarray, ...]:
+        """Numbers.changes about `around`: tangents of |T' - T| <= torque_rate x 2 h / (s + s'), s
+        the crank rate, as those of the power; none by the b of a rest, which is 0."""
+        if self.torque_rate is None or self.around is None:
+            return ()
+        h, rate, unit = self.grid.h, np.sqrt(np.maximum(self.around, 0.0)), self.units
+        rate = np.maximum(rate, self.torque_rate * np.min(h) / (2 * self.torque))
+        rate[0, 0] *= not self.grid.from_rest
+        rate[-1, -1] *= not self.grid.to_rest
+        s = rate[:, :-1], rate[:, 1:]
+        most = 2 * self.torque_rate * h / (s[0] + s[1]) / unit.torque
+        slope = most / (s[0] + s[1]) * unit.b
+        ends = (np.divide(slope, 2 * x, out=np.zeros_like(x), where=x > 0) for x in s)
+        return 1.5 * most, *ends
+
     @cached_property
     def units(self) -> Units:
         """Units; that of the rate is the lift-off rate, or nearer to a far lower mean rate."""
         rate = self.lift_off if self.rate_unit is None else self.rate_unit
         if self.rate_unit is None and self.longest is not None:
-            asked = 2 * np.pi * self.grid.steps / self.longest
+            asked = 2 * self.grid.turn / self.longest
             rate = float(np.clip(asked, rate / 10, rate))
-        return Units(rate, torque_unit(self.profiles.nodes))
+        return Units(rate, self.profiles.nodes.torque_unit)
 
     @property
     def scale(self) -> float:
@@ -419,6 +414,8 @@ class GridProblem:
             first=(self.first[0] / b, self.first[1] / b),
             last=(self.last[0] / b, self.last[1] / b),
             periodic=self.periodic,
+            changes=self._change_tangents(),
+            changes_relaxed=relaxed == MOTOR,
         )
 
     def gait(self, a: Float[np.ndarray, "n K+1"], first: float) -> Gait:
@@ -431,19 +428,40 @@ class GridProblem:
         a, first = a * unit, float(np.clip(b[0, 0] * unit, *self.first))
         end = float(squares_of(self.grid, a, first)[-1, -1])
         wanted = first if self.periodic else float(np.clip(end, *self.last))
-        return self.gait(a + (wanted - end) / (2 * np.pi * self.grid.steps), first)
+        return self.gait(a + (wanted - end) / (2 * self.grid.turn), first)
 
     def margins(self, a: Traced, b: Traced, time: Traced, xp: ModuleType = np) -> Traced:
         """Scaled margins [m] of a and b [n, K+1]: the rows at the nodes, the time, both sides of
-        the end, and the motor's power at the nodes. xp: numpy, or jax.numpy for traced arrays."""
+        the end, and those of the motor. xp: numpy, or jax.numpy for traced arrays."""
         low, high = (b[0, 0], b[0, 0]) if self.periodic else self.last
         late = [] if self.longest is None else [1 - time / self.longest]
         ends = [(b[-1, -1] - low) / self.units.b, (high - b[-1, -1]) / self.units.b]
         parts = [xp.ravel(-self.rows.scaled_excess(a, b)), xp.stack([*late, *ends])]
+        return xp.concatenate([*parts, *self.motor_margins(a, b, xp)])
+
+    def motor_margins(self, a: Traced, b: Traced, xp: ModuleType = np) -> list[Traced]:
+        """Scaled margins of `motor_uses`."""
+        uses = [(xp.ravel(use), most) for use, most in self.motor_uses(a, b, xp).values()]
+        sizes = [most or self.units.torque for _, most in uses]
+        pairs = [(most / size, use / size) for (use, most), size in zip(uses, sizes, strict=True)]
+        return [side for most, use in pairs for side in (most - use, most + use)]
+
+    def motor_uses(self, a: Traced, b: Traced, xp: ModuleType = np) -> dict[str, tuple[Any, float]]:
+        """What the motor does, and its limit either way: power at the nodes [W]; mean torque rate
+        in each cell [N m/s], and jumps of the torque at exchanges [N m]."""
+        torque, found = self.profiles.nodes.torque(a, b), {}
         if self.power is not None:
-            power = self.profiles.nodes.torque(a, b) * xp.sqrt(xp.maximum(b, 0.0)) / self.power
-            parts += [xp.ravel(1 - power), xp.ravel(1 + power)]
-        return xp.concatenate(parts)
+            found["power"] = torque * xp.sqrt(xp.maximum(b, 0.0)), self.power
+        if self.torque_rate is not None:
+            found["torque rate"] = torque_rates(self.grid, torque, b, xp), self.torque_rate
+            jumps = torque[:, 0] - xp.roll(torque[:, -1], 1)
+            found["torque jump"] = jumps if self.periodic else jumps[1:], 0.0
+        return found
+
+    def exceeds_motor(self, gait: Gait) -> bool:
+        """True of a gait beyond the motor's power or torque rate."""
+        parts = self.motor_margins(gait.a, gait.b)
+        return any(np.min(part, initial=0.0) < -FEASIBLE for part in parts)
 
     @cached_property
     def slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:

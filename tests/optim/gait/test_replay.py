@@ -7,6 +7,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.dynamics.biped import kinematics, step_length
+from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.optim import replay, solve
 from stickslip.optim.gait.replay import GaitLaw
 from tests.optim.gait.helpers import robot, solved, transfer
@@ -32,6 +34,20 @@ def test_a_start_from_rest_and_a_stop_walk_as_promised():
     assert walked.kept, walked
     assert walked.duration == pytest.approx(found.best.duration, rel=2e-3)
     assert walked.end_rate < 0.1
+
+
+def test_a_stop_inside_a_step_is_at_its_mark_and_its_torque_changes_slowly_over_time():
+    stop = transfer(None, mu=0.95 * MU, end_rate=0.0, max_torque_rate=20.0, distance=0.33)
+    gait = solve(stop).best
+    links = [kinematics(robot(), gait.theta[i, i]).centres for i in (0, -1)]
+    start, end = (np.average(one[:, 0], weights=body_masses(robot())) for one in links)
+    assert stop.steps_taken == 2
+    assert end + float(step_length(robot())) - start == pytest.approx(0.33, abs=1e-6)
+    assert gait.torque[1, 0] == pytest.approx(gait.torque[0, -1], abs=1e-8)
+    assert np.max(np.abs(np.diff(gait.torque)) / gait.times) == pytest.approx(20.0, rel=1e-2)
+    assert replay(robot(), gait, mu=MU).kept
+    with pytest.raises(ValueError, match="walk_steps = 3"):
+        replay(robot(), gait, walk_steps=3)
 
 
 def test_feedback_takes_away_what_another_robot_makes_of_the_torque():

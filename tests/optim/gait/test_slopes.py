@@ -1,5 +1,6 @@
 """Slopes of gaits, beside central differences of what is evaluated."""
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -7,11 +8,11 @@ import pytest
 import scipy.optimize
 from scipy.integrate import quad
 
-from stickslip.optim import solve
+from stickslip.optim import OptimStatus, solve
 from stickslip.optim.gait import gait as between
 from stickslip.optim.gait.profile import Grid
 from stickslip.optim.problem import Structure
-from tests.optim.gait.helpers import periodic
+from tests.optim.gait.helpers import periodic, transfer
 
 
 @pytest.mark.parametrize(
@@ -20,6 +21,7 @@ from tests.optim.gait.helpers import periodic
         ("time", {"mu": 0.2}),
         ({"energy": 1.0, "torque": 0.3}, {"mu": 0.3, "mean_rate": 3.0}),
         ("friction", {"mean_rate": 3.0}),
+        ("time", {"max_power": 9.0, "max_torque_rate": 30.0}),
     ],
 )
 def test_gradient_and_jacobian_are_the_slopes_of_value_and_constraints(objective, limits):
@@ -57,6 +59,16 @@ def test_slsqp_comes_to_the_conic_optimum():
     )
     assert problem.is_feasible(found.x)
     np.testing.assert_allclose(found.fun, best.value, rtol=1e-5)
+
+
+@pytest.mark.parametrize("make", [periodic, partial(transfer, 2, end_rate=0.0)])
+def test_slsqp_finds_no_quicker_gait_near_one_within_the_torque_rate(make):
+    problem = make(mu=0.3, max_torque_rate=30.0, steps=12)
+    best, free = solve(problem), solve(make(mu=0.3, steps=12))
+    assert best.status is OptimStatus.FEASIBLE
+    assert best.value > 1.1 * free.value
+    polished = solve(problem, method="gradient", start=best.x)
+    assert polished.value > best.value * (1 - 1e-5)
 
 
 def test_a_standing_crank_has_no_slope():

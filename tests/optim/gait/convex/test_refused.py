@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.optim import GaitProblem, OptimStatus, solve
+from stickslip.optim import GaitProblem, OptimStatus, best_transfer, solve
 from stickslip.optim.gait.convex import grid_problem
 from tests.optim.gait.helpers import periodic, robot, solved, transfer
 
@@ -57,6 +57,17 @@ def test_the_limit_that_cannot_be_met_is_named(problem, said: str):
     assert found.x is None
 
 
+def test_too_slow_a_torque_and_the_fewest_steps_to_a_rate_are_told():
+    walk = transfer(1, mu=0.06, end_rate=5.0, mean_rate=4.0, steps=20)
+    by_count = [solve(replace(walk, steps_taken=count)) for count in (1, 2, 3)]
+    assert [one.feasible for one in by_count] == [False, True, True]
+    chosen, best = best_transfer(walk, 3)
+    assert (chosen.steps_taken, best.value) == (2, by_count[1].value)
+    slow = solve(replace(chosen, max_torque_rate=1.0))
+    assert slow.status is OptimStatus.VIOLATED
+    assert "within max_torque_rate = 1 N m/s; this one needs: torque rate" in slow.message
+
+
 def test_a_solver_that_gives_up_is_not_called_optimal(monkeypatch):
     monkeypatch.setattr(grid_problem, "ACCURACY", {"max_iter": 4})
     found = solve(periodic(mu=0.05, steps=60))
@@ -77,6 +88,7 @@ def test_a_solver_that_gives_up_is_not_called_optimal(monkeypatch):
         ({"objective": {"friction": 1.0, "time": 1.0}}, "mu as a limit"),
         ({"objective": "friction", "mu": 0.1, "mean_rate": 3.0}, "mu with the objective"),
         ({"objective": "friction"}, "mean_rate = None"),
+        ({"max_torque_rate": 0.0}, "max_torque_rate = 0.0"),
     ],
 )
 def test_bad_input_is_refused_by_name(options: dict, said: str):
