@@ -13,7 +13,7 @@ from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.lazily import require
-from stickslip.optim import GaitProblem, GaitResult, Replay, replay, solve
+from stickslip.optim import GaitProblem, GaitResult, Replay, best_transfer, replay
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
@@ -43,7 +43,10 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     require_scalar("feedback", given.feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
     if given.pictures:
         require("matplotlib.figure")
-    result = solve(problem, progress=True)
+    if given.mark is not None and given.most_steps is not None:
+        raise ValueError("most_steps with mark, which tells the steps; accepted: one of them")
+    most = problem.steps_taken if given.most_steps is None else given.most_steps
+    problem, result = best_transfer(problem, most, progress=True)
     replays, found = _replays(problem, result, given), result.gait is not None
     tables = {"summary": gait_summary(problem, result)}
     limits = {name: getattr(problem, name) for name in MOTOR}
@@ -73,19 +76,19 @@ def gait_problem_of(given: Namespace) -> GaitProblem:
         left = [one * (1 - given.reserve) for one in given.mu]
         mu = left[0] if len(left) == 1 else left
     objective = _objective(given.objective)
-    names = ("mean_rate", "min_normal", "zmp")
+    names = ("mean_rate", "min_normal", "zmp", "max_torque_rate")
     limits: dict[str, Any] = {name: getattr(given, name) for name in names}
     limits |= {"mu": mu, "steps": given.cells, "torque_limit": TORQUE_LIMIT} | motor
     if given.torque_limit is not None:
         limits["torque_limit"] = finite(given.torque_limit)
     if given.copper_loss is not None:
         limits["copper_loss"] = given.copper_loss
-    if given.steps is not None:
+    if given.steps is not None or given.mark is not None:
         start = 0.0 if given.start is None else given.start
-        ends = {"start_rate": start, "end_rate": given.end}
+        ends = {"start_rate": start, "end_rate": given.end, "distance": given.mark}
         return GaitProblem.transfer(robot, given.steps, objective, **ends, **limits)
-    for name, value in (("start", given.start), ("end", given.end)):
-        if value is not None:
+    for name in ("start", "end", "most_steps"):
+        if getattr(given, name) is not None:
             raise ValueError(f"{name} without --steps; accepted: with a walk of --steps N")
     if isinstance(mu, list):
         raise ValueError(f"mu has shape ({len(mu)},); accepted: one number without --steps")
@@ -148,14 +151,17 @@ def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
 
 def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
     """The gait's own numbers."""
-    robot, spent, need, eta = gait.nodes.robot, gait.spent, None, problem.efficiency
+    spent, need, eta = gait.spent, None, problem.efficiency
+    rate = None if problem.max_torque_rate is None else gait.torque_rate_on_grid
     if problem.goal.is_friction:
         need = Footing(gait.profiles).at_rate(gait.mean_rate).friction
     return {
         Column("mean_crank_rate", "rad/s"): float(gait.mean_rate),
-        Column("mean_speed", "m/s"): float(gait.mean_rate / np.pi * robot.step_length),
+        Column("mean_speed", "m/s"): float(gait.distance / gait.duration),
+        Column("steps"): None if problem.is_periodic else gait.grid.steps,
         Column("least_crank_rate", "rad/s"): float(np.min(gait.crank_rate)),
         Column("largest_torque", "N m"): float(np.max(np.abs(gait.torque))),
+        Column("torque_rate_on_grid", "N m/s"): rate,
         Column("friction_used"): float(gait.friction_use),
         Column("constant_rate_needs"): need,
         Column("least_normal_force", "N"): float(np.min(gait.normal_force)),

@@ -46,9 +46,7 @@ def finite(limit: float) -> float | None:
 
 
 def own_files(
-    given: Namespace,
-    machine: BipedParams | UGVParams,
-    motor: Mapping[str, float | None],
+    given: Namespace, machine: BipedParams | UGVParams, motor: Mapping[str, float | None]
 ) -> dict[str, Callable[[], str]]:
     """The file of a machine that is not the default one. motor: its numbers, None for no limit."""
     biped = isinstance(machine, BipedParams)
