@@ -1,4 +1,7 @@
-"""Docstrings as Markdown: what they lay out by indentation and line breaks stays laid out."""
+"""Docstrings as Markdown: what they lay out by indentation and line breaks stays laid out.
+
+And what a package exports, where it says so by `import name as name`.
+"""
 
 from __future__ import annotations
 
@@ -19,6 +22,13 @@ class AsWritten(griffe.Extension):
         """See griffe.Extension."""
         if obj.docstring:
             obj.docstring.value = as_markdown(obj.docstring.value)
+
+    def on_module_members(self, *, mod: griffe.Module, **kwargs: Any) -> None:
+        """See griffe.Extension. An `__all__` that is written out stays."""
+        if mod.exports is None and "loaded_when_used" in mod.imports:
+            own = (name for name, home in mod.imports.items() if home.startswith("stickslip."))
+            exports: Any = sorted(name for name in own if name != "loaded_when_used")
+            mod.exports = exports
 
 
 def as_markdown(text: str) -> str:

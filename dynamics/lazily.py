@@ -10,8 +10,10 @@ from importlib.util import find_spec
 from typing import Any
 
 
-def loaded_when_used(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """`__getattr__` and `__dir__` of a package: the names that its `if TYPE_CHECKING` imports.
+def loaded_when_used(
+    package: str,
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """`__getattr__`, `__dir__` and `__all__` of a package: what its `if TYPE_CHECKING` imports.
 
     The package's modules are attributes, too, as they are once they are imported.
     """
@@ -33,7 +35,7 @@ def loaded_when_used(package: str) -> tuple[Callable[[str], Any], Callable[[], l
         vars(module)[name] = found
         return found
 
-    return load, lambda: sorted({*vars(module), *homes})
+    return load, lambda: sorted({*vars(module), *homes}), sorted(homes)
 
 
 def require(module: str, what: str = "rendering", extra: str = "viz") -> Any:

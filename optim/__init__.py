@@ -16,70 +16,39 @@ GENERAL_METHODS: dict[str, str] = {
 """Methods for all problems by name."""
 
 if TYPE_CHECKING:
-    from stickslip.optim.function_problem import FunctionProblem
-    from stickslip.optim.gait.gait import Certificate, Gait, GaitResult
-    from stickslip.optim.gait.problem import GaitProblem, best_transfer
-    from stickslip.optim.gait.replay import Replay, replay
-    from stickslip.optim.instances.instance import FAMILIES, Instance, instance, suite
-    from stickslip.optim.instances.objective import BudgetSpent, Objective, Record
-    from stickslip.optim.posture import METHODS
-    from stickslip.optim.posture.bounds.branch import DriveBound, bound_every_drive
-    from stickslip.optim.posture.criteria import (
-        CRITERIA,
-        Criterion,
-        Station,
-        criterion_by_name,
-        station,
-    )
-    from stickslip.optim.posture.evaluate import PostureResult
-    from stickslip.optim.posture.problem import PostureProblem
-    from stickslip.optim.problem import (
-        Evaluation,
-        FreeProblem,
-        Method,
-        OptimStatus,
-        Problem,
-        Result,
-        Structure,
-        methods_of,
-        solve,
-    )
+    from stickslip.optim.function_problem import FunctionProblem as FunctionProblem
+    from stickslip.optim.gait.gait import Certificate as Certificate
+    from stickslip.optim.gait.gait import Gait as Gait
+    from stickslip.optim.gait.gait import GaitResult as GaitResult
+    from stickslip.optim.gait.problem import GaitProblem as GaitProblem
+    from stickslip.optim.gait.problem import best_transfer as best_transfer
+    from stickslip.optim.gait.replay import Replay as Replay
+    from stickslip.optim.gait.replay import replay as replay
+    from stickslip.optim.instances.instance import FAMILIES as FAMILIES
+    from stickslip.optim.instances.instance import Instance as Instance
+    from stickslip.optim.instances.instance import instance as instance
+    from stickslip.optim.instances.instance import suite as suite
+    from stickslip.optim.instances.objective import BudgetSpent as BudgetSpent
+    from stickslip.optim.instances.objective import Objective as Objective
+    from stickslip.optim.instances.objective import Record as Record
+    from stickslip.optim.posture import METHODS as METHODS
+    from stickslip.optim.posture.bounds.branch import DriveBound as DriveBound
+    from stickslip.optim.posture.bounds.branch import bound_every_drive as bound_every_drive
+    from stickslip.optim.posture.criteria import CRITERIA as CRITERIA
+    from stickslip.optim.posture.criteria import Criterion as Criterion
+    from stickslip.optim.posture.criteria import Station as Station
+    from stickslip.optim.posture.criteria import criterion_by_name as criterion_by_name
+    from stickslip.optim.posture.criteria import station as station
+    from stickslip.optim.posture.evaluate import PostureResult as PostureResult
+    from stickslip.optim.posture.problem import PostureProblem as PostureProblem
+    from stickslip.optim.problem import Evaluation as Evaluation
+    from stickslip.optim.problem import FreeProblem as FreeProblem
+    from stickslip.optim.problem import Method as Method
+    from stickslip.optim.problem import OptimStatus as OptimStatus
+    from stickslip.optim.problem import Problem as Problem
+    from stickslip.optim.problem import Result as Result
+    from stickslip.optim.problem import Structure as Structure
+    from stickslip.optim.problem import methods_of as methods_of
+    from stickslip.optim.problem import solve as solve
 else:
-    __getattr__, __dir__ = loaded_when_used(__name__)
-
-__all__ = [
-    "CRITERIA",
-    "FAMILIES",
-    "METHODS",
-    "BudgetSpent",
-    "Certificate",
-    "Criterion",
-    "DriveBound",
-    "Evaluation",
-    "FreeProblem",
-    "FunctionProblem",
-    "Gait",
-    "GaitProblem",
-    "GaitResult",
-    "Instance",
-    "Method",
-    "Objective",
-    "OptimStatus",
-    "PostureProblem",
-    "PostureResult",
-    "Problem",
-    "Record",
-    "Replay",
-    "Result",
-    "Station",
-    "Structure",
-    "best_transfer",
-    "bound_every_drive",
-    "criterion_by_name",
-    "instance",
-    "methods_of",
-    "replay",
-    "solve",
-    "station",
-    "suite",
-]
+    __getattr__, __dir__, __all__ = loaded_when_used(__name__)

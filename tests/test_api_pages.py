@@ -22,7 +22,11 @@ def package(tmp_path_factory):
         patch.setattr(hooks, "PACKAGE", tmp_path_factory.mktemp("sources"))
         hooks.on_startup()
         yield griffe.load(
-            "stickslip", search_paths=[hooks.PACKAGE], resolve_aliases=True, allow_inspection=False
+            "stickslip",
+            search_paths=[hooks.PACKAGE],
+            resolve_aliases=True,
+            allow_inspection=False,
+            extensions=griffe.load_extensions(ROOT / "documentation" / "docstrings.py"),
         )
 
 

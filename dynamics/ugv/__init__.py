@@ -5,44 +5,31 @@ body. Leg angles [rad]: 90 degrees is straight down, more is outwards. All funct
 any shape, and jit, vmap and differentiate.
 """
 
-from stickslip.dynamics.names import TRACKS
-from stickslip.dynamics.ugv.ground.surface import Surface
-from stickslip.dynamics.ugv.params import UGVParams
-from stickslip.dynamics.ugv.poses import Pose, place, pose, wheel_turns
-from stickslip.dynamics.ugv.recommendation import Recommendation, recommend
-from stickslip.dynamics.ugv.statics import (
-    Equilibrium,
-    Forces,
-    SafeSplit,
-    balance,
-    equilibrium,
-    ground_forces,
-    leg_torques,
-    safe_split,
-)
-from stickslip.dynamics.ugv.track import Odometer, Track
-from stickslip.dynamics.ugv.wheel import PoseSolver, WheelContact
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "TRACKS",
-    "Equilibrium",
-    "Forces",
-    "Odometer",
-    "Pose",
-    "PoseSolver",
-    "Recommendation",
-    "SafeSplit",
-    "Surface",
-    "Track",
-    "UGVParams",
-    "WheelContact",
-    "balance",
-    "equilibrium",
-    "ground_forces",
-    "leg_torques",
-    "place",
-    "pose",
-    "recommend",
-    "safe_split",
-    "wheel_turns",
-]
+from stickslip.dynamics.lazily import loaded_when_used
+
+if TYPE_CHECKING:
+    from stickslip.dynamics.names import TRACKS as TRACKS
+    from stickslip.dynamics.ugv.ground.surface import Surface as Surface
+    from stickslip.dynamics.ugv.params import UGVParams as UGVParams
+    from stickslip.dynamics.ugv.poses import Pose as Pose
+    from stickslip.dynamics.ugv.poses import place as place
+    from stickslip.dynamics.ugv.poses import pose as pose
+    from stickslip.dynamics.ugv.poses import wheel_turns as wheel_turns
+    from stickslip.dynamics.ugv.recommendation import Recommendation as Recommendation
+    from stickslip.dynamics.ugv.recommendation import recommend as recommend
+    from stickslip.dynamics.ugv.statics import Equilibrium as Equilibrium
+    from stickslip.dynamics.ugv.statics import Forces as Forces
+    from stickslip.dynamics.ugv.statics import SafeSplit as SafeSplit
+    from stickslip.dynamics.ugv.statics import balance as balance
+    from stickslip.dynamics.ugv.statics import equilibrium as equilibrium
+    from stickslip.dynamics.ugv.statics import ground_forces as ground_forces
+    from stickslip.dynamics.ugv.statics import leg_torques as leg_torques
+    from stickslip.dynamics.ugv.statics import safe_split as safe_split
+    from stickslip.dynamics.ugv.track import Odometer as Odometer
+    from stickslip.dynamics.ugv.track import Track as Track
+    from stickslip.dynamics.ugv.wheel import PoseSolver as PoseSolver
+    from stickslip.dynamics.ugv.wheel import WheelContact as WheelContact
+else:
+    __getattr__, __dir__, __all__ = loaded_when_used(__name__)

@@ -16,6 +16,6 @@ if TYPE_CHECKING:
     from stickslip import optim as optim
     from stickslip.version import __version__ as __version__
 else:
-    __getattr__, __dir__ = loaded_when_used(__name__)
+    __getattr__, __dir__, __all__ = loaded_when_used(__name__)
 
 when_imported("gymnasium", register)
