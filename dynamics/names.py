@@ -25,3 +25,15 @@ ABOVE_ZERO = (
 )
 LENGTHS = (*ABOVE_ZERO, "slot_depth", "offset", "heel", "toe")
 """The fields of BipedParams that are lengths [m]; the first ones are > 0."""
+
+UNKNOWNS = {
+    "payload": (0.0, 1.0),
+    "mass_factor": (1.0, 0.1),
+    "torque_loss": (0.0, 0.3),
+    "encoder_bias": (0.0, 0.03),
+    "encoder_delay": (0.0, 0.02),
+}
+"""Numbers that stay the same during the biped's walk and that a log may tell: payload [kg], factor
+of the robot's masses and inertias [-], torque lost in the drive [N m], of the encoder the bias
+[rad] and the delay [s]. With each, what is taken for it before a walk and its standard deviation.
+"""

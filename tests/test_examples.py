@@ -41,6 +41,7 @@ LONG = {
     "PPOTrainer(": "training",
     "recommend(": "every setting it tells of is a program",
     "evaluate_task(": "whole episodes of a task",
+    "identify(": "many filters over a log",
     "bound_every_drive(": "interval arithmetic over all drives",
     "done = sweep(": "a sweep",
     "read_sweep(": "a sweep first",

@@ -99,12 +99,22 @@ class GaitProblem(Problem[GaitResult]):
 
     @classmethod
     def periodic(
-        cls, params: BipedParams, objective: str | Mapping[str, float] = "time", *,
-        mu: Number | None = None, torque_limit: float | None = None, mean_rate: float | None = None,
-        min_normal: float = 0.0, zmp: bool = False, max_rate: float | None = None,
-        copper_loss: float = 0.5, steps: int = 200, max_power: float | None = None,
-        efficiency: float = 1.0, max_torque_rate: float | None = None,
-    ) -> GaitProblem:  # fmt: skip
+        cls,
+        params: BipedParams,
+        objective: str | Mapping[str, float] = "time",
+        *,
+        mu: Number | None = None,
+        torque_limit: float | None = None,
+        mean_rate: float | None = None,
+        min_normal: float = 0.0,
+        zmp: bool = False,
+        max_rate: float | None = None,
+        copper_loss: float = 0.5,
+        steps: int = 200,
+        max_power: float | None = None,
+        efficiency: float = 1.0,
+        max_torque_rate: float | None = None,
+    ) -> GaitProblem:
         """One step that ends as it begins. steps: cells of its grid; else see the class."""
         return cls(
             params, objective, 1, True, mu, torque_limit, mean_rate, min_normal, zmp, max_rate,
@@ -114,11 +124,17 @@ class GaitProblem(Problem[GaitResult]):
 
     @classmethod
     def transfer(
-        cls, params: BipedParams, steps_taken: int | None,
-        objective: str | Mapping[str, float] = "time", *, start_rate: float | None = 0.0,
-        end_rate: float | None = None, steps: int = 200, distance: float | None = None,
+        cls,
+        params: BipedParams,
+        steps_taken: int | None,
+        objective: str | Mapping[str, float] = "time",
+        *,
+        start_rate: float | None = 0.0,
+        end_rate: float | None = None,
+        steps: int = 200,
+        distance: float | None = None,
         **limits: Any,
-    ) -> GaitProblem:  # fmt: skip
+    ) -> GaitProblem:
         """A walk of `steps_taken` steps, from rest unless start_rate is given; None: one that ends
         when the centre of mass is `distance` [m] ahead of its start, in whatever step.
 

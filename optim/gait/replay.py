@@ -86,9 +86,14 @@ class Trace(NamedTuple):
 
 
 def replay(
-    params: BipedParams, gait: Gait, *, mu: float | None = None, feedback: float = 0.0,
-    walk_steps: int | None = None, zmp: bool = False,
-) -> Replay:  # fmt: skip
+    params: BipedParams,
+    gait: Gait,
+    *,
+    mu: float | None = None,
+    feedback: float = 0.0,
+    walk_steps: int | None = None,
+    zmp: bool = False,
+) -> Replay:
     """Walk a gait from its own beginning. See Replay.
 
     params: the robot that walks, the gait's own or another. feedback [1/rad]: gain on the energy; 0

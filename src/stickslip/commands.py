@@ -156,6 +156,17 @@ COMMANDS = {
             ),
         },
     ),
+    "identify": Command(
+        "friction, load and the encoder's errors from the log of a walk",
+        "flags:identify_flags",
+        "identify:identify_command",
+        {
+            "stickslip identify log.csv --robot my.toml": "friction and payload; and log.png",
+            "stickslip identify log.csv --unknown payload encoder_bias encoder_delay": (
+                "the encoder's errors, too"
+            ),
+        },
+    ),
     "reproduce": Command(
         "compute the chapter's figures again and compare its claims with what comes out",
         "flags:reproduce_flags",
@@ -188,7 +199,7 @@ GROUPS = {
     "use": ("view", "evaluate", "simulate", "tasks", "policies", "export"),
     "train": ("train",),
     "optimise": ("optimise",),
-    "study": ("robot", "sweep", "reproduce", "bench"),
+    "study": ("robot", "identify", "sweep", "reproduce", "bench"),
 }
 """The commands by purpose, in the order of the help."""
 EXAMPLES = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.machine import AnyMachine, machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_titles
-from stickslip.dynamics.names import SCENES, TRACKS
+from stickslip.dynamics.names import SCENES, TRACKS, UNKNOWNS
 from stickslip.envs.tasks.definition import TASKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
@@ -242,6 +242,18 @@ def robot_flags(parser: Parser, _: object) -> None:
     add("--out PNG", "the picture (default: FILE with .png)")
     add("--overwrite", "replace the picture", action="store_true")
     parser.add_parts("changes", ("robot", "bars", "vehicle", "motor"))
+
+
+def identify_flags(parser: Parser, _: object) -> None:
+    """Add the log and what is to be found in it."""
+    add = parser.add
+    add("log LOG", "a table of time [s], torque, held to the next row [N m], and crank angle [rad]")
+    add_machine(parser, "robot", "bars")
+    about = "what to find beside the frictions (default: payload)"
+    add("--unknown", about, nargs="*", choices=tuple(UNKNOWNS), default=["payload"])
+    add("--noise", "of one angle [rad] (default: what the log shows)", type=float)
+    add("--out PNG", "the picture (default: LOG with .png)")
+    add("--overwrite", "replace the picture", action="store_true")
 
 
 def simulate_flags(parser: Parser, machine: str) -> None:

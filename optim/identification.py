@@ -1,0 +1,382 @@
+"""Friction, load and the encoder's errors from the log of a walk, by maximum likelihood."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.dynamics.biped import BipedParams, RK4Split, prepare
+from stickslip.dynamics.biped.estimation import (
+    LOADS,
+    Belief,
+    Noise,
+    initial_belief,
+    observe,
+)
+from stickslip.dynamics.biped.settings import precision
+from stickslip.dynamics.checks import require_choice, require_kind, require_number
+from stickslip.dynamics.names import UNKNOWNS
+from stickslip.dynamics.scene import Uniform
+from stickslip.optim.columns import ColumnSpec, read_columns
+from stickslip.optim.progress import Bar
+
+if TYPE_CHECKING:
+    from jaxtyping import Float
+
+COLUMNS = (
+    ColumnSpec("time", "s", ("t",)),
+    ColumnSpec("torque", "N m", ("T", "tau", "M")),
+    ColumnSpec("crank angle", "rad", ("crank_angle", "theta")),
+)
+LEAST_ROWS = 20
+LONGEST_STEP = 0.005
+"""Of the filter's prediction [s]."""
+FRICTION = (0.005, 1.5)
+"""Static frictions that are searched."""
+RATIO = (0.3, 1.0)
+"""Kinetic over static frictions that are searched."""
+GRID = (24, 6)
+MEMBERS, BEST = 48, 8
+"""Frictions tried in each round, and those that the next round is drawn from."""
+DISTURBANCES = 0.25 * 0.5 ** np.arange(9)
+"""Noise of the torque in one stage of the search after the other [N m]: with a large one the
+likelihood is smooth, with a small one it is sharp."""
+FIRST = (0, 2)
+"""Stages of which the one of the greatest likelihood over a grid of frictions is the first."""
+ROUNDS = 3
+"""Of a stage."""
+NARROW = 2e-4
+"""Least spread of frictions that are drawn, relative."""
+WIDER = 1.5
+"""Factor of the variance of the best frictions for those of the next round."""
+HOPELESS = 200.0
+"""Increase of the misfit from one stage to the next that ends the search."""
+JOINT = 5.99
+"""-2 log of the likelihood ratio at the edge of a region of 95 % for two frictions."""
+SIGMAS = 1.96
+GRIP = 10.0
+"""A friction under which no foot slips [-]."""
+START = 0.05
+"""Deviation of the first crank rate beside what noise makes of it [rad/s]."""
+PRIOR, FREE = 3.0, 10.0
+"""Factors of the unknowns' deviations for the next round, and for the intervals."""
+LAST = 48
+"""Frictions tried for an interval."""
+FIT = 1.5
+"""Mean square of the relative innovations above which the model does not explain a log."""
+
+
+class Interval(NamedTuple):
+    """Most likely value, and the interval of 95 % confidence."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What a log tells. parameters: by name, mu_static, mu_kinetic [-] and what was asked for, in
+    the units of Belief.
+
+    slipped: False where the log shows no slip: then mu_static's value and upper end are infinite,
+    its lower end is what the foot held, and mu_kinetic is NaN. explained: whether the noises
+    explain the angles. noise: of an angle [rad]. disturbance: of the torque, all that the model
+    leaves out [N m]. means [n, 8], innovations and deviations [n] [rad]: the filter's, as in
+    Belief.
+    """
+
+    parameters: Mapping[str, Interval]
+    slipped: bool
+    explained: bool
+    noise: float
+    disturbance: float
+    means: Float[np.ndarray, "n 8"]
+    innovations: Float[np.ndarray, " n"]
+    deviations: Float[np.ndarray, " n"]
+
+
+@dataclass(frozen=True)
+class WalkLog:
+    """times [n] [s], torques [n], each held to the next time [N m], crank angles [n] [rad] of an
+    encoder that counts turns."""
+
+    times: Float[np.ndarray, " n"]
+    torques: Float[np.ndarray, " n"]
+    angles: Float[np.ndarray, " n"]
+
+    def __post_init__(self):
+        for name in ("times", "torques", "angles"):
+            value = np.array(getattr(self, name), float)
+            require_number(name, value, low=-np.inf, accepted="finite numbers")
+            if value.ndim != 1 or len(value) < LEAST_ROWS or len(value) != len(self.times):
+                accepted = f"one row of {LEAST_ROWS} numbers or more, as many as times"
+                raise ValueError(f"{name} has shape {value.shape}; accepted: {accepted}")
+            value.flags.writeable = False
+            object.__setattr__(self, name, value)
+        if np.any(np.diff(self.times) <= 0):
+            raise ValueError("times do not increase; accepted: increasing times [s]")
+
+    @classmethod
+    def from_file(cls, path: Path | str) -> WalkLog:
+        """Read a table of time, torque and crank angle, see `read_columns`."""
+        return cls(*read_columns(Path(path), COLUMNS).T)
+
+
+def identify(
+    params: BipedParams,
+    log: WalkLog,
+    unknown: Iterable[str] = ("payload",),
+    *,
+    noise: float | None = None,
+    seed: int = 0,
+    progress: bool = False,
+) -> Identified:
+    """Estimate static and kinetic friction, and numbers of UNKNOWNS, from the log of a walk.
+
+    params: the robot, to which a payload is added. unknown: names of UNKNOWNS; the others are as
+    UNKNOWNS says before a walk. noise: of the encoder [rad], by default what third differences of
+    the angles show.
+
+    A Kalman filter (`observe`) for each of many frictions gives the likelihood of the angles. New
+    frictions are drawn about the best ones, round by round, while the noise of the torque that the
+    filter assumes is halved; the greatest likelihood of all says which noise it was. Intervals:
+    frictions of a likelihood ratio up to chi^2 of 95 % in two dimensions, and over these the
+    filters' own intervals. The log shows slip where Bayes' information criterion prefers it. Double
+    precision. The walk begins with the foot at rest. Neglected: patches of other friction.
+    """
+    require_kind("params", params, BipedParams, "a BipedParams")
+    require_kind("log", log, WalkLog, "a WalkLog")
+    asked = tuple(dict.fromkeys(unknown))
+    for name in asked:
+        require_choice("unknown", name, tuple(UNKNOWNS))
+    if noise is None:
+        noise = float(np.std(np.diff(log.angles, 3)) / math.sqrt(20))
+    require_number("noise", noise, low=0.0, strict=True, accepted="a finite number > 0 [rad]")
+    with precision("float64"), Bar("identify", None, "round", progress) as bar:
+        search = _Search(params, log, asked, noise, seed)
+        return search.identified(*search.search(bar))
+
+
+class _Tried(NamedTuple):
+    """Frictions that were tried, by falling likelihood: points [m, 2], the logarithms of
+    static and kinetic friction, and the filters' beliefs at the log's end."""
+
+    points: np.ndarray
+    last: Belief
+
+    def take(self, rows: Any) -> _Tried:
+        return jax.tree.map(lambda leaf: leaf[rows], self)
+
+    def within(self, most: float) -> _Tried:
+        """Those whose misfit is at most this much above the least."""
+        return self.take(self.last.misfit <= self.last.misfit[0] + most)
+
+    @property
+    def unknowns(self) -> tuple[np.ndarray, np.ndarray]:
+        """Means and deviations of the unknowns [m, 5]."""
+        variance = np.diagonal(self.last.covariance, axis1=1, axis2=2)[:, 3:]
+        return np.asarray(self.last.mean[:, 3:]), np.sqrt(np.maximum(variance, 0.0))
+
+
+class _Search:
+    """The search of `identify`. means, spread: of the unknowns before the walk."""
+
+    def __init__(self, params, log: WalkLog, asked: tuple[str, ...], noise: float, seed: int):
+        model = prepare(params.astype("float64"), fidelity="table")
+        self.robot = model, model.unit_inertia()
+        durations = np.diff(log.times)
+        held = log.torques[:-1]
+        # Before a log the torque is taken to be the first.
+        impulse = np.concatenate([[-held[0], 0.0], np.cumsum(held * durations)])
+        before = np.append(log.times[0] - 1.0, log.times)
+        self.log = (
+            (before, impulse),
+            (log.times[:-1], log.times[1:], held, durations, log.angles[1:]),
+        )
+        substeps = math.ceil(float(durations.max()) / LONGEST_STEP * (1 - 1e-6))
+        self.static = tuple(name for name in LOADS if name in asked), RK4Split(substeps=substeps)
+        few = slice(0, LEAST_ROWS // 2)
+        begun = log.times[few] - log.times[0]
+        rate, angle = np.polyfit(begun, log.angles[few], 1)
+        self.began = angle, rate, np.array([3 * noise, START + 6 * noise / begun[-1]])
+        self.asked, self.noise, self.random = asked, noise, np.random.default_rng(seed)
+        self.means, prior = np.array(list(UNKNOWNS.values())).T
+        self.prior = self.spread = prior * [name in asked for name in UNKNOWNS]
+
+    def filtered(self, points, disturbance: float, means=None, history: bool = False) -> Belief:
+        """Beliefs at the log's end under each friction, or with history at every row. means: of the
+        unknowns for each, [m, 5]."""
+        means = np.broadcast_to(self.means if means is None else means, (len(points), 5))
+        size, parts = 1 if history else MEMBERS, []
+        for first in range(0, len(points), size):  # of one size: one program
+            rows = np.minimum(np.arange(first, first + size), len(points) - 1)
+            begun = (*self.began, means[rows], self.spread)
+            given = Uniform(*np.exp(points[rows].T)), begun, Noise(self.noise, disturbance)
+            parts.append(_bank(*self.static, history, self.robot, self.log, *given))
+        return jax.tree.map(lambda *leaves: np.concatenate(leaves)[: len(points)], *parts)
+
+    def tried(self, points, disturbance: float, means=None) -> _Tried:
+        last = self.filtered(points, disturbance, means)
+        last = last._replace(misfit=np.nan_to_num(last.misfit, nan=np.inf))
+        return _Tried(points, last).take(np.argsort(last.misfit, kind="stable"))
+
+    def search(self, bar: Bar) -> tuple[np.ndarray, np.ndarray, float]:
+        """The best frictions, their covariance, and the disturbance of the greatest likelihood."""
+        (low, high), ratios = np.log(FRICTION), np.log(np.linspace(*RATIO, GRID[1]))
+        points = [(one, one + ratio) for one in np.linspace(low, high, GRID[0]) for ratio in ratios]
+        grids = [self.tried(np.array(points), DISTURBANCES[k]) for k in FIRST]
+        first = min(range(len(FIRST)), key=lambda k: grids[k].last.misfit[0])
+        tried, C, stages = grids[first], None, []
+        for disturbance in DISTURBANCES[FIRST[first] :]:
+            before = self.means, self.spread
+            for _ in range(ROUNDS):
+                centre, C = self.focus(tried.take(slice(BEST)), C)
+                before = self.means, self.spread
+                drawn = self.random.multivariate_normal(centre, C, MEMBERS - 1)
+                tried = self.tried(
+                    np.concatenate([tried.points[:1], within_range(drawn)]), disturbance
+                )
+                bar.advance()
+            least = float(tried.last.misfit[0])
+            if stages and least > min(one[0] for one in stages) + HOPELESS:
+                break
+            stages.append((least, before, (tried.points[0], C, disturbance)))
+        _, (self.means, self.spread), found = min(stages, key=lambda one: one[0])
+        return found
+
+    def focus(self, best: _Tried, before: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and covariance of the best frictions; the unknowns' means follow them, too."""
+        weights = np.log(len(best.points) + 0.5) - np.log(np.arange(len(best.points)) + 1)
+        weights /= weights.sum()
+        centre = weights @ best.points
+        off = best.points - centre
+        C = WIDER * (off.T * weights) @ off
+        means, deviations = best.unknowns
+        self.means = weights @ means
+        apart = np.sqrt(weights @ (means - self.means) ** 2)
+        self.spread = np.minimum(self.prior, PRIOR * np.hypot(deviations[0], apart))
+        return centre, (C if before is None else (C + before) / 2) + NARROW**2 * np.eye(2)
+
+    def identified(self, best: np.ndarray, C: np.ndarray, disturbance: float) -> Identified:
+        """Intervals about the best frictions, or above the least where the log shows no slip."""
+        last = self.tried(best[None], disturbance)
+        gripping = self.tried(np.log([[GRIP, GRIP]]), disturbance)
+        self.spread = np.minimum(self.prior, FREE * last.unknowns[1][0])
+        evidence = gripping.last.misfit[0] - last.last.misfit[0]
+        slipped = bool(evidence > 2 * np.log(len(self.log[1][0])))
+        if slipped:
+            frictions, scans = self.frictions(best, 3 * np.sqrt(np.diagonal(C)), disturbance)
+        else:
+            held = self.held(float(gripping.last.misfit[0]) + JOINT, disturbance)
+            frictions = [Interval(np.inf, held, np.inf), Interval(np.nan, np.nan, np.nan)]
+            scans = [gripping]
+        near = [scan.within(JOINT) for scan in scans]
+        means, deviations = map(np.concatenate, zip(*(one.unknowns for one in near), strict=True))
+        low, high = means - SIGMAS * deviations, means + SIGMAS * deviations
+        parameters: dict[str, Interval] = {"mu_static": frictions[0], "mu_kinetic": frictions[1]}
+        for k, name in enumerate(UNKNOWNS):
+            if name in self.asked:
+                ends = float(low[:, k].min()), float(high[:, k].max())
+                parameters[name] = Interval(float(means[0, k]), *ends)
+        walk = self.filtered(near[0].points[:1], disturbance, means[:1], history=True)
+        walk = jax.tree.map(lambda one: one[0], walk)
+        explained = bool(np.mean((walk.innovation / walk.deviation) ** 2) <= FIT)
+        told = slipped, explained, self.noise, float(disturbance)
+        return Identified(parameters, *told, walk.mean, walk.innovation, walk.deviation)
+
+    def frictions(
+        self, best: np.ndarray, reach: np.ndarray, disturbance: float
+    ) -> tuple[list[Interval], list[_Tried]]:
+        """Intervals of both frictions and the scans that tell them, the second time about the means
+        of the first."""
+        found, scans = [], []
+        for _ in range(2):
+            scans = [self.scan(best, axis, reach[axis], disturbance) for axis in range(2)]
+            found = [likely(one, axis) for axis, one in enumerate(scans)]
+            best = np.log([one.value for one in found])
+        return found, scans
+
+    def scan(
+        self, best: np.ndarray, axis: int, reach: float, disturbance: float, widenings: int = 2
+    ) -> _Tried:
+        """Frictions along an axis, as far as they may be likely."""
+        along = np.zeros((LAST, 2))
+        along[:, axis] = reach * np.linspace(-1, 1, LAST)
+        points = within_range(best + along)
+        tried = self.tried(points, disturbance)
+        tried = self.tried(tried.points, disturbance, tried.last.mean[:, 3:])
+        likely = tried.within(JOINT).points[:, axis]
+        inside = points[0, axis] < likely.min() and likely.max() < points[-1, axis]
+        if inside or not widenings:
+            return tried
+        return self.scan(best, axis, 3 * reach, disturbance, widenings - 1)
+
+    def held(self, most: float, disturbance: float) -> float:
+        """Least friction of a misfit up to `most`, of a log that shows no slip."""
+        low, high = np.log(FRICTION)
+        for _ in range(2):
+            logs = np.linspace(low, high, MEMBERS)
+            misfit = self.filtered(np.stack([logs, logs], -1), disturbance).misfit
+            first = int(np.max(np.flatnonzero(~(misfit <= most)), initial=-1)) + 1
+            low, high = logs[max(first - 1, 0)], logs[min(first, MEMBERS - 1)]
+        return float(np.exp(high))
+
+
+def within_range(points: np.ndarray) -> np.ndarray:
+    """Log frictions in the ranges that are searched."""
+    static = np.clip(points[:, 0], *np.log(FRICTION))
+    low, high = static + np.log(RATIO)[:, None]
+    return np.stack([static, np.clip(points[:, 1], low, high)], -1)
+
+
+def likely(scan: _Tried, axis: int) -> Interval:
+    """Mean by likelihood of the frictions of a scan, and the nearest that are too unlikely."""
+    order = np.argsort(scan.points[:, axis], kind="stable")
+    logs, misfit = scan.points[order, axis], scan.last.misfit[order]
+    near = np.flatnonzero(misfit <= misfit.min() + JOINT)
+    weights = np.exp((misfit.min() - misfit) / 2)
+    found = (
+        weights @ logs / weights.sum(),
+        logs[max(near[0] - 1, 0)],
+        logs[min(near[-1] + 1, len(logs) - 1)],
+    )
+    return Interval(*(float(np.exp(one)) for one in found))
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _bank(loads, integrator, history, robot, log, friction, begun, noise) -> Belief:
+    """One filter a friction, over all rows of a log: the last beliefs, or those of every row.
+
+    log: times and the torque's integral up to them; begin, end, torque, duration and next angle of
+    each row.
+    """
+    impulse, rows = log
+    angle, rate, deviations, means, spread = begun
+
+    def one(friction, means):
+        def body(belief, row):
+            begin, end, torque, duration, read = row
+
+            def mean_torque(delay):
+                ends = jnp.interp(jnp.stack([begin, end]) - delay, *impulse)
+                return (ends[1] - ends[0]) / duration
+
+            held = mean_torque if "encoder_delay" in loads else torque
+            given = robot, friction, belief, held, duration, read, noise
+            belief = observe(*given, loads=loads, integrator=integrator)
+            return belief, belief if history else None
+
+        start = initial_belief(angle, rate, deviations, means, spread)
+        last, every = jax.lax.scan(body, start, rows)
+        return every if every is not None else last
+
+    return jax.vmap(one)(friction, means)

@@ -1,0 +1,91 @@
+"""`stickslip identify`: friction, load and the encoder's errors from the log of a walk."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.agents.pictures.episodes import Line, Panel, panel, plot_panels
+from stickslip.commands import NOTHING_FOUND, OK
+from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.biped.estimation import NAMES
+from stickslip.dynamics.biped.settings import precision
+from stickslip.dynamics.lazily import require
+from stickslip.optim.identification import Identified, WalkLog, identify
+from stickslip.records.files import require_new, require_suffix, require_writable
+from stickslip.records.table import Column, Content, Table
+from stickslip.report import write_files
+
+UNITS = {"payload": "kg", "torque_loss": "N m", "encoder_bias": "rad", "encoder_delay": "s"}
+
+
+def identify_command(flags: Mapping[str, Any]) -> Content:
+    """Estimate, print the intervals and draw the fit; NOTHING_FOUND where the model does not
+    explain the log."""
+    given = Namespace(**flags)
+    path = Path(given.log)
+    picture = Path(given.out) if given.out else path.with_suffix(".png")
+    require_suffix(picture, (".png",))
+    require_new([picture], given.overwrite)
+    require_writable([picture])
+    require("matplotlib.figure")
+    log = WalkLog.from_file(path)
+    with precision("float64"):
+        robot, _ = BipedParams.with_motor(given.robot, given.changes)
+    found = identify(robot, log, given.unknown, noise=given.noise, progress=True)
+    table = parameter_table(found)
+    print(table.rounded(5).terminal())
+    for line in remarks(found):
+        print(line)
+    files = write_files({picture: lambda path: draw(found, log, path)})
+    names = ("slipped", "explained", "noise", "disturbance")
+    facts = {name: getattr(found, name) for name in names} | {"files": files}
+    status = OK if found.explained else NOTHING_FOUND
+    return Content({"parameters": table}, facts, {"noise": "rad", "disturbance": "N m"}, status)
+
+
+def parameter_table(found: Identified) -> Table:
+    """The parameters with their intervals; nothing where a number is not known."""
+    columns = [Column(name) for name in ("value", "low", "high")]
+    rows = [
+        [name, UNITS.get(name, "-"), *(one if np.isfinite(one) else None for one in interval)]
+        for name, interval in found.parameters.items()
+    ]
+    return Table([Column("parameter", words=True), Column("unit", words=True), *columns], rows)
+
+
+def remarks(found: Identified) -> list[str]:
+    """What the table does not say."""
+    lines = ["low, high: intervals of 95 %"]
+    if not found.slipped:
+        lines.append("The log shows no slip: static friction is at least `low`, no more is known.")
+    if not found.explained:
+        lines.append("The model does not explain the log: its angles are off by more than noise.")
+    return lines
+
+
+def draw(found: Identified, log: WalkLog, path: Path) -> Path:
+    """Plot the filter's walk and what it knew of each unknown at each time."""
+    numbers = dict(zip(NAMES, found.means.T, strict=True))
+    two = 2e3 * found.deviations
+    measured = Line("measured less predicted", 1e3 * found.innovations)
+    bounds = (
+        Line(f"{sign}2 deviations", one, dashed=True) for sign, one in (("+", two), ("-", -two))
+    )
+    panels = [
+        Panel("crank angle", "mrad", (measured, *bounds)),
+        panel("crank rate", "rad/s", numbers["crank_rate"]),
+        panel("foot velocity", "mm/s", 1e3 * numbers["foot_velocity"]),
+    ]
+    for name in found.parameters:
+        if name in numbers:
+            panels.append(
+                panel(f"{name} so far".replace("_", " "), UNITS.get(name, "-"), numbers[name])
+            )
+    slips = numbers["foot_velocity"] != 0
+    title = "Walk as the filter sees it; slips are shaded"
+    return plot_panels(panels, log.times[1:], "time [s]", path, title, slips)

@@ -1,0 +1,109 @@
+"""Friction, load and the encoder's errors from logs that an exact simulation made."""
+
+import json
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from stickslip.cli import main
+from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import BipedParams, BipedState, simulate
+from stickslip.optim import identification
+from stickslip.optim.identification import WalkLog, identify
+
+
+def log_of(mu_static, mu_kinetic, payload, seconds, rate=2.6, noise=4e-4, delay=0.0, bias=0.0):
+    """Log of a walk at a varying rate, simulated without tables and with exact switches."""
+    law = lambda state: 3 * (rate + 0.4 * jnp.sin(1.3 * state.time) - state.crank_rate)  # noqa: E731
+    with jax.enable_x64(True):
+        walk = simulate(
+            BipedParams.from_bars(payload=payload),
+            Scene.uniform(mu_static, mu_kinetic),
+            BipedState(crank_rate=rate),
+            law,
+            seconds,
+            0.005,
+            integrator="event_exact",
+        )
+        times, angles = np.asarray(walk.states.time), np.asarray(walk.states.crank_angle)
+    read = np.interp(times - delay, times, angles) + bias
+    read[times < delay] += rate * (times[times < delay] - delay)
+    read += noise * np.random.default_rng(1).standard_normal(len(read))
+    return WalkLog(times, np.append(walk.torques, 0.0), read), walk
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A search of few frictions."""
+    for name, value in (("MEMBERS", 16), ("LAST", 16), ("BEST", 4), ("GRID", (16, 3))):
+        monkeypatch.setattr(identification, name, value)
+
+
+def test_a_log_with_slips_tells_friction_and_payload(quick, tmp_path, capsys):
+    pytest.importorskip("matplotlib", reason="needs the extra viz")
+    log, walk = log_of(0.05, 0.04, 0.3, 1.0)
+    assert np.sum(np.asarray(walk.states.foot_velocity) != 0) > 10
+    path = tmp_path / "log.csv"
+    rows = np.stack([log.times, log.torques, log.angles], -1)
+    np.savetxt(path, rows, delimiter=",", header="t,torque,theta", comments="")
+    assert main(["identify", str(path), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    found = {row["parameter"]: row for row in told["parameters"]}
+    for name, true in (("mu_static", 0.05), ("mu_kinetic", 0.04), ("payload", 0.3)):
+        assert found[name]["low"] <= true <= found[name]["high"]
+    assert abs(found["mu_kinetic"]["value"] / 0.04 - 1) < 0.02
+    assert found["payload"]["high"] - found["payload"]["low"] < 0.2
+    assert told["slipped"]
+    assert told["explained"]
+    assert path.with_suffix(".png").stat().st_size > 10_000
+    assert main(["identify", str(path)]) == 2  # the picture is there
+
+
+def test_a_log_without_slip_tells_a_bound_on_friction(quick):
+    log, walk = log_of(0.5, 0.4, 0.3, 1.0)
+    needed = np.max(np.abs(walk.contacts.friction_force / walk.contacts.normal_force))
+    found = identify(BipedParams.from_bars(), log)
+    mu = found.parameters["mu_static"]
+    assert not found.slipped
+    assert 0.8 * needed < mu.low < 1.02 * needed
+    assert mu.high == np.inf
+    assert np.isnan(found.parameters["mu_kinetic"].value)
+    payload = found.parameters["payload"]
+    assert payload.low <= 0.3 <= payload.high
+    assert payload.high - payload.low < 0.2
+
+
+def test_logs_that_will_not_do_are_refused():
+    t = np.linspace(0.0, 1.0, 50)
+    for change, match in (
+        ({"times": t[::-1]}, "increasing"),
+        ({"angles": t[:40]}, "shape"),
+        ({"torques": np.full(50, np.nan)}, "finite"),
+    ):
+        with pytest.raises(ValueError, match=match):
+            WalkLog(**{"times": t, "torques": t, "angles": t} | change)
+    with pytest.raises(ValueError, match="payload"):
+        identify(BipedParams.from_bars(), WalkLog(t, t, t), ["mass"])
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("floor", "payload", "rate", "delay", "bias"),
+    [
+        ((0.05, 0.04), 1.0, 2.6, 0.0, 0.0),
+        ((0.15, 0.12), 0.5, 4.6, 0.0, 0.0),
+        ((0.03, 0.03), 5.0, 1.9, 0.0, 0.0),
+        ((0.05, 0.04), 0.3, 2.6, 0.01, 0.02),
+    ],
+)
+def test_ten_seconds_with_slips_give_friction_to_two_per_cent(floor, payload, rate, delay, bias):
+    log, _ = log_of(*floor, payload, 10.0, rate, delay=delay, bias=bias)
+    errors = ("encoder_bias", "encoder_delay") if delay else ()
+    found = identify(BipedParams.from_bars(), log, ("payload", *errors)).parameters
+    assert abs(found["mu_static"].value / floor[0] - 1) < 0.02
+    assert abs(found["mu_kinetic"].value / floor[1] - 1) < 0.02
+    assert abs(found["payload"].value - payload) < max(0.01 * payload, 0.005)
+    for name, true in zip(errors, (bias, delay), strict=False):
+        assert found[name].low <= true <= found[name].high
