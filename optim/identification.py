@@ -36,7 +36,7 @@ COLUMNS = (
     ColumnSpec("torque", "N m", ("T", "tau", "M")),
     ColumnSpec("crank angle", "rad", ("crank_angle", "theta")),
 )
-LEAST_ROWS = 20
+LEAST_ROWS, LEAST_NOISE = 20, 1e-4
 LONGEST_STEP = 0.005
 """Of the filter's prediction [s]."""
 FRICTION = (0.005, 1.5)
@@ -49,8 +49,8 @@ MEMBERS, BEST = 48, 8
 DISTURBANCES = 0.25 * 0.5 ** np.arange(9)
 """Noise of the torque in one stage of the search after the other [N m]: with a large one the
 likelihood is smooth, with a small one it is sharp."""
-FIRST = (0, 2)
-"""Stages of which the one of the greatest likelihood over a grid of frictions is the first."""
+FIRST = (2, 4, 0)
+"""Stages to begin at, with a grid of frictions."""
 ROUNDS = 3
 """Of a stage."""
 NARROW = 2e-4
@@ -144,7 +144,7 @@ def identify(
 
     params: the robot, to which a payload is added. unknown: names of UNKNOWNS; the others are as
     UNKNOWNS says before a walk. noise: of the encoder [rad], by default what third differences of
-    the angles show.
+    the angles show, 1e-4 at least.
 
     A Kalman filter (`observe`) for each of many frictions gives the likelihood of the angles. New
     frictions are drawn about the best ones, round by round, while the noise of the torque that the
@@ -159,7 +159,7 @@ def identify(
     for name in asked:
         require_choice("unknown", name, tuple(UNKNOWNS))
     if noise is None:
-        noise = float(np.std(np.diff(log.angles, 3)) / math.sqrt(20))
+        noise = max(float(np.std(np.diff(log.angles, 3)) / math.sqrt(20)), LEAST_NOISE)
     require_number("noise", noise, low=0.0, strict=True, accepted="a finite number > 0 [rad]")
     with precision("float64"), Bar("identify", None, "round", progress) as bar:
         search = _Search(params, log, asked, noise, seed)
@@ -230,28 +230,38 @@ class _Search:
         return _Tried(points, last).take(np.argsort(last.misfit, kind="stable"))
 
     def search(self, bar: Bar) -> tuple[np.ndarray, np.ndarray, float]:
-        """The best frictions, their covariance, and the disturbance of the greatest likelihood."""
+        """The best frictions, their covariance, and the disturbance of the greatest likelihood.
+
+        Begun at one disturbance after another until it ends at the smallest.
+        """
+        start, stages = (self.means, self.spread), []
+        for first in FIRST:
+            if stages and likeliest(stages)[2][2] == DISTURBANCES[-1]:
+                break
+            self.means, self.spread = start
+            stages += self.stages(first, bar)
+        _, (self.means, self.spread), found = likeliest(stages)
+        return found
+
+    def stages(self, first: int, bar: Bar) -> list[tuple[float, Any, Any]]:
+        """Least misfit of each stage, what was taken for the unknowns, and the result."""
         (low, high), ratios = np.log(FRICTION), np.log(np.linspace(*RATIO, GRID[1]))
         points = [(one, one + ratio) for one in np.linspace(low, high, GRID[0]) for ratio in ratios]
-        grids = [self.tried(np.array(points), DISTURBANCES[k]) for k in FIRST]
-        first = min(range(len(FIRST)), key=lambda k: grids[k].last.misfit[0])
-        tried, C, stages = grids[first], None, []
-        for disturbance in DISTURBANCES[FIRST[first] :]:
-            before = self.means, self.spread
+        tried, C, stages = self.tried(np.array(points), DISTURBANCES[first]), None, []
+        for disturbance in DISTURBANCES[first:]:
+            known = self.means, self.spread
             for _ in range(ROUNDS):
                 centre, C = self.focus(tried.take(slice(BEST)), C)
-                before = self.means, self.spread
+                known = self.means, self.spread
                 drawn = self.random.multivariate_normal(centre, C, MEMBERS - 1)
-                tried = self.tried(
-                    np.concatenate([tried.points[:1], within_range(drawn)]), disturbance
-                )
+                points = np.concatenate([tried.points[:1], within_range(drawn)])
+                tried = self.tried(points, disturbance)
                 bar.advance()
             least = float(tried.last.misfit[0])
-            if stages and least > min(one[0] for one in stages) + HOPELESS:
+            if stages and least > likeliest(stages)[0] + HOPELESS:
                 break
-            stages.append((least, before, (tried.points[0], C, disturbance)))
-        _, (self.means, self.spread), found = min(stages, key=lambda one: one[0])
-        return found
+            stages.append((least, known, (tried.points[0], C, float(disturbance))))
+        return stages
 
     def focus(self, best: _Tried, before: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Mean and covariance of the best frictions; the unknowns' means follow them, too."""
@@ -329,6 +339,11 @@ class _Search:
             first = int(np.max(np.flatnonzero(~(misfit <= most)), initial=-1)) + 1
             low, high = logs[max(first - 1, 0)], logs[min(first, MEMBERS - 1)]
         return float(np.exp(high))
+
+
+def likeliest(stages: list[tuple[float, Any, Any]]) -> tuple[float, Any, Any]:
+    """The stage of the least misfit."""
+    return min(stages, key=lambda stage: stage[0])
 
 
 def within_range(points: np.ndarray) -> np.ndarray:

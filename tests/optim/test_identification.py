@@ -37,7 +37,8 @@ def log_of(mu_static, mu_kinetic, payload, seconds, rate=2.6, noise=4e-4, delay=
 @pytest.fixture
 def quick(monkeypatch):
     """A search of few frictions."""
-    for name, value in (("MEMBERS", 16), ("LAST", 16), ("BEST", 4), ("GRID", (16, 3))):
+    few = {"MEMBERS": 16, "LAST": 16, "BEST": 4, "GRID": (16, 3), "ROUNDS": 2, "FIRST": (1,)}
+    for name, value in (few | {"DISTURBANCES": 0.25 * 0.25 ** np.arange(5)}).items():
         monkeypatch.setattr(identification, name, value)
 
 
