@@ -7,14 +7,7 @@ from typing import TYPE_CHECKING
 import jax
 import numpy as np
 
-from stickslip.agents.pictures.episodes import (
-    beside,
-    facts,
-    from_start,
-    panel,
-    reward_panels,
-    samples,
-)
+from stickslip.agents.pictures import episodes
 from stickslip.envs.biped.picture import BipedFrame, biped_frames, biped_picture
 from stickslip.envs.biped.state import BipedEnvState, Drawn, drawn_robot
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
@@ -46,19 +39,21 @@ def walk_panels(
     momentum: [n] kg m/s. limit: of the motor [N m]; commanded: mean crank rate [n] rad/s; cruise:
     momentum at the commanded mean speed; each None for none.
     """
-    limits, torque = () if limit is None else (-limit, limit), from_start(at.torque[1:])
+    limits, torque = () if limit is None else (-limit, limit), episodes.from_start(at.torque[1:])
     mu = at.mu_static if np.isfinite(at.mu_static).any() else None
     use = np.minimum(at.friction_use, CEILING)
     slides = Line("distance slid, either direction", 1e3 * at.slid)
     return (
-        panel("motor torque", "N m", torque, limits=limits, steps=True),
-        panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
-        beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
-        beside(
+        episodes.panel("motor torque", "N m", torque, limits=limits, steps=True),
+        episodes.panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
+        episodes.beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
+        episodes.beside(
             MOMENTUM, "kg m/s", Line("momentum", momentum), "at the commanded mean speed", cruise
         ),
-        beside("friction used", "-", Line("|friction| / normal", use), "static friction", mu),
-        beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
+        episodes.beside(
+            "friction used", "-", Line("|friction| / normal", use), "static friction", mu
+        ),
+        episodes.beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
     )
 
 
@@ -78,7 +73,7 @@ def as_episode(
     """One episode (not a batch). Forces and power are those at the end of each control step; a step
     in which the foot moved at all counts as slipping. Events are located to the step."""
     played = played.trimmed()
-    states, infos = samples(played)
+    states, infos = episodes.samples(played)
     frames = biped_frames(states, infos, params)
     robot = drawn_robot(played.start_state.drawn, params)
     commanded = np.asarray(states.drawn.mean_rate, float)
@@ -89,9 +84,9 @@ def as_episode(
         commanded,
         float(robot.total_mass * robot.step_length) * commanded / np.pi,
     )
-    terms = {one: from_start(played.info[f"reward_{one}"]) for one in TERMS}
+    terms = {one: episodes.from_start(played.info[f"reward_{one}"]) for one in TERMS}
     last = played.info
-    whole = facts(
+    whole = episodes.facts(
         [
             ("return", float(last["episode_return"][-1]), "-"),
             ("walked", float(last["episode_walked"][-1]), "m"),
@@ -103,7 +98,7 @@ def as_episode(
         **vars(biped_picture(frames, robot.params)),
         name=name,
         period=float(params.control_period),
-        panels=(*panels, *reward_panels(played, terms, "-", scale)),
+        panels=(*panels, *episodes.reward_panels(played, terms, "-", scale)),
         events=_events(frames),
         facts=(*whole, *_drawn(played.start_state.drawn, params)),
     )
@@ -118,7 +113,7 @@ def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
         rows.append(("masses, drawn", float(drawn.mass), "× the robot's"))
     if ranges.payload is not None:
         rows.append(("payload, drawn", float(drawn.payload), "kg"))
-    return facts(rows)
+    return episodes.facts(rows)
 
 
 def _events(frames: BipedFrame) -> tuple[Event, ...]:

@@ -11,16 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.exchange.files import (
-    FEET,
-    Mechanism,
-    Settings,
-    joint_of,
-    joints,
-    mechanism,
-    mjcf,
-    name_of,
-)
+from stickslip.agents.exchange import files
 from stickslip.dynamics.biped import SUPPORT_START, BipedState, Contact
 from stickslip.dynamics.biped.model import loaded_params
 from stickslip.dynamics.pytrees import register_pytree
@@ -68,7 +59,7 @@ class MujocoBiped(BipedEnv):
     def reset_env(self, key, params):
         obs, state = super().reset_env(key, params)
         robot = loaded_params(drawn_robot(state.drawn, params))
-        places, rates = joints(robot, state.biped.phase, state.biped.crank_rate)
+        places, rates = files.joints(robot, state.biped.phase, state.biped.crank_rate)
         foot = jnp.zeros(3, places.dtype)
         start = jnp.concatenate([foot, places, foot, rates, foot, jnp.zeros_like(rates)])
         return obs, MujocoState(**vars(state), engine=jnp.stack([start, jnp.zeros_like(start)]))
@@ -84,7 +75,7 @@ class MujocoBiped(BipedEnv):
         engine, biped, contact = jax.pure_callback(
             partial(_move, shapes, self.swing_contact),
             shapes,
-            mechanism(loaded_params(robot)),
+            files.mechanism(loaded_params(robot)),
             scene.floor,
             state.engine,
             *(robot.step_length, drive.torque, getattr(drive, "max_power", np.inf)),
@@ -108,13 +99,13 @@ def moved_by(env: BipedEnv, program: str) -> BipedEnv:
 class Engine:
     """MuJoCo's model of one robot, and its data, which every control period sets anew."""
 
-    def __init__(self, machine: Mechanism):
+    def __init__(self, machine: files.Mechanism):
         self.mujoco: Any = import_module("mujoco")
-        self.model = self.mujoco.MjModel.from_xml_string(mjcf(machine, friction=0.0))
+        self.model = self.mujoco.MjModel.from_xml_string(files.mjcf(machine, friction=0.0))
         self.data = self.mujoco.MjData(self.model)
-        self.crank = int(self.model.joint(joint_of("8")).qposadr[0])
-        self.feet = [self.model.body(name_of(foot)).id for foot in FEET]
-        balls = [[f"{name_of(foot)}_{end}" for end in ("heel", "toe")] for foot in FEET]
+        self.crank = int(self.model.joint(files.joint_of("8")).qposadr[0])
+        self.feet = [self.model.body(files.name_of(foot)).id for foot in files.FEET]
+        balls = [[f"{files.name_of(foot)}_{end}" for end in ("heel", "toe")] for foot in files.FEET]
         self.balls = [[self.model.geom(name).id for name in names] for names in balls]
 
     @property
@@ -126,7 +117,7 @@ class Engine:
         """Set the state and the time step; return the number of time steps in a period."""
         data = self.data
         data.qpos[:], data.qvel[:], data.qacc_warmstart[:] = np.split(state, 3)
-        count = max(1, round(period / Settings.timestep))
+        count = max(1, round(period / files.Settings.timestep))
         self.model.opt.timestep = period / count
         self.mujoco.mj_forward(self.model, data)
         return count
@@ -167,7 +158,7 @@ class Engine:
 _ENGINES: dict[bytes, Engine] = {}
 
 
-def engine_of(machine: Mechanism) -> Engine:
+def engine_of(machine: files.Mechanism) -> Engine:
     """The engine of a robot, made once."""
     key = b"".join(leaf.tobytes() for leaf in jax.tree.leaves(machine))
     if key not in _ENGINES:

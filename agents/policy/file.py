@@ -14,20 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from stickslip.agents import untrusted
 from stickslip.agents.machine import machine_of_env, read_configuration
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import NAME, no_policy, shipped_names, shipped_path
 from stickslip.agents.training.configuration import command_of
-from stickslip.agents.untrusted import (
-    LARGEST,
-    Json,
-    RefusedError,
-    arrays_and_metadata,
-    metadata_text,
-    read_bytes,
-    reading,
-    require_format,
-)
 from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
 from stickslip.dynamics.pytrees import with_all_digits
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
@@ -46,7 +37,7 @@ PACKAGES = (
     *("stable-baselines3", "torch", "matplotlib"),
 )
 """Those whose versions files name, where they are installed."""
-SAVED = f"accepted: float32 or float64 numbers, at most {LARGEST} bytes of them"
+SAVED = f"accepted: float32 or float64 numbers, at most {untrusted.LARGEST} bytes of them"
 DEEPEST = 64
 """Layers at most."""
 NAMED = "named_task"
@@ -59,7 +50,7 @@ DIGITS = 12
 def save_policy(
     policy: MLPPolicy,
     path: str | Path,
-    metadata: Mapping[str, Json] | None = None,
+    metadata: Mapping[str, untrusted.Json] | None = None,
     *,
     overwrite: bool = False,
 ) -> Path:
@@ -73,7 +64,7 @@ def save_policy(
     policy.validate()
     try:
         _require_described(policy, metadata or {})
-    except RefusedError as error:
+    except untrusted.RefusedError as error:
         raise ValueError(f"{error}; accepted: describe_environment of its own") from error
     own = {
         "format": FORMAT,
@@ -84,7 +75,7 @@ def save_policy(
         "observation_clip": policy.observation_clip,
         "versions": installed(),
     }
-    text = metadata_text(own, metadata)
+    text = untrusted.metadata_text(own, metadata)
     arrays = {f"weight_{i}": weight for i, weight in enumerate(policy.weights)}
     arrays |= {f"bias_{i}": bias for i, bias in enumerate(policy.biases)}
     arrays |= {"shift": policy.shift, "scale": policy.scale, "metadata": np.array(text)}
@@ -93,7 +84,7 @@ def save_policy(
     raw = file.getvalue()
     try:
         _policy(*_contents(raw))
-    except RefusedError as error:
+    except untrusted.RefusedError as error:
         raise ValueError(f"the policy could not be read again: {error}; {SAVED}") from error
     return write_whole(path, raw, overwrite=overwrite)
 
@@ -110,23 +101,23 @@ def load_policy(name: str | Path) -> MLPPolicy:
     return read_policy(existing_path(name))[0]
 
 
-def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, Json]]:
+def read_policy(path: str | Path) -> tuple[MLPPolicy, dict[str, untrusted.Json]]:
     """The policy in a file, and what the file says of itself. ValueError as in `load_policy`."""
-    with reading(path, ACCEPTED, "its contents"):
-        arrays, metadata = _contents(read_bytes(path))
+    with untrusted.reading(path, ACCEPTED, "its contents"):
+        arrays, metadata = _contents(untrusted.read_bytes(path))
         policy = _policy(arrays, metadata)
         named_task_of(metadata)  # for what it refuses
         return policy, metadata
 
 
-def read_metadata(name: str | Path) -> dict[str, Json]:
+def read_metadata(name: str | Path) -> dict[str, untrusted.Json]:
     """Metadata of a policy file and of its training, by the names of `load_policy`.
 
     ValueError as there, but for a definition that changed.
     """
     path = existing_path(name)
-    with reading(path, ACCEPTED, "its contents"):
-        return _contents(read_bytes(path))[1]
+    with untrusted.reading(path, ACCEPTED, "its contents"):
+        return _contents(untrusted.read_bytes(path))[1]
 
 
 def policy_path(name: str | Path) -> Path:
@@ -146,7 +137,9 @@ def existing_path(name: str | Path) -> Path:
     return path if path.exists() else Path(name)
 
 
-def describe_environment(env: FunctionalEnv[State, Params], params: Params) -> dict[str, Json]:
+def describe_environment(
+    env: FunctionalEnv[State, Params], params: Params
+) -> dict[str, untrusted.Json]:
     """An environment and its parameters as JSON values, for the metadata of `save_policy`.
 
     `evaluate` and `view` play the policy on this task. ValueError for an environment of no machine,
@@ -157,12 +150,12 @@ def describe_environment(env: FunctionalEnv[State, Params], params: Params) -> d
     return machine.describe(env, params)
 
 
-def named_task_entry(task: TaskDefinition) -> dict[str, Json]:
+def named_task_entry(task: TaskDefinition) -> dict[str, untrusted.Json]:
     """Metadata of the named task that a policy was trained on."""
     return {NAMED: {"name": task.name, "digest": task.digest}}
 
 
-def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
+def named_task_of(metadata: Mapping[str, untrusted.Json]) -> TaskDefinition | None:
     """The named task of a policy; None where its file names none.
 
     RefusedError for an unknown task or another digest: the file is of another version of
@@ -173,7 +166,7 @@ def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
         return None
     name, digest = (entry.get(one) if isinstance(entry, dict) else None for one in TASK_ENTRIES)
     if not isinstance(name, str) or not isinstance(digest, str):
-        raise RefusedError(f"{NAMED} is {shown(entry)}, no name with a digest")
+        raise untrusted.RefusedError(f"{NAMED} is {shown(entry)}, no name with a digest")
     versions = metadata.get("versions")
     saved = versions.get("stickslip") if isinstance(versions, dict) else None
     saved = saved if isinstance(saved, str) else "of an unknown version"
@@ -189,28 +182,30 @@ def named_task_of(metadata: Mapping[str, Json]) -> TaskDefinition | None:
             f"its definition is {shown(digest[:DIGITS])}, in {here} {task.digest[:DIGITS]}; "
             f"accepted: a policy trained on it (`stickslip train {task.machine} --task {name}`)"
         )
-    raise RefusedError(
+    raise untrusted.RefusedError(
         f"a policy of the task {shown(name)}, saved by stickslip {saved}; {why}, or the version "
         "that it came with"
     )
 
 
-def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, Json]]:
-    arrays, content = arrays_and_metadata(raw)
-    return arrays, require_format(content, FORMAT, VERSION, "a policy")
+def _contents(raw: bytes) -> tuple[dict[str, np.ndarray], dict[str, untrusted.Json]]:
+    arrays, content = untrusted.arrays_and_metadata(raw)
+    return arrays, untrusted.require_format(content, FORMAT, VERSION, "a policy")
 
 
 def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPolicy:
     sizes = metadata.get("layer_sizes")
     if not isinstance(sizes, list) or not 2 <= len(sizes) <= DEEPEST + 1:
-        raise RefusedError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")
+        raise untrusted.RefusedError(f"layer_sizes is no list of 2 to {DEEPEST + 1} sizes")
     layers = range(len(sizes) - 1)
     names = [f"{kind}_{i}" for kind in ("weight", "bias") for i in layers] + ["shift", "scale"]
     if set(names) != set(arrays):
-        raise RefusedError(f"its entries are {shown(sorted(arrays))}, not {shown(sorted(names))}")
+        raise untrusted.RefusedError(
+            f"its entries are {shown(sorted(arrays))}, not {shown(sorted(names))}"
+        )
     for name, values in arrays.items():
         if values.dtype not in (np.float32, np.float64):
-            raise RefusedError(f"{name} is {values.dtype}, not float32 or float64")
+            raise untrusted.RefusedError(f"{name} is {values.dtype}, not float32 or float64")
     try:
         for name, values in arrays.items():
             require_number(name, values, dtype=np.float32, accepted="finite in float32")
@@ -225,18 +220,18 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
             observation_clip=metadata.get("observation_clip"),
         ).validate()
     except ValueError as error:
-        raise RefusedError(str(error)) from error
+        raise untrusted.RefusedError(str(error)) from error
     if list(policy.layer_sizes) != sizes:
-        raise RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
+        raise untrusted.RefusedError(f"its layers are {policy.layer_sizes}, it says {shown(sizes)}")
     _require_described(policy, metadata)
     return policy
 
 
-def _require_described(policy: MLPPolicy, metadata: Mapping[str, Json]) -> None:
+def _require_described(policy: MLPPolicy, metadata: Mapping[str, untrusted.Json]) -> None:
     """Raise RefusedError for the description of an environment that the policy does not fit."""
     seen = policy.layer_sizes[0]
     if (size := metadata.get("observation_size", seen)) != seen:
-        raise RefusedError(
+        raise untrusted.RefusedError(
             f"the policy observes {seen} numbers, the environment that it is described with "
             f"({shown(metadata.get('environment'))}) gives {shown(size)}"
         )

@@ -12,18 +12,7 @@ from dataclasses import Field, dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
-from stickslip.agents.untrusted import (
-    LARGEST,
-    LARGEST_TEXT,
-    Json,
-    Kind,
-    RefusedError,
-    Rule,
-    parse_json,
-    read_text,
-    refusing,
-    require_head,
-)
+from stickslip.agents import untrusted
 from stickslip.dynamics.checks import require_known, require_memory, shown
 
 T = TypeVar("T")
@@ -40,9 +29,9 @@ REMOVED = ("algorithm", "threads", "sac", "shac")
 """Entries of files of earlier versions that no run with PPO depends on."""
 
 
-def entry(default: T, kind: Kind, about: str, **rule: Any) -> T:
+def entry(default: T, kind: untrusted.Kind, about: str, **rule: Any) -> T:
     """A field of a configuration. Where the default is None, None is accepted."""
-    found = Rule(kind, about, optional=default is None, **rule)
+    found = untrusted.Rule(kind, about, optional=default is None, **rule)
     return field(default=default, metadata={"rule": found})
 
 
@@ -56,7 +45,7 @@ def drawn(about: str, low: float = 0.0) -> tuple[float, float] | None:
     return entry(None, "range", f"{about}, drawn at each start", low=low)
 
 
-def rule_of(one: Field[object]) -> Rule:
+def rule_of(one: Field[object]) -> untrusted.Rule:
     """Rule of a field's accepted values."""
     return one.metadata["rule"]
 
@@ -101,7 +90,7 @@ class Configuration:
     """Parts of that machine whose numbers `--set PART.NAME=VALUE` changes."""
     LEARNING: ClassVar[tuple[str, ...]] = ()
     """A machine's own fields that no named task decides."""
-    USUALLY: ClassVar[Mapping[str, Json]] = {}
+    USUALLY: ClassVar[Mapping[str, untrusted.Json]] = {}
     """Fields of training episodes alone -> what None stands for without a named task. Beside one
     None is the task's own, and is not written."""
     FLAGS: ClassVar[tuple[str, ...]] = (
@@ -157,10 +146,10 @@ class Configuration:
         does. observation: about how many numbers an observation has."""
         widths = [observation, *[self.hidden] * self.layers, 2]
         size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
-        if size > LARGEST - 2 * LARGEST_TEXT:
+        if size > untrusted.LARGEST - 2 * untrusted.LARGEST_TEXT:
             raise ValueError(
                 f"hidden = {self.hidden} with layers = {self.layers} makes a policy of {size:,} "
-                f"bytes; accepted: what fits a policy file, {LARGEST:,} bytes"
+                f"bytes; accepted: what fits a policy file, {untrusted.LARGEST:,} bytes"
             )
         given = f"num_envs = {self.num_envs} with rollout_steps = {self.rollout_steps}"
         samples = self.num_envs * self.rollout_steps
@@ -208,25 +197,25 @@ class Configuration:
         """
         content = content_of(text)
         if (learns := content.get("algorithm", GROUP)) != GROUP:
-            raise RefusedError(f"its algorithm is {shown(learns)}, not {GROUP!r}")
+            raise untrusted.RefusedError(f"its algorithm is {shown(learns)}, not {GROUP!r}")
         entries = cls.flat({name: one for name, one in content.items() if name not in REMOVED})
         entries.setdefault("trainer", UNNAMED_TRAINER)
         return cls(**cls.defaults_of(entries["trainer"]) | entries)
 
     @classmethod
-    def flat(cls, content: Mapping[str, Json]) -> dict[str, Any]:
+    def flat(cls, content: Mapping[str, untrusted.Json]) -> dict[str, Any]:
         """A file's entries by field, those of GROUP among them.
 
         ValueError for another machine's, for unknown ones, and for one in and beside its group.
         """
         if (machine := content.get("machine", UNNAMED)) != cls.machine:
-            raise RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
+            raise untrusted.RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
         found = {name: value for name, value in content.items() if name not in ("machine", GROUP)}
         group = content.get(GROUP, {})
         if not isinstance(group, dict):
-            raise RefusedError(f"{GROUP} = {shown(group)} is no group of settings")
+            raise untrusted.RefusedError(f"{GROUP} = {shown(group)} is no group of settings")
         if twice := [name for name in group if name in found]:
-            raise RefusedError(f"it has {', '.join(twice)} twice")
+            raise untrusted.RefusedError(f"it has {', '.join(twice)} twice")
         require_known(found | group, [one.name for one in fields(cls)])
         return found | group
 
@@ -248,10 +237,10 @@ def shared(name: str, default: T, sb3: T | None = None) -> T:
     return field(default=default, metadata={**known, "sb3": sb3})
 
 
-def content_of(text: str) -> dict[str, Json]:
+def content_of(text: str) -> dict[str, untrusted.Json]:
     """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
-    return require_head(
-        parse_json(text, "it"), FORMAT, VERSION, "the configuration of a training run"
+    return untrusted.require_head(
+        untrusted.parse_json(text, "it"), FORMAT, VERSION, "the configuration of a training run"
     )
 
 
@@ -319,10 +308,10 @@ def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, o
     ValueError, naming the file, for anything else and for another machine's.
     """
     try:
-        text = read_text(path)
+        text = untrusted.read_text(path)
         if Path(path).suffix.lower() == ".json":
             return changes(kind.from_json(text))
-        with refusing("it"):
+        with untrusted.refusing("it"):
             content = tomllib.loads(text)
         return kind.flat({"machine": kind.machine} | content)
     except ValueError as error:

@@ -20,31 +20,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from stickslip.agents import untrusted
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import read_policy
 from stickslip.agents.training.configuration import Configuration, digest_of
-from stickslip.agents.untrusted import (
-    LARGEST_TABLE,
-    RefusedError,
-    Rule,
-    pack,
-    parse_json,
-    read_bytes,
-    read_text,
-    reading,
-    require_entries,
-    require_head,
-    unpack,
-)
 from stickslip.dynamics.checks import memory_limit, shown
-from stickslip.records.files import (
-    PARTIAL,
-    discard,
-    is_remains,
-    put_aside,
-    require_makeable,
-    write_whole,
-)
+from stickslip.records import files
 from stickslip.records.table import cell_text, csv_line
 
 if TYPE_CHECKING:
@@ -57,9 +38,9 @@ CHECKPOINT = (
     "a checkpoint as training wrote it. Delete its folder to resume from the checkpoint before it"
 )
 RULES = {
-    "timesteps": Rule(int, "so far", low=0),
-    "seconds": Rule(float, "trained so far", low=0),
-    "config": Rule(str, "digest of the configuration"),
+    "timesteps": untrusted.Rule(int, "so far", low=0),
+    "seconds": untrusted.Rule(float, "trained so far", low=0),
+    "config": untrusted.Rule(str, "digest of the configuration"),
 }
 """Rules of a TrainState's entries."""
 
@@ -106,20 +87,20 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
         )
     path.mkdir(parents=True, exist_ok=True)
     _sweep(path)
-    write_whole(path / CONFIG, config.to_json())  # from here on it is a run
+    files.write_whole(path / CONFIG, config.to_json())  # from here on it is a run
     return Run(path, config, config.digest, None, None)
 
 
 def read_config(path: Path) -> Configuration:
     """The configuration of the run in a directory. ValueError if there is none."""
     try:
-        text = read_text(path / CONFIG)
-    except RefusedError as error:
+        text = untrusted.read_text(path / CONFIG)
+    except untrusted.RefusedError as error:
         raise ValueError(
             f"{path} holds no training run ({CONFIG}: {error}); accepted: the directory of a run "
             "that was begun"
         ) from error
-    with reading(path / CONFIG, "as training wrote it"):
+    with untrusted.reading(path / CONFIG, "as training wrote it"):
         return read_configuration(text)
 
 
@@ -132,7 +113,7 @@ def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
     """
     if path.exists() and not path.is_dir():
         raise ValueError(f"{path} is a file; accepted: a directory for the run")
-    require_makeable(path)
+    files.require_makeable(path)
     path.mkdir(parents=True, exist_ok=True)
     if sys.platform == "win32":
         yield
@@ -151,7 +132,7 @@ def only_writer(path: Path, doing: str = "training") -> Iterator[None]:
 
 
 def _resumed(path: Path, config: Configuration | None) -> Run:
-    found, digest = read_config(path), digest_of(read_text(path / CONFIG))
+    found, digest = read_config(path), digest_of(untrusted.read_text(path / CONFIG))
     if config is not None and config != found:
         raise ValueError(
             f"{path} was begun with another configuration; accepted: to resume without changing "
@@ -172,7 +153,7 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
 
 def _is_left(path: Path) -> bool:
     """True for a file that a killed process left half written."""
-    return path.is_file() and not path.is_symlink() and is_remains(path.name)
+    return path.is_file() and not path.is_symlink() and files.is_remains(path.name)
 
 
 def _sweep(path: Path) -> None:
@@ -189,14 +170,14 @@ def write_checkpoint(
     save: writes the policy to the path that it is given.
     """
     final = directory / f"{state.timesteps:012d}"
-    partial = directory / (final.name + PARTIAL)
+    partial = directory / (final.name + files.PARTIAL)
     if partial.exists():
-        discard(partial)
+        files.discard(partial)
     partial.mkdir(parents=True)
-    write_whole(partial / MODEL, pack(model))
+    files.write_whole(partial / MODEL, untrusted.pack(model))
     save(partial / POLICY)
     head = {"format": FORMAT, "version": VERSION}
-    write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
+    files.write_whole(partial / STATE, json.dumps(head | asdict(state), indent=2) + "\n")
     os.replace(partial, final)
     return final
 
@@ -212,29 +193,29 @@ def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
     kept = set(keep)
     for path in list_checkpoints(directory):
         if path not in kept:
-            discard(put_aside(path))
-    for path in directory.glob("[0-9]*" + PARTIAL):
-        discard(path)
+            files.discard(files.put_aside(path))
+    for path in directory.glob("[0-9]*" + files.PARTIAL):
+        files.discard(path)
 
 
 def read_state(folder: Path) -> TrainState:
     """Metadata of a checkpoint. ValueError if it is not a whole checkpoint."""
-    with reading(folder / STATE, CHECKPOINT):
-        content = parse_json(read_text(folder / STATE), "it")
-        content = require_head(content, FORMAT, VERSION, "the state of a checkpoint")
-        return TrainState(**require_entries(content, RULES))
+    with untrusted.reading(folder / STATE, CHECKPOINT):
+        content = untrusted.parse_json(untrusted.read_text(folder / STATE), "it")
+        content = untrusted.require_head(content, FORMAT, VERSION, "the state of a checkpoint")
+        return TrainState(**untrusted.require_entries(content, RULES))
 
 
 def read_model(folder: Path) -> ModelState:
     """The arrays of a checkpoint. ValueError if they are missing, cut short or anything else."""
-    with reading(folder / MODEL, CHECKPOINT):
+    with untrusted.reading(folder / MODEL, CHECKPOINT):
         largest = int(min(memory_limit(), 2**62))
-        return unpack(read_bytes(folder / MODEL, largest), largest)
+        return untrusted.unpack(untrusted.read_bytes(folder / MODEL, largest), largest)
 
 
 def require_policy(folder: Path) -> bytes:
     """The policy's file of a checkpoint. ValueError if it is missing or damaged."""
-    with reading(folder / POLICY, CHECKPOINT):
+    with untrusted.reading(folder / POLICY, CHECKPOINT):
         read_policy(folder / POLICY)
         return (folder / POLICY).read_bytes()
 
@@ -258,7 +239,7 @@ class MetricsFile:
                 f"{', '.join(self.columns)}"
             )
         rows = (row for row in zip(*found.values(), strict=True) if row[0] <= upto)
-        write_whole(path, csv_line(self.columns) + "".join(map(_line, rows)))
+        files.write_whole(path, csv_line(self.columns) + "".join(map(_line, rows)))
 
     def append(self, timesteps: int, values: Mapping[str, float]) -> None:
         """Add a row; columns without a value stay empty."""
@@ -280,10 +261,10 @@ def read_columns(path: Path) -> dict[str, list[float]]:
     """
     if not path.exists():
         return {}
-    with reading(path, "a table as training wrote it", "the table"):
-        text = read_text(path, LARGEST_TABLE)
+    with untrusted.reading(path, "a table as training wrote it", "the table"):
+        text = untrusted.read_text(path, untrusted.LARGEST_TABLE)
         head, *rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1]))) or [[]]
         table = [[float(cell or "nan") for cell in row] for row in rows if len(row) == len(head)]
         if not all(row[0] == int(row[0]) for row in table):
-            raise RefusedError(f"its {head[0]} are no whole numbers")
+            raise untrusted.RefusedError(f"its {head[0]} are no whole numbers")
         return {name: [row[i] for row in table] for i, name in enumerate(head)}

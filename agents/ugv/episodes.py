@@ -6,14 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.agents.pictures.episodes import (
-    beside,
-    facts,
-    from_start,
-    panel,
-    reward_panels,
-    samples,
-)
+from stickslip.agents.pictures import episodes
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.ugv.picture import UGVFrame, ugv_frames, ugv_picture
 
@@ -39,11 +32,11 @@ def as_episode(
     """One episode (not a batch), waypoint by waypoint. Time is that of pictures (params.speed):
     nothing else of the model knows of it, so there is work for a metre and no power."""
     played = played.trimmed()
-    states, infos = samples(played)
+    states, infos = episodes.samples(played)
     frame = ugv_frames(states, infos, params, env.solver, env.preview)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
     totals, cost = played.info, np.asarray(states.cost, float)
-    whole = facts(
+    whole = episodes.facts(
         [
             ("return", float(totals["episode_return"][-1]), unit),
             ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
@@ -58,8 +51,8 @@ def as_episode(
         period=float(params.control_period),
         panels=(
             *_panels(frame, played, float(params.spacing)),
-            panel(criterion, unit, cost),
-            *reward_panels(played, {}, unit, scale),
+            episodes.panel(criterion, unit, cost),
+            *episodes.reward_panels(played, {}, unit, scale),
         ),
         events=_events(frame.slips, shown.ended),
         facts=(*whole, *_drawn(played.start_state.drawn)),
@@ -71,7 +64,7 @@ def _drawn(drawn: UGVDrawn) -> tuple[tuple[str, str], ...]:
     """Draws of the episode's reset."""
     rows = [] if drawn.friction is None else [("friction, drawn", float(drawn.friction), "-")]
     ground = () if drawn.odometer is None else (("ground", "drawn"),)
-    return (*ground, *facts(rows))
+    return (*ground, *episodes.facts(rows))
 
 
 def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tuple[Panel, ...]:
@@ -79,15 +72,15 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
     heights = frame.wheels("point")[..., 1].T
     angles = np.degrees(frame.at.leg_angles.T)
     names = {"motors": "wheel_work", "with the legs": "total_work"}
-    work = {who: from_start(played.info[name]) / spacing for who, name in names.items()}
+    work = {who: episodes.from_start(played.info[name]) / spacing for who, name in names.items()}
     used = Line("greater |F| / N", frame.demand)
     return (
-        panel(GROUND, "m", {"rear": heights[0], "front": heights[1]}),
-        panel(LEGS, "°", {"rear": angles[0], "front": angles[1]}),
-        panel(TORQUE, "N m", np.asarray(frame.at.torque)),
-        panel("work put in, for each metre", "J/m", work, steps=True),
-        beside("friction used", "-", used, "friction there is", frame.mu),
-        panel("margin of grip", "kN", np.asarray(frame.at.grip) / 1000, limits=(0.0,)),
+        episodes.panel(GROUND, "m", {"rear": heights[0], "front": heights[1]}),
+        episodes.panel(LEGS, "°", {"rear": angles[0], "front": angles[1]}),
+        episodes.panel(TORQUE, "N m", np.asarray(frame.at.torque)),
+        episodes.panel("work put in, for each metre", "J/m", work, steps=True),
+        episodes.beside("friction used", "-", used, "friction there is", frame.mu),
+        episodes.panel("margin of grip", "kN", np.asarray(frame.at.grip) / 1000, limits=(0.0,)),
     )
 
 

@@ -39,27 +39,8 @@ from stickslip.dynamics.pytrees import (
     same_rank,
     settle,
 )
+from stickslip.dynamics.ugv.ground import shapes
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_table
-from stickslip.dynamics.ugv.ground.shapes import (
-    Bump,
-    Ditch,
-    Flat,
-    Function,
-    Incline,
-    Near,
-    Ramp,
-    Shape,
-    Sinusoid,
-    Step,
-    as_floats,
-    in_two,
-    locate,
-    parts_of,
-    require_ends,
-    require_function,
-    require_numbers,
-    seen_from,
-)
 from stickslip.dynamics.ugv.ground.spline import (
     Spline,
     hermite_table,
@@ -76,7 +57,7 @@ if TYPE_CHECKING:
 
 
 @partial(jax.jit, inline=True)
-def _profile(shape: Shape, x: Number) -> Profile:
+def _profile(shape: shapes.Shape, x: Number) -> Profile:
     return shape.profile(x)
 
 
@@ -104,7 +85,7 @@ class Track:
     place, as a factor on the friction coefficient; None: the same everywhere.
     """
 
-    shape: Shape
+    shape: shapes.Shape
     start: Numeric
     end: Numeric
     surface: Surface | None = None
@@ -121,9 +102,9 @@ class Track:
         """f'(x) [-], the tangent of the ground's angle."""
         return self.profile(x)[1]
 
-    def seen_from(self, x: Real[Number, "..."]) -> Near:
+    def seen_from(self, x: Real[Number, "..."]) -> shapes.Near:
         """The ground with distances and heights counted from its points at x [...] [m]."""
-        return seen_from(self.shape, *as_floats(x))
+        return shapes.seen_from(self.shape, *shapes.as_floats(x))
 
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where points of the ground are one number in `dtype`."""
@@ -140,10 +121,10 @@ class Track:
         differentiating it. Five points from start to end are tried: ValueError where it fails
         or is not finite.
         """
-        track = _placed(Function(function), start, end)
+        track = _placed(shapes.Function(function), start, end)
         if is_concrete(start, end):
             first, last = (float(np.ravel(np.asarray(v))[0]) for v in (start, end))
-            require_function(function, np.linspace(first, last, 5))
+            shapes.require_function(function, np.linspace(first, last, 5))
         return track
 
     @classmethod
@@ -164,13 +145,13 @@ class Track:
         require_choice("name", name, TRACKS)
         return getattr(cls, name)(**numbers)
 
-    flat = _constructor(Flat)
-    incline = _constructor(Incline)
-    bump = _constructor(Bump)
-    sinusoid = _constructor(Sinusoid)
-    ramp = _constructor(Ramp)
-    step = _constructor(Step)
-    ditch = _constructor(Ditch)
+    flat = _constructor(shapes.Flat)
+    incline = _constructor(shapes.Incline)
+    bump = _constructor(shapes.Bump)
+    sinusoid = _constructor(shapes.Sinusoid)
+    ramp = _constructor(shapes.Ramp)
+    step = _constructor(shapes.Step)
+    ditch = _constructor(shapes.Ditch)
 
     @classmethod
     def rough(
@@ -195,7 +176,7 @@ class Track:
             require_one(name, at, accepted="a finite position [m]")
             for name, at in (("start", start), ("end", end))
         )
-        require_ends(first, last)
+        shapes.require_ends(first, last)
         return _placed(rough_table(key, level, first - margin, last + margin), start, end)
 
     def resampled(self, start: Number, end: Number, pieces: int) -> Track:
@@ -224,11 +205,11 @@ def track_of(track: Any) -> Track:
     return track
 
 
-def _placed(shape: Shape, start: Number, end: Number) -> Track:
+def _placed(shape: shapes.Shape, start: Number, end: Number) -> Track:
     """A track whose numbers have been checked: they are kept as they are given."""
-    if not isinstance(shape, Function):
-        require_numbers(shape)
-    require_ends(start, end)
+    if not isinstance(shape, shapes.Function):
+        shapes.require_numbers(shape)
+    shapes.require_ends(start, end)
     return Track(shape, start, end)
 
 
@@ -294,7 +275,7 @@ class Odometer:
             require_memory(f"cells = {shown(cells)}", "cells of an odometer", cells, BYTES_A_CELL)
         start = track.start if start is None else start
         end = track.end if end is None else end
-        require_ends(start, end)
+        shapes.require_ends(start, end)
         odometer = object.__new__(cls)
         settle(odometer, track=track, start=start, end=end)
         _integrate(odometer, cells)
@@ -321,7 +302,7 @@ class Odometer:
 
     def excess_at(self, base: Float[Array, "..."], u: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see parts_of."""
-        base, u, *_ = as_floats(base, u, self.excess)
+        base, u, *_ = shapes.as_floats(base, u, self.excess)
         return _excess_at(self, *jnp.broadcast_arrays(base, u))
 
 
@@ -333,7 +314,7 @@ def _integrate(odometer: Odometer, cells: int | None) -> None:
         return
     start, end = float(start), float(end)
     edges, even = _edges(track, start, end, cells)
-    first, rests = in_two(edges)
+    first, rests = shapes.in_two(edges)
     wide = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), track)
     with jax.enable_x64(True), eval_context():
         sums = np.append(0.0, np.cumsum(np.asarray(_integrals(wide, jnp.asarray(edges)))))
@@ -383,7 +364,7 @@ def _by_rule(odometer: Odometer, base: jax.Array, u: jax.Array) -> jax.Array:
     edges, rests, excess = (
         jnp.asarray(v, dtype) for v in (odometer.edges, odometer.rests, odometer.excess)
     )
-    cell, t, outside = locate(edges, rests, odometer.even, base, u)
+    cell, t, outside = shapes.locate(edges, rests, odometer.even, base, u)
     length = t + outside
     past = outside > 0
     # Past the end the integral of the last cell is known, and the rule spans the way from there.
@@ -401,7 +382,7 @@ def _excess_jvp(primals, tangents):
     odometer, base, u = primals
     odometer_dot, base_dot, u_dot = tangents
     value, by_numbers = jax.jvp(lambda o: _by_rule(o, base, u), (odometer,), (odometer_dot,))
-    slope = parts_of(odometer.track.shape, base, u)[1]
+    slope = shapes.parts_of(odometer.track.shape, base, u)[1]
     return value, by_numbers + (base_dot + u_dot) * _excess(slope)
 
 
@@ -416,7 +397,7 @@ def _excess_over(track: Track, base: jax.Array, left: jax.Array, length: jax.Arr
     nodes, weights = (jnp.asarray(v, length.dtype) for v in (NODES, WEIGHTS))
     nodes, weights, first, width = same_rank(nodes, weights, left[..., None], length[..., None])
     points = first + width * (1 + nodes) / 2
-    slope = parts_of(track.shape, base[..., None], points)[1]
+    slope = shapes.parts_of(track.shape, base[..., None], points)[1]
     return length / 2 * jnp.sum(weights * _excess(slope), axis=-1)
 
 
@@ -428,7 +409,7 @@ def _pieces(track: Track, edges: jax.Array) -> jax.Array:
 
 @partial(jax.jit, inline=True)
 def _distance(odometer: Odometer, x: jax.Array) -> jax.Array:
-    x, start = as_floats(x, odometer.start)
+    x, start = shapes.as_floats(x, odometer.start)
     return (x - start) + odometer.excess_at(x, jnp.zeros_like(x))
 
 

@@ -6,15 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from stickslip.agents.optimisers import report
 from stickslip.agents.optimisers.methods import METHODS, methods_table
 from stickslip.agents.optimisers.racing import race
-from stickslip.agents.optimisers.report import (
-    counted_text,
-    draw_ecdfs,
-    read_results,
-    report_text,
-    runs_table,
-)
 from stickslip.agents.sweeps.cells import StoppedError
 from stickslip.optim import suite
 from stickslip.records.files import require_folder, write_whole
@@ -36,9 +30,9 @@ def run_command(flags: Mapping[str, Any]) -> Content:
         except StoppedError:
             message = f"Stopped; go on with the same command and --resume ({flags['out']})"
             raise stop.interrupted(message) from None
-    print(counted_text(runs), end="")
+    print(report.counted_text(runs), end="")
     print(f"Compare them: stickslip bench report {flags['out']} --out DIR")
-    return Content({"runs": runs_table(runs)}, {"directory": flags["out"]})
+    return Content({"runs": report.runs_table(runs)}, {"directory": flags["out"]})
 
 
 def report_command(flags: Mapping[str, Any]) -> Content:
@@ -47,14 +41,14 @@ def report_command(flags: Mapping[str, Any]) -> Content:
     require_folder(out)
     if out.exists():
         raise ValueError(f"{out} exists; accepted: a new directory")
-    runs = read_results(*flags["source"])
-    text = report_text(runs)
+    runs = report.read_results(*flags["source"])
+    text = report.report_text(runs)
     print(text)
     written = [write_whole(out / "report.md", text, overwrite=False)]
-    written.append(write_whole(out / "runs.csv", runs_table(runs).csv(), overwrite=False))
-    written += draw_ecdfs(runs, out)
+    written.append(write_whole(out / "runs.csv", report.runs_table(runs).csv(), overwrite=False))
+    written += report.draw_ecdfs(runs, out)
     print("Written: " + ", ".join(map(str, written)))
-    return Content({"runs": runs_table(runs)}, {"written": [str(one) for one in written]})
+    return Content({"runs": report.runs_table(runs)}, {"written": [str(one) for one in written]})
 
 
 def methods_command(_: Mapping[str, Any]) -> Content:

@@ -19,11 +19,11 @@ from stickslip.agents.training.directory import (
     STATE,
     list_checkpoints,
     only_writer,
-    pack,
     read_columns,
     read_model,
 )
 from stickslip.agents.training.run import best_evaluation, train
+from stickslip.agents.untrusted import pack
 from tests.agents.runs import assert_same_run
 from tests.documents import ROOT
 from tests.extras import SB3
