@@ -29,16 +29,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    as_number,
-    as_real,
-    is_concrete,
-    require_choice,
-    require_kind,
-    require_known,
-    require_number,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.kernels.fused import fused, where_needed
 from stickslip.dynamics.pytrees import Lists, Number, Numeric, require_broadcast, require_numeric
 
@@ -79,7 +70,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         del args
         if is_dataclass(cls):
             names = [field.name for field in fields(cls) if field.init]
-            require_known(options, names, f"option of {cls.__name__}")
+            checks.require_known(options, names, f"option of {cls.__name__}")
         return super().__new__(cls)
 
     @classmethod
@@ -106,7 +97,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         ValueError for an unknown name and for a value that `make_params` would not take.
         """
         self.check_params(params)
-        require_known(options, self.option_names, "option of reset")
+        checks.require_known(options, self.option_names, "option of reset")
         return params
 
     @property
@@ -167,7 +158,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     def check_params(self, params: object, name: str = "params") -> None:
         """Raise ValueError for parameters of another environment. name: what the message says."""
         accepted = f"a {self.params_kind.__name__}, as make_params gives it"
-        require_kind(name, params, self.params_kind, accepted)
+        checks.require_kind(name, params, self.params_kind, accepted)
 
     def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
         """Return the action saturated to [-1, 1], a traced one unchanged.
@@ -176,8 +167,8 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         number that is not finite, with its place.
         """
         plain = type(action) is np.ndarray and action.dtype.kind in "fiu"
-        concrete = plain or is_concrete(action)
-        values = as_real("action", action, SATURATES) if concrete and not plain else action
+        concrete = plain or checks.is_concrete(action)
+        values = checks.as_real("action", action, SATURATES) if concrete and not plain else action
         shape = (*batch, len(self.action_names))
         if np.shape(values) != shape:
             raise ValueError(
@@ -192,7 +183,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         return np.clip(values, -1, 1)
 
     def __post_init__(self):
-        require_choice("autoreset", self.autoreset, AUTORESET)
+        checks.require_choice("autoreset", self.autoreset, AUTORESET)
 
 
 def with_keywords_of(
@@ -308,8 +299,8 @@ def horizon(params: Timed) -> int:
     count = float(np.max(steps))
     if not count <= MOST_STEPS:
         raise ValueError(
-            f"time_limit = {shown(params.time_limit)} with control_period = "
-            f"{shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
+            f"time_limit = {checks.shown(params.time_limit)} with control_period = "
+            f"{checks.shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
             f"{MOST_STEPS:g}"
         )
     return max(1, int(np.ceil(count - 0.5)))
@@ -324,7 +315,9 @@ NON_NEGATIVE: Rule = {"low": 0.0, "accepted": "finite, >= 0"}
 def as_numbers(given: Mapping[str, Any], rules: Mapping[str, Rule]) -> dict[str, Any]:
     """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
     return {
-        name: value if _is_none(name, value, rules) else as_number(name, value, **rules[name])
+        name: value
+        if _is_none(name, value, rules)
+        else checks.as_number(name, value, **rules[name])
         for name, value in given.items()
     }
 
@@ -335,7 +328,7 @@ def require_numbers(params: Any, rules: Mapping[str, Rule], dtype: Any) -> None:
     numbers = {name: one for name, one in numbers.items() if not _is_none(name, one, rules)}
     require_numeric(**numbers)
     for name, value in numbers.items():
-        require_number(name, value, **rules[name], dtype=dtype)
+        checks.require_number(name, value, **rules[name], dtype=dtype)
     require_broadcast(**numbers)
 
 
@@ -361,10 +354,10 @@ def require_range(
     accepted = f"(low, high), finite, low <= high, low {'>' if strict else '>='} {low}"
     accepted += f", high <= {high}" if high < np.inf else ""
     if not isinstance(given, tuple) or len(given) != 2:
-        raise ValueError(f"{name} = {shown(given)} is no range; accepted: {accepted}")
+        raise ValueError(f"{name} = {checks.shown(given)} is no range; accepted: {accepted}")
     for end in given:
-        require_number(name, end, low=low, high=high, strict=strict, accepted=accepted)
+        checks.require_number(name, end, low=low, high=high, strict=strict, accepted=accepted)
         require_numeric(**{name: end})
     require_broadcast(**{f"{name}[0]": given[0], f"{name}[1]": given[1]})
-    if is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
-        raise ValueError(f"{name} = {shown(given)} has low > high; accepted: {accepted}")
+    if checks.is_concrete(given) and np.any(np.asarray(given[0]) > np.asarray(given[1])):
+        raise ValueError(f"{name} = {checks.shown(given)} has low > high; accepted: {accepted}")

@@ -12,13 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import eval_context
 
-from stickslip.dynamics.checks import (
-    as_number,
-    is_concrete,
-    require_kind,
-    require_known,
-    require_number,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, table_of, toml_text
 from stickslip.dynamics.pytrees import (
     Numbers,
@@ -92,7 +86,7 @@ class UGVParams:
     def __post_init__(self):
         if any(value is not None for value in vars(self).values()):  # else: axes to map over
             for name, rule in self._rules.items():
-                settle(self, **{name: as_number(name, getattr(self, name), **rule)})
+                settle(self, **{name: checks.as_number(name, getattr(self, name), **rule)})
             self.validate()
 
     @property
@@ -103,7 +97,7 @@ class UGVParams:
 
     def replace(self, **changes: Numbers) -> UGVParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
-        require_known(changes, [field.name for field in fields(self)])
+        checks.require_known(changes, [field.name for field in fields(self)])
         return replace(self, **changes)
 
     @classmethod
@@ -147,10 +141,10 @@ class UGVParams:
     def validate(self) -> UGVParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
         for name, rule in self._rules.items():
-            require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
-            require_number(name, getattr(self, name), **rule)
+            checks.require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
+            checks.require_number(name, getattr(self, name), **rule)
         require_broadcast(**vars(self))
-        if is_concrete(self):
+        if checks.is_concrete(self):
             with eval_context():  # numbers, also inside a trace of other things
                 self._check_together()
         return self
@@ -175,12 +169,12 @@ class UGVParams:
 
     def check_leg_angles(self, leg_angles: Any, name: str = "leg_angles") -> None:
         """Raise ValueError unless `leg_angles` [..., 2] lie in the range; traced ones pass."""
-        require_number(name, leg_angles, accepted="finite angles [..., 2] [rad]")
+        checks.require_number(name, leg_angles, accepted="finite angles [..., 2] [rad]")
         if np.shape(leg_angles)[-1:] != (2,):
             raise ValueError(
                 f"{name} has shape {np.shape(leg_angles)}; accepted: [..., 2], rear and front"
             )
-        if not is_concrete(leg_angles, self):
+        if not checks.is_concrete(leg_angles, self):
             return
         values = np.asarray(leg_angles, dtype=float)
         # A range is given in one precision and angles in another: a rounding outside is inside.

@@ -9,14 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_choice,
-    require_integer,
-    require_kind,
-    require_memory,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.names import RANDOM_TRACKS, TRACKS
 from stickslip.dynamics.pytrees import Number, Numeric, register_pytree
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
@@ -73,7 +66,7 @@ class RandomTrack:
         random-bump: bumps of 2 to 20 cm. random-rough: classes A to D of ISO 8608. random-mixed:
         bumps up to 15 cm on classes A to C.
         """
-        require_choice("track", name, RANDOM_TRACKS)
+        checks.require_choice("track", name, RANDOM_TRACKS)
         if name == "random-bump":
             return cls((0.02, 0.2))
         if name == "random-rough":
@@ -98,9 +91,11 @@ class RandomTrack:
                 "None"
             )
         for name in ("waves", "pieces", "cells", "patches"):
-            value = require_integer(name, getattr(self, name))
-            require_memory(f"{name} = {shown(value)}", f"{name} of a ground", value, BYTES)
-        require_memory(
+            value = checks.require_integer(name, getattr(self, name))
+            checks.require_memory(
+                f"{name} = {checks.shown(value)}", f"{name} of a ground", value, BYTES
+            )
+        checks.require_memory(
             f"pieces = {self.pieces}, waves = {self.waves}",
             "waves at knots", self.pieces * self.waves, 64,
         )  # fmt: skip
@@ -157,7 +152,7 @@ class UGVRandomisation:
     def validate(self, vehicle: UGVParams) -> UGVRandomisation:
         """Return self, or raise ValueError naming the range."""
         if self.track is not None:
-            require_kind("track", self.track, RandomTrack, "None or a RandomTrack")
+            checks.require_kind("track", self.track, RandomTrack, "None or a RandomTrack")
             self.track.validate()
         require_range("friction", self.friction, 0.0)
         require_range("start_angles", self.start_angles, 0.0)
@@ -170,7 +165,7 @@ def ground_of(track: Any, drawn: UGVRandomisation) -> tuple[Track, UGVRandomisat
     """The ground and what is drawn, where the ground may be a name: of TRACKS, or of RANDOM_TRACKS,
     which is drawn anew for every episode in place of level ground. ValueError for another one."""
     if isinstance(track, str):
-        require_choice("track", track, (*TRACKS, *RANDOM_TRACKS), also="a Track")
+        checks.require_choice("track", track, (*TRACKS, *RANDOM_TRACKS), also="a Track")
         if track in RANDOM_TRACKS:
             if drawn.track is not None:
                 raise ValueError(
@@ -192,7 +187,7 @@ T = TypeVar("T")
 def covering(odometer: Odometer, start: Numeric, end: Numeric) -> Odometer:
     """The odometer, or one that reaches from start to end where it does not, or may not."""
     ends = (odometer.start, odometer.end, start, end)
-    if is_concrete(*ends):
+    if checks.is_concrete(*ends):
         first, last, start, end = map(np.asarray, ends)
         slack = 1e-6 * (1 + np.abs(last - first))  # it may be of another precision
         if np.all((first <= start + slack) & (end <= last + slack)) or not np.all(start < end):
@@ -209,7 +204,7 @@ def odometer_over(track: Track, start: Numeric, end: Numeric, dtype: DTypeLike) 
     so that it comes out the same from those of a file."""
     track.require_resolved(dtype)
     track, start, end = (cast(tree, dtype) for tree in (track, start, end))
-    known = is_concrete(track, start, end)
+    known = checks.is_concrete(track, start, end)
     least, greatest = (np.minimum, np.maximum) if known else (jnp.minimum, jnp.maximum)
     first, last = least(track.start, start), greatest(track.end, end)
     return cast(Odometer.along(track, first, last), dtype)

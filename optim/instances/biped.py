@@ -15,16 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    BipedParams,
-    BipedState,
-    RK4Split,
-    Trajectory,
-    inverse_dynamics,
-    prepare,
-    simulate,
-    step_length,
-)
+from stickslip.dynamics import biped
 from stickslip.dynamics.biped.links import (
     SUPPORT_END,
     SUPPORT_START,
@@ -43,7 +34,7 @@ if TYPE_CHECKING:
 
     from stickslip.optim.problem import Vector
 
-FINE = RK4Split(substeps=2, max_events=6)
+FINE = biped.RK4Split(substeps=2, max_events=6)
 """Of the scene "firm", on which a walk in usual steps topples a little later."""
 TORQUE_LIMIT = 4.0
 DT = 0.02
@@ -103,7 +94,7 @@ def gait_problem(
 ) -> GaitProblem | Interpolated:
     """The best periodic step of the reference robot in so many numbers, with a motor of
     TORQUE_LIMIT. points: of each cell that limits hold at."""
-    robot, cells = BipedParams.from_bars(dtype=np.float32), numbers - 2
+    robot, cells = biped.BipedParams.from_bars(dtype=np.float32), numbers - 2
     whole = GaitProblem.periodic(
         robot,
         objective,
@@ -186,14 +177,14 @@ class Shooting:
 
     crank_rate: float
     slide_limit: float | None
-    integrator: RK4Split | None = None
+    integrator: biped.RK4Split | None = None
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1] and margins [0] or [1]."""
         model, scene, state = data
-        torques, integrator = jnp.repeat(x, HELD), self.integrator or RK4Split()
+        torques, integrator = jnp.repeat(x, HELD), self.integrator or biped.RK4Split()
         time = len(torques) * DT
-        walk = simulate(model, scene, state, torques, time, DT, integrator=integrator)
+        walk = biped.simulate(model, scene, state, torques, time, DT, integrator=integrator)
         cost, slid = walk_cost(walk, torques, self.crank_rate)
         if self.slide_limit is None:
             return (cost + SLIDE_WEIGHT * slid)[None], jnp.zeros(0)
@@ -201,7 +192,7 @@ class Shooting:
 
 
 def walk_cost(
-    walk: Trajectory, torques: Float[Array, "n"], crank_rate: float
+    walk: biped.Trajectory, torques: Float[Array, "n"], crank_rate: float
 ) -> tuple[Array, Array]:
     """Cost of a walk without its slide, and the distance slid [m]; see Shooting."""
     going = walk.contacts.status <= Status.SLIP_ONSET
@@ -219,8 +210,8 @@ def shooting_problem(
     slide_limit: float | None = None,
 ) -> FunctionProblem:
     """Torques of the reference robot that walks already, numbers x HELD x DT seconds."""
-    model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
-    data = (model, SCENES[scene](), BipedState(**STATE).astype(np.float64))
+    model = biped.prepare(biped.BipedParams.from_bars(dtype=np.float64), fidelity="table")
+    data = (model, SCENES[scene](), biped.BipedState(**STATE).astype(np.float64))
     most = np.full(numbers, TORQUE_LIMIT)
     function = Shooting(crank_rate, slide_limit, FINE if scene == "firm" else None)
     return FunctionProblem(function, data, -most, most, forward=True)
@@ -237,7 +228,7 @@ class Gains:
 
     crank_rate: float
     walks: int
-    integrator: RK4Split | None = None
+    integrator: biped.RK4Split | None = None
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1]; no margins."""
@@ -248,16 +239,16 @@ class Gains:
         low, high = np.log(FRICTION)
         of_floor, of_phase, of_rate = jax.random.uniform(key, (3,), x.dtype)
         mu = jnp.exp(low + (high - low) * of_floor)
-        state = BipedState(
+        state = biped.BipedState(
             phase=np.pi * (0.5 + of_phase), crank_rate=self.crank_rate * of_rate
         ).astype(x.dtype)
         scene = Scene.uniform(mu, KINETIC * mu)
-        law, integrator = partial(self.torque, x), self.integrator or RK4Split()
-        walk = simulate(model, scene, state, law, SECONDS, DT, integrator=integrator)
+        law, integrator = partial(self.torque, x), self.integrator or biped.RK4Split()
+        walk = biped.simulate(model, scene, state, law, SECONDS, DT, integrator=integrator)
         cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
         return cost + SLIDE_WEIGHT * slid
 
-    def torque(self, x: Float[Array, "n"], state: BipedState) -> Array:
+    def torque(self, x: Float[Array, "n"], state: biped.BipedState) -> Array:
         """The feedback law [N m]."""
         turns = 2.0 * np.arange(1, (len(x) - 2) // 2 + 1)
         angle = turns * (jnp.asarray(state.phase) - np.pi / 2)
@@ -267,10 +258,10 @@ class Gains:
 
 
 def gains_problem(
-    numbers: int, crank_rate: float, walks: int, integrator: RK4Split | None = None
+    numbers: int, crank_rate: float, walks: int, integrator: biped.RK4Split | None = None
 ) -> FunctionProblem:
     """2 + 2 h numbers with h harmonics."""
-    model = prepare(BipedParams.from_bars(dtype=np.float64), fidelity="table")
+    model = biped.prepare(biped.BipedParams.from_bars(dtype=np.float64), fidelity="table")
     low = np.array([GAIN_RANGE[0], *[TORQUE_RANGE[0]] * (numbers - 1)])
     high = np.array([GAIN_RANGE[1], *[TORQUE_RANGE[1]] * (numbers - 1)])
     return FunctionProblem(Gains(crank_rate, walks, integrator), model, low, high, forward=True)
@@ -300,12 +291,12 @@ class BipedDesign:
         angles = ANGLES if self.angles is None else self.angles
         usual = LENGTHS | MASSES
         chosen = {name: usual[name] * part for name, part in zip(self.names, x, strict=True)}
-        robot = BipedParams.from_bars(**chosen, dtype=np.float64)
+        robot = biped.BipedParams.from_bars(**chosen, dtype=np.float64)
         theta = SUPPORT_START + np.pi * (np.arange(angles) + 0.5) / angles
         if self.goal == "friction":
             theta = np.linspace(SUPPORT_START, SUPPORT_END, angles)
-        need = jax.vmap(lambda angle: inverse_dynamics(robot, angle, CRANK_RATE, 0.0))(theta)
-        length, weight = step_length(robot), robot.total_mass * robot.gravity
+        need = jax.vmap(lambda angle: biped.inverse_dynamics(robot, angle, CRANK_RATE, 0.0))(theta)
+        length, weight = biped.step_length(robot), robot.total_mass * robot.gravity
         margins = jnp.concatenate(
             [
                 jax.vmap(partial(closing_margin, robot))(theta),
@@ -334,7 +325,7 @@ def within(x: Float[Array, "*any"], room: float) -> Float[Array, "*any"]:
 def biped_design(goal: str, masses: bool = False) -> FunctionProblem:
     """Lengths of PASIBOT's links, and masses of hip and feet, in parts of the reference robot's."""
     names = (*LENGTHS, *(MASSES if masses else ()))
-    usual = np.asarray(step_length(BipedParams.from_bars(dtype=np.float64)))
+    usual = np.asarray(biped.step_length(biped.BipedParams.from_bars(dtype=np.float64)))
     ones = np.ones(len(names))
     function = BipedDesign(goal, names)
     return FunctionProblem(function, usual, (1 - PART) * ones, (1 + PART) * ones, forward=True)

@@ -8,13 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedParams,
-    exchange_mismatch,
-    step_length,
-)
+from stickslip.dynamics import biped
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.lazily import require
 from stickslip.dynamics.machine_file import machine_in
@@ -92,16 +86,16 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
 def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float]) -> Page:
     """What is told of a robot: friction at constant crank rates, fastest motions."""
     with precision("float64"):
-        robot, motor = BipedParams.with_motor(path, changes)
+        robot, motor = biped.BipedParams.with_motor(path, changes)
         motor = {"torque_limit": TORQUE_LIMIT} | motor
-        jolt = float(exchange_mismatch(robot))
+        jolt = float(biped.exchange_mismatch(robot))
         footing = Footing.of(robot)
         facts = facts_of(robot, jolt, footing.start_torque, motor["torque_limit"])
     rates = friction_by_rate(footing)
     fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
     apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
     frames = BipedFrame(
-        np.linspace(SUPPORT_START, SUPPORT_END, POSES, endpoint=False),
+        np.linspace(biped.SUPPORT_START, biped.SUPPORT_END, POSES, endpoint=False),
         (),
         1.0,
         floor_position=apart,
@@ -112,7 +106,7 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
     return Page(facts, tables, drawing, RATES, needed, "constant crank rate [rad/s]")
 
 
-def facts_of(robot: BipedParams, jolt: float, start: float, limit: float) -> dict[str, str]:
+def facts_of(robot: biped.BipedParams, jolt: float, start: float, limit: float) -> dict[str, str]:
     """Mass, step, start torque and whether it walks, in words. limit: of the motor [N m]."""
     weak = f", more than the motor's {limit:g} N m" if start > limit else ""
     walks = f"no, with a jolt of {jolt:.2g} crank lengths (or rad)" if jolt >= MISMATCH else "yes"
@@ -120,7 +114,7 @@ def facts_of(robot: BipedParams, jolt: float, start: float, limit: float) -> dic
         "closes": "at every crank angle",
         "support changes without impact": walks,
         "total mass": f"{float(robot.total_mass):.4g} kg",
-        "step length": f"{float(step_length(robot)):.4g} m",
+        "step length": f"{float(biped.step_length(robot)):.4g} m",
         "start torque": f"{start:.4g} N m, constant, from rest{weak}",
     }
 
@@ -136,7 +130,7 @@ def friction_by_rate(footing: Footing) -> Table:
 
 
 def fastest_table(
-    robot: BipedParams,
+    robot: biped.BipedParams,
     footing: Footing,
     motor: Mapping[str, Any],
     frictions: Sequence[float],

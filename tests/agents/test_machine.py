@@ -8,16 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents import (
-    MLPPolicy,
-    describe_environment,
-    evaluate,
-    load_policy,
-    machines,
-    read_metadata,
-    register,
-    save_policy,
-)
+from stickslip import agents
 from stickslip.agents.biped.machine import BipedMachine
 from stickslip.agents.machine import _MACHINES, machine_by_name
 from stickslip.agents.training.directory import read_columns
@@ -30,7 +21,7 @@ LONGEST = 150
 @pytest.fixture(autouse=True)
 def _registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.chdir(tmp_path)
-    register(MassMachine())
+    agents.register(MassMachine())
     yield
     del _MACHINES["mass"]
 
@@ -78,28 +69,28 @@ def test_its_task_is_kept_in_a_policys_file_and_read_again():
     env = MassEnv()
     params = replace(env.default_params, mass=3.0)
     size = np.zeros((2, 1), np.float32)
-    policy = MLPPolicy((size,), (size[0],), size[:, 0], size[:, 0] + 1)
-    about = describe_environment(env, params)
-    save_policy(policy, "policy.npz", about)
-    task = machine_by_name("mass").read_task(read_metadata("policy.npz"))
+    policy = agents.MLPPolicy((size,), (size[0],), size[:, 0], size[:, 0] + 1)
+    about = agents.describe_environment(env, params)
+    agents.save_policy(policy, "policy.npz", about)
+    task = machine_by_name("mass").read_task(agents.read_metadata("policy.npz"))
     assert task is not None
     assert (task.env, task.params) == (env, params)
     about["task"]["values"]["kind"] = "BipedParams"
     with pytest.raises(ValueError, match="its task is damaged"):
         machine_by_name("mass").read_task(about)
     assert machine_by_name("biped").read_task({}) is None
-    assert load_policy("policy.npz").layer_sizes == (2, 1)
+    assert agents.load_policy("policy.npz").layer_sizes == (2, 1)
 
 
 def test_it_is_evaluated_in_python_and_pulls_its_mass_to_the_place():
     env = MassEnv()
-    table = evaluate(env, {"pull": Pull()}, {"patchy": env.default_params}, episodes=8)
+    table = agents.evaluate(env, {"pull": Pull()}, {"patchy": env.default_params}, episodes=8)
     episodes = table.row("patchy", "pull").episodes
     assert episodes.reward.shape == (8,)
     assert np.all(episodes.reward > 0.6 * 30)
     assert not episodes.fell.any()
     with pytest.raises(ValueError, match="env is a int; accepted: BipedEnv, UGVEnv, MassEnv"):
-        evaluate(3, {"pull": Pull()}, {})
+        agents.evaluate(3, {"pull": Pull()}, {})
 
 
 def test_names_belong_to_one_machine(capsys):
@@ -107,9 +98,9 @@ def test_names_belong_to_one_machine(capsys):
         name, environment, baselines = "other", "OtherEnv", ("computed-torque",)
 
     with pytest.raises(ValueError, match="computed-torque is known from the biped"):
-        register(Other())
-    register(MassMachine())  # the same one again
-    assert [machine.name for machine in machines()] == ["biped", "ugv", "mass"]
+        agents.register(Other())
+    agents.register(MassMachine())  # the same one again
+    assert [machine.name for machine in agents.machines()] == ["biped", "ugv", "mass"]
     assert type(machine_by_name("biped")) is BipedMachine
     assert main(["evaluate", "pull", "--start", "rest"]) == WRONG_INPUT
     assert "--start is for the biped" in capsys.readouterr().err

@@ -4,26 +4,16 @@ from typing import NamedTuple
 
 import pytest
 
-from benchmarks.report import (
-    MARKS,
-    front_of,
-    knee_of,
-    measured_parts,
-    put_between,
-    read_json,
-    unbeaten,
-    where,
-    write_json,
-)
+from benchmarks import report
 
-BEGIN, END = MARKS
+BEGIN, END = report.MARKS
 
 
 def test_only_what_stands_between_the_marks_is_replaced(tmp_path):
     page = tmp_path / "page.md"
     page.write_text(f"before\n{BEGIN}\nold\n{END}\nafter é\n", encoding="utf-8")
     for _ in range(2):
-        put_between(page, "new")
+        report.put_between(page, "new")
         assert page.read_text(encoding="utf-8") == f"before\n{BEGIN}\nnew\n{END}\nafter é\n"
     assert [path.name for path in tmp_path.iterdir()] == ["page.md"]
 
@@ -33,26 +23,26 @@ def test_a_page_without_a_place_for_the_tables_is_refused(tmp_path, text):
     page = tmp_path / "page.md"
     page.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match="no place for the tables; accepted: one <!-- measured"):
-        put_between(page, "new")
+        report.put_between(page, "new")
     assert page.read_text(encoding="utf-8") == text
 
 
 def test_parts_of_earlier_runs_are_kept_with_their_commits(tmp_path):
     path = tmp_path / "deep" / "results.json"
-    assert read_json(path) == {}
+    assert report.read_json(path) == {}
     one = {"commit": "one", "measured": "2020-01-02T03:04"}
-    write_json({"commit": "old", "one": [1], "gone": [3], "parts": {"one": one}}, path)
+    report.write_json({"commit": "old", "one": [1], "gone": [3], "parts": {"one": one}}, path)
     rows = [{"value": 1.5}, {"value": "b"}]
-    content = measured_parts({"two": lambda quick: iter(rows)}, ["one", "two"], True, path)
-    assert read_json(path) == content
+    content = report.measured_parts({"two": lambda quick: iter(rows)}, ["one", "two"], True, path)
+    assert report.read_json(path) == content
     assert (content["one"], content["two"]) == ([1], rows)
     assert content["parts"]["one"] == one
     assert content["parts"]["two"]["quick"]
     assert content["commit"] != "old"
     assert "gone" not in content
     content["versions"]["jax"] = "1"
-    assert where(content, "one").endswith("jax 1, commit one, 2020-01-02")
-    assert where(content).endswith(f"commit {content['commit']}, {content['measured'][:10]}")
+    assert report.where(content, "one").endswith("jax 1, commit one, 2020-01-02")
+    assert report.where(content).endswith(f"commit {content['commit']}, {content['measured'][:10]}")
 
 
 class Point(NamedTuple):
@@ -73,8 +63,8 @@ def test_fronts_and_what_is_unbeaten_are_among_the_points():
     cheap, fine, slow = Point(1, 1e-2, 0.0), Point(2, 1e-4, 1e-5), Point(3, 1e-4, 0.0)
     beaten, single = Point(4, 1e-3, 1e-3), Point(4, 1e-3, 1e-3, "float32")
     points = [single, beaten, slow, fine, cheap]
-    assert front_of(points) == [cheap, fine]
-    assert knee_of(points) is fine
+    assert report.front_of(points) == [cheap, fine]
+    assert report.knee_of(points) is fine
     rated = {i: (p.dtype, (p.cost, p.torque, p.contact)) for i, p in enumerate(points)}
-    assert unbeaten(rated) == {0, 2, 3, 4}
-    assert unbeaten({0: (None, (1.0,)), 1: (None, (1.0,))}) == {0, 1}
+    assert report.unbeaten(rated) == {0, 2, 3, 4}
+    assert report.unbeaten({0: (None, (1.0,)), 1: (None, (1.0,))}) == {0, 1}

@@ -10,18 +10,7 @@ from scipy import stats
 
 from benchmarks.report import MARKS, RESULTS
 from benchmarks.ugv import __main__ as command
-from benchmarks.ugv.poses import (
-    AS_FUNCTION,
-    CLASSES,
-    CONFIDENCE,
-    HELD_OUT,
-    PLACES,
-    QUANTILE,
-    STEEPEST,
-    Differences,
-    draw,
-    promised,
-)
+from benchmarks.ugv import poses
 from stickslip.dynamics.ugv.recommendation import NEAR, promises
 
 ROOT = Path(__file__).parents[2]
@@ -43,16 +32,16 @@ def rows(content):
 
 def most_over(count: int) -> int:
     """So many of `count` independent poses may exceed the promised quantile."""
-    return int(stats.binom.ppf(1 - RARE, count, 1 - QUANTILE))
+    return int(stats.binom.ppf(1 - RARE, count, 1 - poses.QUANTILE))
 
 
 def test_a_promise_is_the_bound_of_the_worse_half_s_order():
     n = 10_000
     off = np.arange(n, dtype=float)[::-1] + 1
     flags = np.zeros(n, bool)
-    held = Differences(off + 30, off, flags, flags)
-    row = promised(Differences(off, 2 * off, flags, flags), held)
-    place = int(stats.binom.ppf(CONFIDENCE, n, QUANTILE))
+    held = poses.Differences(off + 30, off, flags, flags)
+    row = poses.promised(poses.Differences(off, 2 * off, flags, flags), held)
+    place = int(stats.binom.ppf(poses.CONFIDENCE, n, poses.QUANTILE))
     assert row["torque"] == [np.median(off), place + 1, n]
     assert row["contact"] == [2 * np.median(off), 2 * (place + 1), 2 * n]
     assert row["held_out_over"] == n - (place + 1) + 30
@@ -77,14 +66,14 @@ def test_every_setting_that_is_recommended_had_no_wrong_status(content, rows):
     assert len(list(promises())) == sum(len(point["costs"]) for point in chosen)
     for point in chosen:
         own = point["ground"]
-        for ground in tuple(AS_FUNCTION) if own == "function" else (own,):
+        for ground in tuple(poses.AS_FUNCTION) if own == "function" else (own,):
             assert wrong[ground, point["place"], point["solver"], point["dtype"]] == 0
 
 
 def test_promises_hold_on_the_poses_held_out(rows):
     kept = [row for row in rows if row["wrong"] == 0]
     assert {(row["ground"], row["place"]) for row in kept} == {
-        (ground, place) for ground in CLASSES for place in PLACES
+        (ground, place) for ground in poses.CLASSES for place in poses.PLACES
     }
     for row in kept:
         assert min(row["poses"], row["held_out"]) > 15_000
@@ -93,20 +82,20 @@ def test_promises_hold_on_the_poses_held_out(rows):
         assert row["held_out_wrong"] <= 3
 
 
-@pytest.mark.parametrize("ground", CLASSES)
+@pytest.mark.parametrize("ground", poses.CLASSES)
 def test_the_population_is_what_it_is_said_to_be(ground, float64):
     count = 256
-    for place, (low, high) in PLACES.items():
-        one, other = (draw(ground, place, count, seed) for seed in (FRESH, HELD_OUT))
+    for place, (low, high) in poses.PLACES.items():
+        one, other = (poses.draw(ground, place, count, seed) for seed in (FRESH, poses.HELD_OUT))
         one.params.validate()
         r = one.params.wheel_radius
         assert np.all(np.diff(np.sort(one.x / r)) > 0)
         assert np.all(np.abs(one.x / r) <= high + 150)  # beside the feature it belongs to
         assert np.median(np.abs(one.x / r)) > low
         assert not np.any(one.x == other.x)
-        again = draw(ground, place, count, FRESH)
+        again = poses.draw(ground, place, count, FRESH)
         np.testing.assert_array_equal(again.angles, one.angles)
         slope = jax.vmap(lambda s, x: s.profile(x)[1])(one.shape, np.asarray(one.x))
-        assert np.max(np.abs(slope)) <= 1.6 * STEEPEST  # waves may add up
+        assert np.max(np.abs(slope)) <= 1.6 * poses.STEEPEST  # waves may add up
         assert np.mean(np.abs(slope) > 0.1) > 0.2
-    assert PLACES["near"][1] == NEAR
+    assert poses.PLACES["near"][1] == NEAR

@@ -9,15 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics import Patches, Scene, Status, Uniform
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedModel,
-    BipedParams,
-    BipedState,
-    prepare,
-)
+from stickslip.dynamics import Patches, Scene, Status, Uniform, biped
 
 ROBOTS = 64
 SPECIAL = (np.nan, np.inf, -np.inf, 1e30, -1e30, 1e-40, 0.0, -0.0)
@@ -27,7 +19,7 @@ class Members(NamedTuple):
     """A batch: which robot of the pool, where it is, and what is done to it."""
 
     robot: Any
-    state: BipedState
+    state: biped.BipedState
     torque: Any
     dt: Any
     friction: Any
@@ -35,11 +27,11 @@ class Members(NamedTuple):
 
 
 @lru_cache
-def robots(dtype: str) -> BipedModel:
+def robots(dtype: str) -> biped.BipedModel:
     """A pool of robots: scaled from 1 mm to 1 m cranks, heavy and light, and some whose lengths are
     a little off, so that they cannot exchange support or cannot close. Not validated."""
     random = np.random.default_rng(5)
-    default = BipedParams.from_bars(dtype=jnp.dtype(dtype))
+    default = biped.BipedParams.from_bars(dtype=jnp.dtype(dtype))
     scale = 10.0 ** random.uniform(-1.5, 1.5, ROBOTS)
     weight = 10.0 ** random.uniform(-2, 2, ROBOTS)
     off = np.arange(ROBOTS) % 3 == 0
@@ -51,8 +43,9 @@ def robots(dtype: str) -> BipedModel:
             lengths[name] = length * jnp.where(off, shares[i], 1.0)
         masses = {"mass": default.mass * weight, "inertia": default.inertia * weight * scale**2}
         more = {"centre": default.centre * scale, "payload": payload * weight}
-        return prepare(
-            BipedParams(**lengths, **masses, **more, gravity=default.gravity), fidelity="table"
+        return biped.prepare(
+            biped.BipedParams(**lengths, **masses, **more, gravity=default.gravity),
+            fidelity="table",
         )
 
     shares = random.uniform(0.95, 1.05, (ROBOTS, len(LENGTHS)))
@@ -86,8 +79,8 @@ def members(count: int, dtype: str, seed: int, special: float) -> Members:
     def some(share: float, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         return np.where(random.uniform(size=count) < share, one, other)
 
-    phase = random.uniform(SUPPORT_START, SUPPORT_END, count)
-    ends = random.choice([SUPPORT_START, SUPPORT_END, np.pi], count)
+    phase = random.uniform(biped.SUPPORT_START, biped.SUPPORT_END, count)
+    ends = random.choice([biped.SUPPORT_START, biped.SUPPORT_END, np.pi], count)
     zero = np.zeros(count)
     columns = {
         "phase": some(0.1, ends, phase),
@@ -114,7 +107,7 @@ def members(count: int, dtype: str, seed: int, special: float) -> Members:
     friction = jnp.stack([numbers[name] for name in ("a", "b", "c", "d")], -1)
     robot = jnp.asarray(random.integers(ROBOTS, size=count), jnp.int32)
     return Members(
-        robot, BipedState(**state, steps=steps), numbers["torque"], numbers["dt"], friction
+        robot, biped.BipedState(**state, steps=steps), numbers["torque"], numbers["dt"], friction
     )
 
 

@@ -14,15 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics import Status
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    Euler,
-    EventExact,
-    RK4Split,
-    step,
-)
+from stickslip.dynamics import Status, biped
 from tests.fuzz.members import Members, at, members, robots, scene_of, unmarked
 
 pytestmark = pytest.mark.long
@@ -30,9 +22,9 @@ pytestmark = pytest.mark.long
 COUNT = 4096
 SPOILT = 64
 INTEGRATORS: dict[str, Any] = {
-    "euler": Euler(2),
-    "rk4_split": RK4Split(),
-    "event_exact": EventExact(1e-6, 1e-9, max_steps=200),
+    "euler": biped.Euler(2),
+    "rk4_split": biped.RK4Split(),
+    "event_exact": biped.EventExact(1e-6, 1e-9, max_steps=200),
 }
 CASES = [
     *[(name, "uniform") for name in INTEGRATORS],
@@ -54,7 +46,7 @@ def stepping(name: str, floor: str):
 
     def one(pool, robot, state, torque, dt, friction):
         model, scene = at(pool, robot), scene_of(floor, friction)
-        return step(model, scene, state, torque, dt, integrator=INTEGRATORS[name])
+        return biped.step(model, scene, state, torque, dt, integrator=INTEGRATORS[name])
 
     return jax.jit(jax.vmap(one, (None, 0, 0, 0, 0, 0)))
 
@@ -101,9 +93,11 @@ def sound_and_alone(run: Any, dtype: str, seed: int) -> np.ndarray:
     after, contact = jax.tree.map(np.asarray, run(*given))
     assert after.phase.dtype == dtype
     assert not np.any(unmarked(contact.status, (after, contact)))
-    within = (after.phase >= SUPPORT_START - SLACK) & (after.phase <= SUPPORT_END + SLACK)
+    within = (after.phase >= biped.SUPPORT_START - SLACK) & (
+        after.phase <= biped.SUPPORT_END + SLACK
+    )
     begun = np.asarray(given.state.phase)
-    outside = ~((begun >= SUPPORT_START - SLACK) & (begun <= SUPPORT_END + SLACK))
+    outside = ~((begun >= biped.SUPPORT_START - SLACK) & (begun <= biped.SUPPORT_END + SLACK))
     assert np.all(within | outside)
     ended = np.isin(contact.status, [Status.NO_SOLUTION, Status.NON_FINITE, Status.NO_EXCHANGE])
     assert np.all(ended[outside])

@@ -5,26 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from stickslip import optim
 from stickslip.dynamics.ugv import Track
-from stickslip.optim import (
-    METHODS,
-    Evaluation,
-    FunctionProblem,
-    OptimStatus,
-    PostureProblem,
-    PostureResult,
-    Problem,
-    Result,
-    Structure,
-    methods_of,
-    solve,
-)
 from stickslip.optim.problem import GENERAL
 
 TARGET = np.array([3.0, 4.0])
 
 
-class Nearest(Problem[Result]):
+class Nearest(optim.Problem[optim.Result]):
     """The point of a disc and a box nearest to a target: a convex problem in the plane.
 
     With `given`, the first number is that.
@@ -36,7 +24,7 @@ class Nearest(Problem[Result]):
 
     @property
     def structure(self):
-        return frozenset({Structure.SMOOTH, Structure.CONVEX})
+        return frozenset({optim.Structure.SMOOTH, optim.Structure.CONVEX})
 
     @property
     def n(self):
@@ -55,7 +43,7 @@ class Nearest(Problem[Result]):
         margins = np.array([1 - x @ x / self.radius**2])
         missed = max(np.sqrt(x @ x) - self.radius, 0.0)
         value = float(np.sum((x - self.target) ** 2))
-        return Evaluation(value, margins, self.meets(x, margins), {"disc": missed})
+        return optim.Evaluation(value, margins, self.meets(x, margins), {"disc": missed})
 
     def gradient(self, x):
         return 2 * (np.asarray(x) - self.target)
@@ -74,7 +62,7 @@ class Steps(Nearest):
     def evaluate(self, x):
         found = super().evaluate(x)
         value = found.value if np.asarray(x)[0] >= 0 else np.inf
-        return Evaluation(value, found.margins, found.feasible, found.residuals)
+        return optim.Evaluation(value, found.margins, found.feasible, found.residuals)
 
 
 @pytest.fixture(params=["gradient", "cma"])
@@ -86,9 +74,9 @@ def method(request) -> str:
 
 def test_methods_find_the_nearest_point_of_a_disc(method):
     problem = Nearest(TARGET, 1.5)
-    found = solve(problem, method, start=[0.5, -0.5])
-    assert type(found) is Result
-    assert found.status is OptimStatus.FEASIBLE
+    found = optim.solve(problem, method, start=[0.5, -0.5])
+    assert type(found) is optim.Result
+    assert found.status is optim.OptimStatus.FEASIBLE
     assert found.method == method
     assert found.feasible
     near = 1e-6 if method == "gradient" else 1e-3
@@ -101,17 +89,20 @@ def test_methods_find_the_nearest_point_of_a_disc(method):
 
 def test_a_given_number_stays(method):
     problem = Nearest(TARGET, 1.5, given=0.9)
-    found = solve(problem, method)
+    found = optim.solve(problem, method)
     np.testing.assert_allclose(found.x, [0.9, 1.2], atol=1e-4)
-    view = solve(problem.free, method)
+    view = optim.solve(problem.free, method)
     np.testing.assert_allclose(view.x, [1.2], atol=1e-4)
     assert view.value == pytest.approx(found.value, rel=1e-3)
 
 
 def test_a_point_that_breaks_a_constraint_is_violated_however_the_method_ended():
-    kept = (OptimStatus.FAILED, OptimStatus.INFEASIBLE)
-    for ended in OptimStatus:
-        for x, expected in ((0.0, ended), (3.0, ended if ended in kept else OptimStatus.VIOLATED)):
+    kept = (optim.OptimStatus.FAILED, optim.OptimStatus.INFEASIBLE)
+    for ended in optim.OptimStatus:
+        for x, expected in (
+            (0.0, ended),
+            (3.0, ended if ended in kept else optim.OptimStatus.VIOLATED),
+        ):
             problem = Nearest(TARGET, 1.5)
             found = problem.result([x, 0.0], method="by hand", status=ended, began=0.0)
             assert found.status is expected
@@ -120,8 +111,8 @@ def test_a_point_that_breaks_a_constraint_is_violated_however_the_method_ended()
 
 def test_a_problem_without_a_feasible_point_ends_violated_and_says_how(method):
     options = {"evaluations": 60} if method == "cma" else {}
-    found = solve(Nearest(TARGET, 1.5, given=1.8), method, **options)
-    assert found.status is OptimStatus.VIOLATED
+    found = optim.solve(Nearest(TARGET, 1.5, given=1.8), method, **options)
+    assert found.status is optim.OptimStatus.VIOLATED
     assert not found.feasible
     ended = "stopped by maxfevals" if method == "cma" else "SLSQP: "
     assert found.message.startswith(ended)
@@ -129,20 +120,20 @@ def test_a_problem_without_a_feasible_point_ends_violated_and_says_how(method):
 
 
 def test_a_problem_is_offered_what_it_fits():
-    assert set(methods_of(Nearest(TARGET, 1))) == {"gradient", "cma"}
-    assert set(methods_of(Steps(TARGET, 1))) == {"cma"}
+    assert set(optim.methods_of(Nearest(TARGET, 1))) == {"gradient", "cma"}
+    assert set(optim.methods_of(Steps(TARGET, 1))) == {"cma"}
     with pytest.raises(ValueError, match=r"method = 'gradient' is unknown; accepted: 'cma'"):
-        solve(Steps(TARGET, 1), "gradient")
+        optim.solve(Steps(TARGET, 1), "gradient")
     with pytest.raises(ValueError, match="problem = 3"):
-        solve(3)  # type: ignore[arg-type]
+        optim.solve(3)  # type: ignore[arg-type]
 
 
 def test_values_alone_will_do_with_holes_in_them():
     pytest.importorskip("cma")
-    found = solve(Steps([-1.0, 1.0], 1.5), "cma", start=[1.0, 0.0], seed=2)
+    found = optim.solve(Steps([-1.0, 1.0], 1.5), "cma", start=[1.0, 0.0], seed=2)
     np.testing.assert_allclose(found.x, [0.0, 1.0], atol=1e-3)
-    none = solve(Steps([1.0, 1.0], 1.5), "cma", start=[-1.0, 0.0])
-    assert none.status is OptimStatus.FAILED
+    none = optim.solve(Steps([1.0, 1.0], 1.5), "cma", start=[-1.0, 0.0])
+    assert none.status is optim.OptimStatus.FAILED
     assert "no value" in none.message
 
 
@@ -167,17 +158,17 @@ def test_batches_and_samples_are_the_points_one_by_one():
 )
 def test_bad_options_are_refused_by_name(options, said):
     with pytest.raises(ValueError, match=said):
-        solve(Nearest(TARGET, 1), "gradient", **options)
+        optim.solve(Nearest(TARGET, 1), "gradient", **options)
 
 
 def test_a_posture_problem_is_one_of_them():
-    problem = PostureProblem.along(Track.bump(), spacing=1.0)
-    assert isinstance(problem, Problem)
-    assert list(METHODS) == list(methods_of(problem))
-    assert not set(GENERAL) - set(METHODS)
-    assert Structure.SMOOTH in problem.structure
-    found = solve(problem, angles=5, polish=False)
-    assert isinstance(found, PostureResult)
+    problem = optim.PostureProblem.along(Track.bump(), spacing=1.0)
+    assert isinstance(problem, optim.Problem)
+    assert list(optim.METHODS) == list(optim.methods_of(problem))
+    assert not set(GENERAL) - set(optim.METHODS)
+    assert optim.Structure.SMOOTH in problem.structure
+    found = optim.solve(problem, angles=5, polish=False)
+    assert isinstance(found, optim.PostureResult)
     assert (found.method, found.lower_bound, found.gap) == ("dp", None, np.inf)
     assert found.leg_angles is not None
     evaluation = problem.evaluate(found.x)
@@ -215,6 +206,6 @@ def raised(unit, x, draw):
 )
 def test_the_optimum_is_found_in_any_unit_from_any_value(method, function, least, start):
     for unit in (1e-9, 1e9):
-        found = solve(FunctionProblem(function, unit, LOW, HIGH), method, start=start)
-        assert found.status is OptimStatus.FEASIBLE
+        found = optim.solve(optim.FunctionProblem(function, unit, LOW, HIGH), method, start=start)
+        assert found.status is optim.OptimStatus.FEASIBLE
         assert found.value / unit == pytest.approx(least, rel=1e-12, abs=2e-6)

@@ -12,41 +12,24 @@ import numpy as np
 import pytest
 from jaxtyping import TypeCheckError
 
-from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import (
-    BipedParams,
-    BipedState,
-    Chebyshev,
-    EventExact,
-    RK4Split,
-    Table,
-    exchange_mismatch,
-    floor_position,
-    forward_dynamics,
-    ground_moment,
-    inverse_dynamics,
-    kinematics,
-    reduced_inertia,
-    simulate,
-    step,
-)
+from stickslip.dynamics import Scene, biped
 from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams, equilibrium, pose
 from stickslip.envs import BipedEnv, UGVEnv
 from tests.typing.checked import FUNCTIONS, UNREAD
 
-BARS = BipedParams.from_bars
+BARS = biped.BipedParams.from_bars
 FLOORS = {
     "grip": lambda: Scene.grip(),
     "uniform": lambda: Scene.uniform(0.06, 0.05, payload=1.0),
     "patches": lambda: Scene.patches([0.3, 0.6], [0.5, 0.05, 0.5], outputs="joints"),
 }
-INTEGRATORS = ("euler", EventExact())
+INTEGRATORS = ("euler", biped.EventExact())
 WALKS = [
-    ("patches", RK4Split(2, record_events=True)),
+    ("patches", biped.RK4Split(2, record_events=True)),
     *((floor, "rk4_split") for floor in FLOORS),
     *(("uniform", integrator) for integrator in INTEGRATORS),
 ]
-FIDELITIES = ("reduced", "paper", "joint", Table(8, 5), Chebyshev(16))
+FIDELITIES = ("reduced", "paper", "joint", biped.Table(8, 5), biped.Chebyshev(16))
 POSE_SOLVERS = (PoseSolver(), PoseSolver(iterations=3, samples=0))
 TRACKS = {name: (lambda name=name: Track.named(name)) for name in ("bump", "step", "rough")} | {
     "points": lambda: Track.from_points([0.0, 1.0, 2.0, 8.0], [0.0, 0.1, 0.0, 0.0], "linear"),
@@ -78,7 +61,7 @@ def test_every_annotation_names_what_there_is():
 @pytest.mark.parametrize("theta", [np.zeros(3), "2"])
 def test_what_has_another_shape_or_type_is_refused(theta: Any):
     with pytest.raises(TypeCheckError):
-        traced_shapes(lambda: kinematics(BARS(), theta))
+        traced_shapes(lambda: biped.kinematics(BARS(), theta))
 
 
 NUMBERS = (2, 2.0, np.float32(2), np.asarray(2.0), jnp.ones(()))
@@ -88,10 +71,19 @@ NUMBERS = (2, 2.0, np.float32(2), np.asarray(2.0), jnp.ones(()))
 def test_the_linkage_its_inertia_and_its_forces(theta: Any):
     def everything():
         robot = BARS()
-        found = [of(robot, theta) for of in (kinematics, reduced_inertia, ground_moment)]
-        forces = inverse_dynamics(robot, theta, 3.0, 0.0, outputs="joints")
-        motion = forward_dynamics(robot, theta, 3.0, 0.1, 1.0, 0.5, 0.4, outputs="joints")
-        return found, exchange_mismatch(robot), floor_position(robot, BipedState()), forces, motion
+        found = [
+            of(robot, theta)
+            for of in (biped.kinematics, biped.reduced_inertia, biped.ground_moment)
+        ]
+        forces = biped.inverse_dynamics(robot, theta, 3.0, 0.0, outputs="joints")
+        motion = biped.forward_dynamics(robot, theta, 3.0, 0.1, 1.0, 0.5, 0.4, outputs="joints")
+        return (
+            found,
+            biped.exchange_mismatch(robot),
+            biped.floor_position(robot, biped.BipedState()),
+            forces,
+            motion,
+        )
 
     traced_shapes(everything)
 
@@ -99,16 +91,16 @@ def test_the_linkage_its_inertia_and_its_forces(theta: Any):
 @pytest.mark.parametrize("fidelity", FIDELITIES)
 @pytest.mark.long
 def test_a_step_of_every_fidelity(fidelity: Any):
-    state = BipedState(crank_rate=1.0)
-    traced_shapes(lambda: step(BARS(), Scene.grip(), state, 1.0, 0.01, fidelity=fidelity))
+    state = biped.BipedState(crank_rate=1.0)
+    traced_shapes(lambda: biped.step(BARS(), Scene.grip(), state, 1.0, 0.01, fidelity=fidelity))
 
 
 @pytest.mark.parametrize(("floor", "integrator"), WALKS)
 @pytest.mark.long
 def test_walks(floor: str, integrator: Any):
     def walk():
-        given = (BARS(), FLOORS[floor](), BipedState())
-        return simulate(*given, lambda now: 1.0, 0.02, 0.01, integrator=integrator)
+        given = (BARS(), FLOORS[floor](), biped.BipedState())
+        return biped.simulate(*given, lambda now: 1.0, 0.02, 0.01, integrator=integrator)
 
     traced_shapes(walk)
 

@@ -11,14 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import eval_context
 
-from stickslip.dynamics.checks import (
-    as_real,
-    is_concrete,
-    require_choice,
-    require_integer,
-    require_memory,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.pytrees import Numeric, read_only, register_pytree
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, in_two, locate, require_ends
 
@@ -126,7 +119,7 @@ class Spline(Closed):
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where knots of concrete numbers are one number in `dtype`, or the
         polynomials overflow it."""
-        if not is_concrete(self.knots, self.rests, self.coefficients):
+        if not checks.is_concrete(self.knots, self.rests, self.coefficients):
             return
         with np.errstate(over="ignore"):
             rows = np.asarray(self.coefficients).astype(dtype)
@@ -169,7 +162,7 @@ def pieces_between(edges: Float[np.ndarray, "n+1"], first: float, last: float) -
 
 def spline_through(x: Numeric, y: Numeric, interpolation: str = "cubic") -> Spline:
     """A spline through concrete points; see Track.from_points. SciPy computes it, in float64."""
-    require_choice("interpolation", interpolation, INTERPOLATIONS)
+    checks.require_choice("interpolation", interpolation, INTERPOLATIONS)
     x, y = _checked_points(x, y)
     coefficients = _coefficients(x, y, interpolation)
     bad = np.flatnonzero(~np.all(np.isfinite(coefficients), axis=1))
@@ -197,11 +190,13 @@ def hermite_table(
     rounding, about 1e-6 |y| / h^2. Of a track's or a shape's own method with concrete numbers it is
     computed in double precision.
     """
-    pieces = require_integer("pieces", pieces)
-    require_memory(f"pieces = {shown(pieces)}", "pieces of a table", pieces, BYTES_A_PIECE)
+    pieces = checks.require_integer("pieces", pieces)
+    checks.require_memory(
+        f"pieces = {checks.shown(pieces)}", "pieces of a table", pieces, BYTES_A_PIECE
+    )
     require_ends(start, end)
     owner = getattr(profile, "__self__", None)
-    if owner is None or not is_concrete(owner, start, end):
+    if owner is None or not checks.is_concrete(owner, start, end):
         first, last = as_floats(start, end)
         knots, rows = _table(profile, first, last, pieces)
         return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
@@ -251,14 +246,14 @@ def _coefficients(x: np.ndarray, y: np.ndarray, interpolation: str) -> np.ndarra
 
 def _checked_points(x: Numeric, y: Numeric) -> tuple[np.ndarray, np.ndarray]:
     """x and y in float64, or ValueError naming the first point that will not do."""
-    if not is_concrete(x, y):
+    if not checks.is_concrete(x, y):
         raise ValueError(
             "the points are traced; accepted: concrete points (build the track outside the "
             "transformation and pass it in: its coefficients may be traced)"
         )
     arrays = []
     for name, values in (("x", x), ("y", y)):
-        array = as_real(name, values, "finite numbers [m], at least 2").astype(np.float64)
+        array = checks.as_real(name, values, "finite numbers [m], at least 2").astype(np.float64)
         if array.ndim != 1 or array.size < 2:
             raise ValueError(
                 f"{name} has shape {array.shape}; accepted: one axis, at least 2 points"

@@ -11,20 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    BODIES,
-    BipedParams,
-    BipedState,
-    RK4Split,
-    Trajectory,
-    simulate_inverse,
-)
+from stickslip.dynamics import biped
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
 from stickslip.optim.progress import say_stage
 from stickslip.paper.result import Claim, Result, claim, curves, each
-from stickslip.paper.steady import TIME, alike_rates, phases, poses
+from stickslip.paper.steady import TIME, alike, phases, poses
 
 PERIODS = 4
 """Steps that the walks of Figs. 16 to 19 last."""
@@ -99,7 +92,7 @@ class Walk:
 
 
 def walk(
-    params: BipedParams,
+    params: biped.BipedParams,
     crank_rate: float,
     mu_static: float,
     mu_kinetic: float | None = None,
@@ -109,14 +102,14 @@ def walk(
     """Walk PERIODS steps at a constant crank rate [rad/s], from the exchange of support with the
     foot at rest, as in the chapter. samples: time steps in each step of the biped."""
     period = np.pi / crank_rate
-    trajectory = simulate_inverse(
+    trajectory = biped.simulate_inverse(
         params,
         Scene.uniform(mu_static, mu_kinetic, outputs="state"),
-        BipedState(crank_rate=crank_rate),
+        biped.BipedState(crank_rate=crank_rate),
         0.0,
         PERIODS * period,
         period / samples,
-        integrator=RK4Split(record_events=True),
+        integrator=biped.RK4Split(record_events=True),
     )
     if (status := Status(int(trajectory.status))).terminal:
         raise ValueError(
@@ -128,7 +121,7 @@ def walk(
     return Walk(period, time, place, slides_of(trajectory, period))
 
 
-def slides_of(trajectory: Trajectory, period: float) -> tuple[Slide, ...]:
+def slides_of(trajectory: biped.Trajectory, period: float) -> tuple[Slide, ...]:
     """Pair the instants of slip and stick in a recorded trajectory; times in `period` [s].
 
     Between two slides the foot rests, so each starts where the one before it ended.
@@ -167,9 +160,9 @@ Walks = Mapping[float, Walk]
 """Walks by the number that varies."""
 
 
-def states(params: BipedParams, samples: int) -> Result:
+def states(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 16."""
-    (rate,) = alike_rates(params, SLOW)
+    (rate,) = alike(params, "rate", SLOW)
     one = walk(params, rate, CHART_FRICTION, samples=samples)
     shown = one.time <= STEPS
     time, place = one.time[shown], 1e3 * one.place[shown]
@@ -186,9 +179,9 @@ def states(params: BipedParams, samples: int) -> Result:
     return Result(TIME, time, [curves("foot position", "mm", named)])
 
 
-def frictions(params: BipedParams, samples: int) -> Result:
+def frictions(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 17."""
-    (rate,) = alike_rates(params, SLOW)
+    (rate,) = alike(params, "rate", SLOW)
     walks = inside({mu: (rate, mu) for mu in FRICTIONS}, params, samples)
     slips = max((mu for mu, one in walks.items() if one.slides), default=0.0)
     stays = min((mu for mu, one in walks.items() if not one.slides), default=np.inf)
@@ -196,7 +189,11 @@ def frictions(params: BipedParams, samples: int) -> Result:
         f"{Footing.of(params).at_rate(rate).friction:.5f} = largest |f| / N; the walks slip up to "
         f"{slips:g} and not from {stays:g} on"
     )
-    main = {mu: _main(one) for mu, one in walks.items() if one.slides}
+    main = {  # of each walk, the slide that starts in the second step nearest to mid-step
+        mu: min(one.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
+        for mu, one in walks.items()
+        if one.slides
+    }
     onsets = (f"{s.onset:.3f} ({mu:g})" if s else f"none ({mu:g})" for mu, s in main.items())
     others = ", ".join(
         f"{s.onset:.3f} to {s.stop:.3f} ({mu:g})"
@@ -215,16 +212,16 @@ def frictions(params: BipedParams, samples: int) -> Result:
     return _result("μ = {:g}", walks, claims)
 
 
-def speeds(params: BipedParams, samples: int) -> Result:
+def speeds(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 18."""
-    rates = alike_rates(params, *RATES)
+    rates = alike(params, "rate", *RATES)
     walks = inside({rate: (rate, RATE_FRICTION) for rate in rates}, params, samples)
     return _result("{:g} rad/s", walks, [])
 
 
-def kinetic(params: BipedParams, samples: int) -> Result:
+def kinetic(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 19; walks by falling kinetic friction."""
-    (rate,) = alike_rates(params, FAST)
+    (rate,) = alike(params, "rate", FAST)
     walks = inside({mu: (rate, STATIC, mu) for mu in KINETIC}, params, samples)
     onsets = {mu: [f"{s.onset:.3f}" for s in one.starting_in(SECOND)] for mu, one in walks.items()}
     shown = "; ".join(f"{', '.join(at) or 'none'} for {mu:g}" for mu, at in onsets.items())
@@ -241,7 +238,7 @@ def kinetic(params: BipedParams, samples: int) -> Result:
 
 
 def inside(
-    asked: Mapping[float, tuple[float, ...]], params: BipedParams, samples: int
+    asked: Mapping[float, tuple[float, ...]], params: biped.BipedParams, samples: int
 ) -> dict[float, Walk]:
     """The walks inside the model, by the number that varies; asked: crank rate and frictions."""
     walks, why = {}, ""
@@ -256,11 +253,11 @@ def inside(
     return walks
 
 
-def swing_heights(params: BipedParams, samples: int) -> dict[str, float]:
+def swing_heights(params: biped.BipedParams, samples: int) -> dict[str, float]:
     """Phases [-] at which the swinging leg's ankle, knee and centre of mass are highest."""
     pose = poses(params, phases(samples))
-    swing = [place for place, name in enumerate(BODIES) if name.endswith("p")]
-    mass = np.asarray(params.mass)[[int(BODIES[place].rstrip("p")) - 1 for place in swing]]
+    swing = [place for place, name in enumerate(biped.BODIES) if name.endswith("p")]
+    mass = np.asarray(params.mass)[[int(biped.BODIES[place].rstrip("p")) - 1 for place in swing]]
     heights = {
         "ankle": np.asarray(pose.pins.E)[:, 1, 1],
         "knee": np.asarray(pose.pins.K)[:, 1, 1],
@@ -289,11 +286,6 @@ def repeatedly(one: Walk) -> str:
         for s in found
     )
     return f"{len(found)} slides in the second step, {share:.0f} % of its time: {shown}"
-
-
-def _main(walk: Walk) -> Slide | None:
-    """The slide that starts in the second step nearest to mid-step."""
-    return min(walk.starting_in(SECOND), key=lambda s: abs(s.onset - 0.5), default=None)
 
 
 def _result(name: str, walks: Walks, claims: list[Claim]) -> Result:

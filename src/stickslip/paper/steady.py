@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Literal
@@ -11,22 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    BODIES,
-    JOINT_FORCES,
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedParams,
-    BipedState,
-    InverseDynamics,
-    Kinematics,
-    Trajectory,
-    inverse_dynamics,
-    kinematics,
-    own_time,
-    simulate,
-    step_length,
-)
+from stickslip.dynamics import biped
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
@@ -47,63 +32,55 @@ RATE = 3.0
 FOOT, TIBIA, BAR = "1", "2", "11"
 
 
-def alike_rates(params: BipedParams, *rates: float) -> list[float]:
-    """The chapter's rates in the robot's own unit of time [rad/s], to three digits."""
-    return _alike(lambda robot: 1 / float(own_time(robot)), params, rates)
+SIZES: dict[str, Callable[[biped.BipedParams], float]] = {
+    "rate": lambda robot: 1 / float(biped.own_time(robot)),
+    "mass": lambda robot: float(robot.total_mass),
+    "torque": lambda robot: Footing.of(robot).start_torque,
+}
+"""A robot's own rate [rad/s], mass [kg] and torque [N m]."""
 
 
-def alike_masses(params: BipedParams, *masses: float) -> list[float]:
-    """The chapter's masses in proportion to the robot's [kg], to three digits."""
-    return _alike(lambda robot: float(robot.total_mass), params, masses)
-
-
-def alike_torques(params: BipedParams, *torques: float) -> list[float]:
-    """The chapter's torques in proportion to the robot's start torque [N m], to three digits."""
-    return _alike(lambda robot: Footing.of(robot).start_torque, params, torques)
-
-
-def _alike(
-    size: Callable[[BipedParams], float], params: BipedParams, numbers: Iterable[float]
-) -> list[float]:
-    factor = size(params) / size(BipedParams.from_bars())
+def alike(params: biped.BipedParams, of: str, *numbers: float) -> list[float]:
+    """The chapter's numbers in proportion to the robot's own one of SIZES, to three digits."""
+    factor = SIZES[of](params) / SIZES[of](biped.BipedParams.from_bars())
     return [float(f"{factor * number:.3g}") for number in numbers]
 
 
 def phases(samples: int) -> jax.Array:
     """Crank angles of the supporting leg over one step, ends included [samples + 1, rad]."""
-    return jnp.linspace(SUPPORT_START, SUPPORT_END, samples + 1)
+    return jnp.linspace(biped.SUPPORT_START, biped.SUPPORT_END, samples + 1)
 
 
 @partial(jax.jit, static_argnames="outputs")
 def steady(
-    params: BipedParams,
+    params: biped.BipedParams,
     crank_angles: Float[Array, " n"],
     crank_rate: Real[Number, ""],
     outputs: Literal["forces", "joints"] = "forces",
-) -> InverseDynamics:
+) -> biped.InverseDynamics:
     """Inverse dynamics at constant crank rate without slip (eq. 18), along an array of angles."""
     rate, still = jnp.asarray(crank_rate, crank_angles.dtype), jnp.zeros((), crank_angles.dtype)
-    return jax.vmap(lambda angle: inverse_dynamics(params, angle, rate, still, outputs=outputs))(
-        crank_angles
-    )
+    return jax.vmap(
+        lambda angle: biped.inverse_dynamics(params, angle, rate, still, outputs=outputs)
+    )(crank_angles)
 
 
 @jax.jit
-def poses(params: BipedParams, crank_angles: Float[Array, " n"]) -> Kinematics:
+def poses(params: biped.BipedParams, crank_angles: Float[Array, " n"]) -> biped.Kinematics:
     """Kinematics along an array of crank angles."""
-    return jax.vmap(lambda angle: kinematics(params, angle))(crank_angles)
+    return jax.vmap(lambda angle: biped.kinematics(params, angle))(crank_angles)
 
 
-def speeds(params: BipedParams, samples: int) -> Result:
+def speeds(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 11."""
-    angles, rates = phases(samples), alike_rates(params, *SPEEDS)
+    angles, rates = phases(samples), alike(params, "rate", *SPEEDS)
     torques = {w: np.asarray(steady(params, angles, w).torque) for w in (0.0, *rates)}
     slow = torques[0.0]
     gap = {w: float(np.max(np.abs(torques[w] - slow)) / np.ptp(slow)) for w in rates}
-    alike = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in rates}
+    like = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in rates}
     named = {f"{w:g} rad/s": curve for w, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
-    gaps, shapes = _percent(gap), each("{:.3f} at {:g}", alike)
+    gaps, shapes = _percent(gap), each("{:.3f} at {:g}", like)
     about = "the quasi-static curve"
     claims = [
         claim("fig11", "hardly", f"largest gap to {about}, of its range: {gaps} rad/s"),
@@ -112,10 +89,10 @@ def speeds(params: BipedParams, samples: int) -> Result:
     return Result(TIME, _time(samples), [panel], claims)
 
 
-def loads(params: BipedParams, samples: int) -> Result:
+def loads(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 12."""
-    angles, masses = phases(samples), alike_masses(params, *LOADS)
-    (speed,) = alike_rates(params, RATE)
+    angles, masses = phases(samples), alike(params, "mass", *LOADS)
+    (speed,) = alike(params, "rate", RATE)
     loads = {m: jnp.asarray(params.payload + m, angles.dtype) for m in masses}
     robots = {m: params.replace(payload=one) for m, one in loads.items()}
     torques, still = (
@@ -124,7 +101,7 @@ def loads(params: BipedParams, samples: int) -> Result:
     )
     peak = {m: peak_of(torque)[1] for m, torque in torques.items()}
     rise = each("{:+.1f} % with {:g} kg", {m: 100 * (peak[m] / peak[0.0] - 1) for m in masses[1:]})
-    heights = np.asarray(poses(params, angles).centres)[:, BODIES.index("13"), 1]
+    heights = np.asarray(poses(params, angles).centres)[:, biped.BODIES.index("13"), 1]
     load, share = list(_gaps(still).items())[-1]
     slightly = (
         f"at {speed:g} rad/s peak torque {rise} (robot: {float(params.total_mass):.2f} kg); "
@@ -132,8 +109,8 @@ def loads(params: BipedParams, samples: int) -> Result:
     )
     level = (
         f"the hip moves {1e3 * float(np.ptp(heights)):.2f} mm up and down in a step of "
-        f"{1e3 * float(step_length(params)):.0f} mm; without inertia {load:g} kg change the torque "
-        f"by {100 * share:.1f} % of its range"
+        f"{1e3 * float(biped.step_length(params)):.0f} mm; without inertia {load:g} kg change the "
+        f"torque by {100 * share:.1f} % of its range"
     )
     claims = [claim("fig12", "slightly", slightly), claim("fig12", "level", level)]
     named = {f"{m:g} kg": curve for m, curve in torques.items()}
@@ -159,9 +136,9 @@ Forces = Mapping[str, np.ndarray]
 """Of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground frame."""
 
 
-def forces(params: BipedParams, samples: int) -> Result:
+def forces(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 15."""
-    angles, (rate,) = phases(samples), alike_rates(params, RATE)
+    angles, (rate,) = phases(samples), alike(params, "rate", RATE)
     motion = steady(params, angles, rate, outputs="joints")
     on_foot, placed = foot_forces(motion), poses(params, angles)
     panels = [
@@ -186,7 +163,7 @@ def forces(params: BipedParams, samples: int) -> Result:
     return Result(TIME, _time(samples), panels, [pinned])
 
 
-def foot_forces(motion: InverseDynamics) -> Forces:
+def foot_forces(motion: biped.InverseDynamics) -> Forces:
     """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
 
@@ -194,8 +171,8 @@ def foot_forces(motion: InverseDynamics) -> Forces:
         columns = []
         for axis in "xy":
             own, reaction = (FOOT, other, axis), (other, FOOT, axis)
-            sign, name = (1.0, own) if own in JOINT_FORCES else (-1.0, reaction)
-            columns.append(sign * joints[:, JOINT_FORCES.index(name)])
+            sign, name = (1.0, own) if own in biped.JOINT_FORCES else (-1.0, reaction)
+            columns.append(sign * joints[:, biped.JOINT_FORCES.index(name)])
         return np.stack(columns, -1)
 
     return {
@@ -214,9 +191,9 @@ WEIGHTS = (6.0, 7.0, 8.0, 9.0, 10.0, 10.5)
 SCENE = Scene.grip(outputs="state")
 
 
-def torques(params: BipedParams, samples: int) -> Result:
+def torques(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 13."""
-    drawn = alike_torques(params, *TORQUES)
+    drawn = alike(params, "torque", *TORQUES)
     walks = {torque: from_rest(params, torque, DURATION, samples) for torque in drawn}
     starts = [torque for torque, walk in walks.items() if np.isfinite(first_step(walk))]
     measured = (
@@ -227,10 +204,10 @@ def torques(params: BipedParams, samples: int) -> Result:
     return _result({f"{torque:g} N m": walk for torque, walk in walks.items()}, found)
 
 
-def weights(params: BipedParams, samples: int) -> Result:
+def weights(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 14, with all densities, so masses and moments of inertia, scaled alike."""
-    own, walks, (torque,) = float(params.total_mass), {}, alike_torques(params, TORQUE)
-    for mass in alike_masses(params, *WEIGHTS):
+    own, walks, (torque,) = float(params.total_mass), {}, alike(params, "torque", TORQUE)
+    for mass in alike(params, "mass", *WEIGHTS):
         factor, scaled = mass / own, ("mass", "inertia", "payload")
         denser = replace(params, **{name: getattr(params, name) * factor for name in scaled})
         walks[mass] = from_rest(denser, torque, DURATION, samples)
@@ -245,13 +222,17 @@ def weights(params: BipedParams, samples: int) -> Result:
     return _result({f"{mass:g} kg": walk for mass, walk in walks.items()}, found)
 
 
-def from_rest(params: BipedParams, torque: float, duration: float, samples: int) -> Trajectory:
+def from_rest(
+    params: biped.BipedParams, torque: float, duration: float, samples: int
+) -> biped.Trajectory:
     """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip,
     no toppling."""
-    return simulate(params, SCENE, BipedState(), torque, duration, duration / (4 * samples))
+    return biped.simulate(
+        params, SCENE, biped.BipedState(), torque, duration, duration / (4 * samples)
+    )
 
 
-def first_step(walk: Trajectory) -> float:
+def first_step(walk: biped.Trajectory) -> float:
     """End of the first step [s], interpolated between samples; infinite if it does not end."""
     angle, time = np.asarray(walk.states.crank_angle), np.asarray(walk.states.time)
     past = np.nonzero(angle >= 3 * np.pi / 2)[0]
@@ -262,7 +243,7 @@ def first_step(walk: Trajectory) -> float:
     return float(time[i - 1] + share * (time[i] - time[i - 1]))
 
 
-def _result(walks: Mapping[str, Trajectory], found: Claim) -> Result:
+def _result(walks: Mapping[str, biped.Trajectory], found: Claim) -> Result:
     """Crank angles by name, NaN after the walk has left the model."""
     angles = {}
     for name, walk in walks.items():

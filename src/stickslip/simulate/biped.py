@@ -81,9 +81,15 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
 
     def plot(path: Path) -> None:
         title = f"{_law_in_words(given)[2:].capitalize()}, floor: {floor_words(scene)}"
-        plot_walk(walk, path, title)
+        at = frames_of(walk)
+        panels = walk_panels(at, walk.along.momentum)
+        plot_panels(panels, at.time, "time [s]", path, title, at.slips)
 
-    written = write_simulation(given, walk_table(walk), plot, partial(film_walk, walk))
+    def film(path: Path) -> None:
+        draw = partial(paint, biped_picture(frames_of(walk), walk.robot.params))
+        write_pictures(draw, walk.count, walk.period, path, FPS, progress=True)
+
+    written = write_simulation(given, walk_table(walk), plot, film)
     about = {"setting": _content(setting), "files": written}
     status = OK if walk.status.name in WHOLE else NOTHING_FOUND
     return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
@@ -144,19 +150,6 @@ def _content(setting: Setting) -> dict[str, str | float | None]:
     exact = isinstance(setting.integrator, EventExact)
     found = {name: repr(getattr(setting, name)) for name in ("fidelity", "integrator")}
     return {**found, "step": None if exact else setting.dt, "dtype": setting.dtype}
-
-
-def plot_walk(walk: Walk, path: Path, title: str) -> Path:
-    """Plot torque, crank rate, P w, friction used and distance slid; return the path."""
-    frames = frames_of(walk)
-    panels = walk_panels(frames, walk.along.momentum)
-    return plot_panels(panels, frames.time, "time [s]", path, title, frames.slips)
-
-
-def film_walk(walk: Walk, path: Path) -> Path:
-    """Write a film of the walk in real time; return the path."""
-    draw = partial(paint, biped_picture(frames_of(walk), walk.robot.params))
-    return write_pictures(draw, walk.count, walk.period, path, FPS, progress=True)
 
 
 def frames_of(walk: Walk) -> BipedFrame:

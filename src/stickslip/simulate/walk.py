@@ -13,16 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import (
-    JOINT_FORCES,
-    BipedModel,
-    BipedParams,
-    BipedState,
-    Trajectory,
-    prepare,
-    simulate,
-    simulate_inverse,
-)
+from stickslip.dynamics import biped
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.pytrees import run_once
@@ -82,9 +73,9 @@ class Walk:
     the torques are then those at the periods' ends.
     """
 
-    robot: BipedModel
+    robot: biped.BipedModel
     scene: Scene
-    trajectory: Trajectory
+    trajectory: biped.Trajectory
     period: float
     status: Status
     along: Along
@@ -110,9 +101,9 @@ def periods(seconds: float, period: float) -> tuple[int, float]:
 
 
 def walked(
-    params: BipedParams,
+    params: biped.BipedParams,
     scene: Scene,
-    state: BipedState,
+    state: biped.BipedState,
     law: Torque | Rates,
     seconds: float,
     period: float,
@@ -124,23 +115,23 @@ def walked(
     beyond torque_limit [N m] or max_power [W] saturates, a given rate beyond them is refused."""
     count, size = periods(seconds, period)
     times = np.arange(count + 1) * size + float(np.asarray(state.time))
-    walks: Callable[..., Trajectory] = simulate
+    walks: Callable[..., biped.Trajectory] = biped.simulate
     values: Any = law.at(times[:-1]) if isinstance(law, Recorded) else law
     limit, max_power = motor.get("torque_limit", np.inf), motor.get("max_power")
     if isinstance(law, Rates):
         rates = rates_at(law.rate, times, float(np.asarray(state.phase)))
         state, values = replace(state, crank_rate=rates[0]), np.diff(rates) / size
-        walks = simulate_inverse
+        walks = biped.simulate_inverse
     elif isinstance(law, Expression):
         values = replace(law, limit=limit)
     else:
         values = np.clip(values, -limit, limit)
-    if max_power is not None and walks is simulate:
-        walks = partial(simulate, max_power=max_power)
+    if max_power is not None and walks is biped.simulate:
+        walks = partial(biped.simulate, max_power=max_power)
     integrator = replace(setting.integrator_over(size), record_events=True)
     with precision(setting.dtype):
         params, scene = jax.tree.map(lambda of: jnp.asarray(of, setting.dtype), (params, scene))
-        robot = prepare(params, fidelity=setting.fidelity, payload=scene.payload)
+        robot = biped.prepare(params, fidelity=setting.fidelity, payload=scene.payload)
         scene, state = replace(scene, payload=None), state.astype(setting.dtype)
         held: Any = values if callable(values) else jnp.asarray(values, setting.dtype)
         path = walks(robot, scene, state, held, count * size, size, integrator=integrator)
@@ -166,7 +157,7 @@ def _require_power(walk: Walk, limit: float, max_power: float | None) -> None:
             )
 
 
-def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
+def _trimmed(path: biped.Trajectory) -> tuple[biped.Trajectory, Status]:
     """A trajectory up to the period in which it ends, as NumPy arrays, and its status."""
     path = jax.tree.map(np.asarray, path)
     keep, status = len(path.torques), Status(int(np.max(path.contacts.status)))
@@ -176,7 +167,7 @@ def _trimmed(path: Trajectory) -> tuple[Trajectory, Status]:
         keep = int(ended[0]) + (status != Status.NON_FINITE)
     states = jax.tree.map(lambda leaf: leaf[: keep + 1], path.states)
     contacts = jax.tree.map(lambda leaf: leaf[:keep], path.contacts)
-    return Trajectory(states, path.torques[:keep], contacts), status
+    return biped.Trajectory(states, path.torques[:keep], contacts), status
 
 
 def walk_table(walk: Walk) -> Table:
@@ -216,7 +207,8 @@ def walk_table(walk: Walk) -> Table:
     if contacts.joint_forces is not None:
         forces = np.asarray(contacts.joint_forces).T
         of_periods |= {
-            Column(str(name), "N"): one for name, one in zip(JOINT_FORCES, forces, strict=True)
+            Column(str(name), "N"): one
+            for name, one in zip(biped.JOINT_FORCES, forces, strict=True)
         }
     columns = [np.asarray(values).tolist() for values in at_ends.values()]
     columns += [[None, *np.asarray(values).tolist()] for values in of_periods.values()]
@@ -309,10 +301,12 @@ def _held_in_words(held: Walk, need: Need | None) -> str | None:
 
 
 @run_once
-def _along(robot: BipedModel, floor: Floor, states: BipedState) -> tuple[Float[Array, " n"], ...]:
+def _along(
+    robot: biped.BipedModel, floor: Floor, states: biped.BipedState
+) -> tuple[Float[Array, " n"], ...]:
     nought = jnp.zeros((), jnp.int32)
 
-    def one(state: BipedState) -> tuple[Array, ...]:
+    def one(state: biped.BipedState) -> tuple[Array, ...]:
         ankle, friction = under_foot(robot, floor, state)
         momentum = robot.inertia.at(state.phase).P * state.crank_rate
         return ankle, centre_of_mass(robot, state, nought), momentum, *friction

@@ -11,13 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents import GaitTable, OptimalGait, gaits_of
-from stickslip.agents.biped.controllers import (
-    CONTROLLERS,
-    ComputedTorque,
-    ConstantTorque,
-    CrankSpeedPI,
-    baseline,
-)
+from stickslip.agents.biped import controllers
 from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics import Scene, Status
@@ -56,7 +50,7 @@ def friction_need(played: Any) -> np.ndarray:
 
 @pytest.mark.long
 def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
-    played = walk_on(ComputedTorque(), ENV.default_params, [0.06, 0.05], [0.05, 0.04])
+    played = walk_on(controllers.ComputedTorque(), ENV.default_params, [0.06, 0.05], [0.05, 0.04])
     assert not np.any(played.terminated)
     slid = np.asarray(played.info["episode_slid"])[:, -1]
     assert slid[0] < 1e-6
@@ -84,7 +78,7 @@ def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
 @pytest.mark.long
 def test_constant_crank_speed_slips_where_computed_torque_does_not():
     params = ENV.default_params
-    played = walk_on(CrankSpeedPI(), params, [0.06, 0.2], [0.05, 0.2])
+    played = walk_on(controllers.CrankSpeedPI(), params, [0.06, 0.2], [0.05, 0.2])
     assert not np.any(played.terminated)
     slippery, firm = np.asarray(played.info["episode_slid"])[:, -1]
     assert slippery > 5e-3
@@ -101,11 +95,11 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
         pytest.param(  # they solve for gaits
             name, marks=[pytest.mark.long] * (name in ("optimal-gait", "stop-at-mark"))
         )
-        for name in CONTROLLERS
+        for name in controllers.CONTROLLERS
     ],
 )
 def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
-    controller = baseline(name, ENV)
+    controller = controllers.baseline(name, ENV)
     assert isinstance(controller, Controller)
     params = jax.eval_shape(lambda: ENV.make_params(dtype=dtype))
     obs, state = jax.eval_shape(ENV.reset_env, jax.random.key(0), params)
@@ -119,7 +113,7 @@ def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
 def test_the_integral_does_not_wind_up():
     params = ENV.make_params(torque_limit=0.5)
     obs, state = ENV.reset(jax.random.key(0), params)
-    controller = CrankSpeedPI(feed_forward=0.0, acceleration=1e3)
+    controller = controllers.CrankSpeedPI(feed_forward=0.0, acceleration=1e3)
     act = jax.jit(controller.act)
     memory = controller.init(params, state)
     for _ in range(200):  # 4 s in which the crank is held fast
@@ -134,9 +128,9 @@ def test_the_integral_does_not_wind_up():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: ConstantTorque(float("nan")), "torque"),
-        (lambda: CrankSpeedPI(acceleration=0.0), "acceleration"),
-        (lambda: ComputedTorque(footing=1.5), "footing"),
+        (lambda: controllers.ConstantTorque(float("nan")), "torque"),
+        (lambda: controllers.CrankSpeedPI(acceleration=0.0), "acceleration"),
+        (lambda: controllers.ComputedTorque(footing=1.5), "footing"),
     ],
 )
 def test_bad_settings_are_named(make, words):
@@ -146,7 +140,7 @@ def test_bad_settings_are_named(make, words):
 
 def test_unknown_names_list_the_known_ones():
     with pytest.raises(ValueError, match=r"'walk'.*'constant-torque', 'crank-speed-pi', 'comp"):
-        baseline("walk", ENV)
+        controllers.baseline("walk", ENV)
 
 
 RATES = (2.0, 3.0, 4.0)

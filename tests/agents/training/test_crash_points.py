@@ -6,17 +6,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents.biped.machine import TrainConfig
-from stickslip.agents.training.directory import (
-    MetricsFile,
-    TrainState,
-    drop_checkpoints,
-    list_checkpoints,
-    open_run,
-    read_columns,
-    read_config,
-    read_model,
-    write_checkpoint,
-)
+from stickslip.agents.training import directory
 from stickslip.records import files
 from stickslip.records.files import write_whole
 
@@ -56,21 +46,21 @@ class Disk:
 
 def work(path: Path, resume: bool = False) -> None:
     """Do to the disk what training does, from where it is to the end."""
-    config, run = CONFIG, open_run(path, CONFIG, resume=resume)
+    config, run = CONFIG, directory.open_run(path, CONFIG, resume=resume)
     at = run.state.timesteps if run.state else 0
-    rows = MetricsFile(path / "evaluations.csv", ("return",), upto=at)
+    rows = directory.MetricsFile(path / "evaluations.csv", ("return",), upto=at)
 
     def tidy() -> None:
-        latest = list_checkpoints(run.checkpoints)[-1:]
-        drop_checkpoints(run.checkpoints, latest)
+        latest = directory.list_checkpoints(run.checkpoints)[-1:]
+        directory.drop_checkpoints(run.checkpoints, latest)
         for folder in latest:
             write_whole(path / "policy.npz", (folder / "policy.npz").read_bytes())
 
     tidy()
     for steps in range(at + 100, config.timesteps + 1, 100):
         rows.append(steps, {"return": steps / 7})
-        state = TrainState(steps, 1.0, config.digest)
-        write_checkpoint(
+        state = directory.TrainState(steps, 1.0, config.digest)
+        directory.write_checkpoint(
             run.checkpoints, state, {"n": steps}, lambda to, n=steps: write_whole(to, str(n))
         )
         tidy()
@@ -89,12 +79,12 @@ def killed_at(count: int, after: bool, monkeypatch, work_to_do) -> bool:
 
 
 def assert_whole(path: Path) -> None:
-    config = read_config(path)
+    config = directory.read_config(path)
     assert config == CONFIG
-    (last,) = list_checkpoints(path / "checkpoints")
-    assert read_model(last) == {"n": config.timesteps}
+    (last,) = directory.list_checkpoints(path / "checkpoints")
+    assert directory.read_model(last) == {"n": config.timesteps}
     expected = list(range(100, config.timesteps + 1, 100))
-    assert read_columns(path / "evaluations.csv")["timesteps"] == expected
+    assert directory.read_columns(path / "evaluations.csv")["timesteps"] == expected
     assert (path / "policy.npz").read_text() == str(config.timesteps)
     assert not list(path.rglob("*.part"))
 

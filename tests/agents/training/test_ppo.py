@@ -9,23 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents.training.ppo import (
-    VALUE_WEIGHT,
-    Batch,
-    Moments,
-    Rates,
-    Sizes,
-    add_moments,
-    advantages,
-    begin_episodes,
-    begin_learning,
-    explore,
-    improve,
-    log_probability,
-    loss_of,
-    network,
-    rollout,
-)
+from stickslip.agents.training import ppo
 from stickslip.envs import FunctionalEnv
 
 
@@ -92,10 +76,10 @@ def value(left: jax.Array, discount: float) -> jax.Array:
 
 
 ENV, PARAMS = Corridor(), CorridorParams()
-SIZES = Sizes(num_envs=16, rollout_steps=24, batch_size=96, epochs=2, hidden=8)
-RATES = Rates(discount=0.9, gae_lambda=0.8)
-ROLL = jax.jit(rollout, static_argnums=(0, 2, 6))
-IMPROVE = jax.jit(improve, static_argnums=2)
+SIZES = ppo.Sizes(num_envs=16, rollout_steps=24, batch_size=96, epochs=2, hidden=8)
+RATES = ppo.Rates(discount=0.9, gae_lambda=0.8)
+ROLL = jax.jit(ppo.rollout, static_argnums=(0, 2, 6))
+IMPROVE = jax.jit(ppo.improve, static_argnums=2)
 
 
 def test_advantages_are_the_sums_that_define_them():
@@ -104,7 +88,7 @@ def test_advantages_are_the_sums_that_define_them():
     reward, values, later = random.normal(size=(3, steps, 1))
     terminated, truncated = np.zeros((2, steps, 1), bool)
     terminated[2], truncated[4] = True, True
-    found = advantages(reward, terminated, truncated, values, later, discount, weight)
+    found = ppo.advantages(reward, terminated, truncated, values, later, discount, weight)
     for first in range(steps):
         expected = 0.0
         for at in range(first, steps):
@@ -120,8 +104,8 @@ def test_the_critic_learns_the_value_in_closed_form():
     """The limit of 4 steps cuts off most episodes of up to 6: the critic is to see past it."""
     sizes = SIZES._replace(epochs=8, hidden=16)
     rates = RATES._replace(learning_rate=1e-2, noise=0.01, final_noise=0.01)
-    learner = begin_learning(1, 1, sizes, jax.random.key(1))
-    progress, key = begin_episodes(ENV, PARAMS, sizes, 1)
+    learner = ppo.begin_learning(1, 1, sizes, jax.random.key(1))
+    progress, key = ppo.begin_episodes(ENV, PARAMS, sizes, 1)
     for update in range(100):
         now = rates.at(jnp.float32(update / 100))
         found = ROLL(ENV, PARAMS, sizes, now[1], learner, progress)
@@ -130,7 +114,7 @@ def test_the_critic_learns_the_value_in_closed_form():
             learner, found, sizes, rates, now, jax.random.fold_in(key, update)
         )
     places = np.arange(1, 7)
-    said = network(learner.critic, learner.seen).unlimited(places[:, None].astype(np.float32))
+    said = ppo.network(learner.critic, learner.seen).unlimited(places[:, None].astype(np.float32))
     np.testing.assert_allclose(said[:, 0], value(places, 0.9), atol=0.1)
     assert float(losses["explained_variance"]) > 0.95
     assert value(6, 0.9) - (1 - 0.9**4) / 0.1 > 1  # what stopping at the limit would be worth
@@ -138,10 +122,10 @@ def test_the_critic_learns_the_value_in_closed_form():
 
 def test_an_action_is_drawn_with_the_probability_that_learning_uses():
     """Beyond the environment's bounds, too: the probability is of the number before clipping."""
-    learner = begin_learning(3, 2, SIZES, jax.random.key(0))
-    policy, noise = network(learner.actor, learner.seen), jnp.float32(2.0)
+    learner = ppo.begin_learning(3, 2, SIZES, jax.random.key(0))
+    policy, noise = ppo.network(learner.actor, learner.seen), jnp.float32(2.0)
     obs = jnp.asarray([0.3, -1.0, 2.0])
-    draws = jax.vmap(lambda key: explore((policy, noise), obs, key))(
+    draws = jax.vmap(lambda key: ppo.explore((policy, noise), obs, key))(
         jax.random.split(jax.random.key(1), 20_000)
     )
     mean = policy.unlimited(obs)
@@ -149,29 +133,29 @@ def test_an_action_is_drawn_with_the_probability_that_learning_uses():
     np.testing.assert_allclose(draws.mean(0), mean, atol=0.06)
     np.testing.assert_allclose(draws.std(0), 2.0, atol=0.06)
     exact = jax.scipy.stats.norm.logpdf(draws, mean, noise).sum(-1) + math.log(2 * math.pi)
-    np.testing.assert_allclose(log_probability(draws, mean, noise), exact, atol=1e-4)
+    np.testing.assert_allclose(ppo.log_probability(draws, mean, noise), exact, atol=1e-4)
 
 
 def test_the_loss_is_the_clipped_surrogate_and_the_square_of_the_values_error():
     """Of samples on both sides of both limits, judged good and bad (Schulman et al. 2017)."""
     rng, noise, limit = np.random.default_rng(0), jnp.float32(0.3), 0.2
-    learner = begin_learning(1, 1, SIZES, jax.random.key(1))
+    learner = ppo.begin_learning(1, 1, SIZES, jax.random.key(1))
     obs, action = jnp.asarray(rng.normal(size=(2, 60, 1)), jnp.float32)
-    mean = network(learner.actor, learner.seen).unlimited(obs)
-    said = np.asarray(network(learner.critic, learner.seen).unlimited(obs)[:, 0], float)
+    mean = ppo.network(learner.actor, learner.seen).unlimited(obs)
+    said = np.asarray(ppo.network(learner.critic, learner.seen).unlimited(obs)[:, 0], float)
     ratio, gain = rng.uniform(0.5, 1.6, 60), rng.normal(size=60)
     earned = rng.normal(size=60)
-    before = log_probability(action, mean, noise) - jnp.asarray(np.log(ratio), jnp.float32)
+    before = ppo.log_probability(action, mean, noise) - jnp.asarray(np.log(ratio), jnp.float32)
     given = (jnp.asarray(of, jnp.float32) for of in (gain, earned))
-    batch = Batch(obs, action, before, *given)
-    loss, about = loss_of((learner.actor, learner.critic), learner.seen, batch, noise, limit)
+    batch = ppo.Batch(obs, action, before, *given)
+    loss, about = ppo.loss_of((learner.actor, learner.critic), learner.seen, batch, noise, limit)
     good = (gain - gain.mean()) / gain.std()
     # what is better counts up to the upper limit, what is worse from the lower one on
     counted = np.where(good > 0, np.minimum(ratio, 1 + limit), np.maximum(ratio, 1 - limit))
     policy, error = -np.mean(counted * good), np.mean((said - earned) ** 2)
     assert float(about["policy_loss"]) == pytest.approx(policy, rel=1e-4, abs=1e-5)
     assert float(about["value_loss"]) == pytest.approx(error, rel=1e-5)
-    assert float(loss) == pytest.approx(policy + VALUE_WEIGHT * error, rel=1e-4, abs=1e-5)
+    assert float(loss) == pytest.approx(policy + ppo.VALUE_WEIGHT * error, rel=1e-4, abs=1e-5)
     outside = np.mean(np.abs(ratio - 1) > limit)
     assert float(about["clip_fraction"]) == pytest.approx(outside, abs=1e-6)
 
@@ -179,9 +163,9 @@ def test_the_loss_is_the_clipped_surrogate_and_the_square_of_the_values_error():
 def test_moments_are_those_of_everything_seen():
     random = np.random.default_rng(2)
     parts = [random.normal(3.0, [1.0, 50.0], (size, 2)).astype(np.float32) for size in (5, 300, 40)]
-    seen = Moments(jnp.zeros(2), jnp.ones(2), jnp.zeros(()))
+    seen = ppo.Moments(jnp.zeros(2), jnp.ones(2), jnp.zeros(()))
     for part in parts:
-        seen = add_moments(seen, jnp.asarray(part))
+        seen = ppo.add_moments(seen, jnp.asarray(part))
     every = np.concatenate(parts)
     np.testing.assert_allclose(seen.mean, every.mean(0), rtol=1e-5)
     np.testing.assert_allclose(seen.variance, every.var(0), rtol=1e-4)

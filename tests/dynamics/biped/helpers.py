@@ -11,26 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import eval_context
 
-from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import (
-    BipedModel,
-    BipedParams,
-    BipedState,
-    GroundMoment,
-    ReducedInertia,
-    RK4Split,
-    Table,
-    Trajectory,
-    forward_dynamics,
-    ground_moment,
-    inverse_dynamics,
-    prepare,
-    reduced_inertia,
-    simulate,
-    step,
-)
+from stickslip.dynamics import Scene, biped
 
-FINE = Table(64, 9)
+FINE = biped.Table(64, 9)
 """A table as good as the exact functions in float64 (1e-13), and cheap to compile."""
 
 REST = {
@@ -43,32 +26,32 @@ REST = {
 
 PAGE = 2048
 
-RECORDING = RK4Split(record_events=True)
+RECORDING = biped.RK4Split(record_events=True)
 
 
 @lru_cache
-def default_params(dtype: str = "float64") -> BipedParams:
+def default_params(dtype: str = "float64") -> biped.BipedParams:
     with eval_context():  # kept beyond a trace that may ask for them first
-        return BipedParams.from_bars(dtype=jnp.dtype(dtype))
+        return biped.BipedParams.from_bars(dtype=jnp.dtype(dtype))
 
 
 @lru_cache
-def default_model(fidelity: str | Table = FINE, dtype: str = "float64") -> BipedModel:
+def default_model(fidelity: str | biped.Table = FINE, dtype: str = "float64") -> biped.BipedModel:
     with eval_context():
         return model_of(default_params(dtype), fidelity)
 
 
-def model_of(params: BipedParams, fidelity: str | Table = FINE) -> BipedModel:
-    return prepare(params, fidelity=fidelity)
+def model_of(params: biped.BipedParams, fidelity: str | biped.Table = FINE) -> biped.BipedModel:
+    return biped.prepare(params, fidelity=fidelity)
 
 
-def state_of(dtype: str = "float64", **values: float) -> BipedState:
+def state_of(dtype: str = "float64", **values: float) -> biped.BipedState:
     """A state of arrays, so that every walk shares the compiled functions."""
     fields = {name: jnp.asarray(values.get(name, value), dtype) for name, value in REST.items()}
-    return BipedState(**fields, steps=jnp.asarray(values.get("steps", 0), jnp.int32))
+    return biped.BipedState(**fields, steps=jnp.asarray(values.get("steps", 0), jnp.int32))
 
 
-def start_of(case: dict[str, Any]) -> BipedState:
+def start_of(case: dict[str, Any]) -> biped.BipedState:
     """The initial state of one of the reference file's trajectories."""
     return state_of(
         phase=case["theta0"], crank_rate=case["omega0"], foot_velocity=case["slide_velocity0"]
@@ -80,29 +63,29 @@ def floor_of(case: dict[str, Any]) -> Scene:
 
 
 def walk(
-    case: dict[str, Any], count: int, *, fidelity: str | Table = FINE, **options
-) -> Trajectory:
+    case: dict[str, Any], count: int, *, fidelity: str | biped.Table = FINE, **options
+) -> biped.Trajectory:
     """One of the reference trajectories in `count` steps, events recorded."""
     duration = case["t_end"]
     torque = jnp.full(count, case["torque"])
     options = {"integrator": RECORDING} | options
     model = default_model(fidelity)
     scene, state = floor_of(case), start_of(case)
-    return simulate(model, scene, state, torque, duration, duration / count, **options)
+    return biped.simulate(model, scene, state, torque, duration, duration / count, **options)
 
 
 @jax.jit
-def last_state(model, scene, state, torque, duration, count) -> BipedState:
+def last_state(model, scene, state, torque, duration, count) -> biped.BipedState:
     """The state after `count` equal steps; compiled once for every count."""
     size = duration / count.astype(duration.dtype)
     state = jax.tree.map(lambda leaf: jnp.asarray(leaf, size.dtype), state)
-    state = BipedState(**(vars(state) | {"steps": jnp.zeros((), jnp.int32)}))
+    state = biped.BipedState(**(vars(state) | {"steps": jnp.zeros((), jnp.int32)}))
     return jax.lax.fori_loop(
-        0, count, lambda _, now: step(model, scene, now, torque, size)[0], state
+        0, count, lambda _, now: biped.step(model, scene, now, torque, size)[0], state
     )
 
 
-def outcome(state: BipedState) -> jax.Array:
+def outcome(state: biped.BipedState) -> jax.Array:
     """What a walk came to, as one vector."""
     return jnp.stack(
         [
@@ -115,7 +98,9 @@ def outcome(state: BipedState) -> jax.Array:
     )
 
 
-def exact_along(params: BipedParams, angles) -> tuple[ReducedInertia, GroundMoment]:
+def exact_along(
+    params: biped.BipedParams, angles
+) -> tuple[biped.ReducedInertia, biped.GroundMoment]:
     """The exact functions at many crank angles, as NumPy arrays; one compilation for any number."""
     angles = np.asarray(angles, float).ravel()
     padded = np.full(-(-angles.size // PAGE) * PAGE, np.pi)
@@ -127,21 +112,21 @@ def exact_along(params: BipedParams, angles) -> tuple[ReducedInertia, GroundMome
 
 @jax.jit
 def _exact_page(params, angles):
-    return jax.vmap(lambda angle: (reduced_inertia(params, angle), ground_moment(params, angle)))(
-        angles
-    )
+    return jax.vmap(
+        lambda angle: (biped.reduced_inertia(params, angle), biped.ground_moment(params, angle))
+    )(angles)
 
 
-def inertia_along(params: BipedParams, angles) -> ReducedInertia:
+def inertia_along(params: biped.BipedParams, angles) -> biped.ReducedInertia:
     """The exact M, P, Y and slopes at many crank angles."""
     return exact_along(params, angles)[0]
 
 
 @jax.jit
 def forward(model_or_params, *state):
-    return forward_dynamics(model_or_params, *state)
+    return biped.forward_dynamics(model_or_params, *state)
 
 
 @jax.jit
 def inverse(params, *motion):
-    return inverse_dynamics(params, *motion)
+    return biped.inverse_dynamics(params, *motion)

@@ -8,17 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.biped import (
-    BODIES,
-    JOINT_FORCES,
-    BipedParams,
-    ReducedInertia,
-    forward_dynamics,
-    ground_moment,
-    inverse_dynamics,
-    kinematics,
-    reduced_inertia,
-)
+from stickslip.dynamics import biped
 from stickslip.dynamics.biped.contact import ankle_moment
 from stickslip.dynamics.biped.inertia import body_masses
 from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia, link_motion
@@ -33,7 +23,7 @@ LENGTHS = tuple(n for n in (*POSITIVE, *NON_NEGATIVE) if n not in ("gravity", "p
 
 
 @lru_cache
-def random_robots(seed: int = 0) -> BipedParams:
+def random_robots(seed: int = 0) -> biped.BipedParams:
     """256 robots with lengths within 5 % of the default's that close, all masses at random."""
     rng, base = np.random.default_rng(seed), default_params()
     many = 2 * COUNT
@@ -57,7 +47,7 @@ def random_robots(seed: int = 0) -> BipedParams:
     return jax.tree.map(lambda leaf: leaf[kept], robots)
 
 
-def default_robots(dtype: str = "float64") -> BipedParams:
+def default_robots(dtype: str = "float64") -> biped.BipedParams:
     """The default robot 256 times."""
     return jax.tree.map(
         lambda leaf: jnp.broadcast_to(leaf, (COUNT, *jnp.shape(leaf))), default_params(dtype)
@@ -81,7 +71,7 @@ def random_instants(seed: int = 1, dtype: str = "float64") -> dict[str, jax.Arra
 
 def moment_of(params, at, *accelerations):
     """The ground's about the ankle; the zero-moment point is 0 where the ground would pull."""
-    lever = ground_moment(params, at["theta"])
+    lever = biped.ground_moment(params, at["theta"])
     return ankle_moment(params, lever, at["crank_rate"] ** 2, *accelerations)
 
 
@@ -92,7 +82,7 @@ def by_motion(robots, given):
     def one(params, at):
         accelerations = at["crank_acceleration"], at["foot_acceleration"]
         motion = at["theta"], at["crank_rate"], accelerations[0], 0.0, accelerations[1]
-        found = inverse_dynamics(params, *motion, outputs="joints")
+        found = biped.inverse_dynamics(params, *motion, outputs="joints")
         return found, *accelerations, found.torque, moment_of(params, at, *accelerations)
 
     return jax.vmap(one)(robots, given)
@@ -105,7 +95,7 @@ def by_torque(robots, given):
     def one(params, at):
         state = at["theta"], at["crank_rate"], at["direction"], at["torque"]
         friction = at["mu_kinetic"], at["mu_kinetic"]
-        found = forward_dynamics(params, *state, *friction, outputs="joints")
+        found = biped.forward_dynamics(params, *state, *friction, outputs="joints")
         accelerations = found.crank_acceleration, found.foot_acceleration
         return found, *accelerations, at["torque"], moment_of(params, at, *accelerations)
 
@@ -115,11 +105,11 @@ def by_torque(robots, given):
 @jax.jit
 def reduced_along(robots, angles):
     """M, dM, P, dP, Y, dY of each robot at its angle."""
-    return jax.vmap(reduced_inertia)(robots, angles)
+    return jax.vmap(biped.reduced_inertia)(robots, angles)
 
 
 @jax.jit
-def _margins(robots: BipedParams) -> jax.Array:
+def _margins(robots: biped.BipedParams) -> jax.Array:
     return jax.vmap(lambda robot: least_closure(robot, 128)[0])(robots)
 
 
@@ -143,18 +133,18 @@ def difference(got, want, size) -> float:
 
 def test_the_joints_are_those_of_the_reference_file_and_two_slots(reference):
     names = [(f["on"], f["by"], f["axis"]) for f in reference["states"][0]["stick"]["joint_forces"]]
-    assert len(JOINT_FORCES) == len(set(JOINT_FORCES)) == 68
+    assert len(biped.JOINT_FORCES) == len(set(biped.JOINT_FORCES)) == 68
     slots = {("10", "13", "normal"), ("10p", "13", "normal")}
-    assert set(JOINT_FORCES) == set(names) | slots
+    assert set(biped.JOINT_FORCES) == set(names) | slots
 
 
 def test_every_joint_force_is_the_reference_files(float64, reference):
     states = reference["states"]
-    inverse = jax.jit(jax.vmap(partial(inverse_dynamics, default_params(), outputs="joints")))
+    inverse = jax.jit(jax.vmap(partial(biped.inverse_dynamics, default_params(), outputs="joints")))
     motions = [[state["theta"], state["omega"], state["stick"]["alpha"]] for state in states]
     found = inverse(*jnp.asarray(motions).T).joint_forces
     for state, forces in zip(states, np.asarray(found), strict=True):
-        ours = dict(zip(JOINT_FORCES, forces, strict=True))
+        ours = dict(zip(biped.JOINT_FORCES, forces, strict=True))
         theirs = state["stick"]["joint_forces"]
         assert len(theirs) == 66
         size = max(abs(force["value"]) for force in theirs)
@@ -168,7 +158,7 @@ def along_motion(robots, theta, rate, alpha, a1, time):
     """Kinematics on the way theta + rate t + alpha t^2 / 2, the foot slid by a1 t^2 / 2."""
 
     def one(robot, theta, rate, alpha, a1):
-        now = kinematics(robot, theta + rate * time + alpha * time**2 / 2)
+        now = biped.kinematics(robot, theta + rate * time + alpha * time**2 / 2)
         return now.centres.at[:, 0].add(a1 * time**2 / 2), now.angles, now
 
     return jax.vmap(one)(robots, theta, rate, alpha, a1)
@@ -190,16 +180,16 @@ def test_every_body_moves_as_its_forces_say(given_by, float64):
     normal = np.stack([-along[:, 1], along[:, 0]], -1) / np.linalg.norm(along, axis=1)[:, None]
     axes = {"x": np.array([1.0, 0.0]), "y": np.array([0.0, 1.0]), "normal": normal}
     net, moment = np.zeros((COUNT, 24, 2)), np.zeros((COUNT, 24))
-    for i, (on, by, axis) in enumerate(JOINT_FORCES):
+    for i, (on, by, axis) in enumerate(biped.JOINT_FORCES):
         place = PLACES[f"{on.rstrip('p')}-{by.rstrip('p')}"]
         leg = 1 if "p" in on + by else 0
         point = hip[:, "ABD".index(place)] if place in "ABD" else getattr(pins, place)[:, leg]
         force = np.asarray(got.joint_forces)[:, i, None] * axes[axis]
-        for body, sign in ((BODIES.index(on), 1), (BODIES.index(by), -1)):
+        for body, sign in ((biped.BODIES.index(on), 1), (biped.BODIES.index(by), -1)):
             net[:, body] += sign * force
             moment[:, body] += sign * cross(np.asarray(point) - centres[:, body], force)
-    moment[:, BODIES.index("8")] += torque
-    moment[:, BODIES.index("13")] -= torque
+    moment[:, biped.BODIES.index("8")] += torque
+    moment[:, biped.BODIES.index("13")] -= torque
     mass = np.asarray(jax.vmap(body_masses)(robots))
     net[:, :, 1] -= mass * np.asarray(robots.gravity)[:, None]
     ground = np.stack([got.friction_force, got.normal_force], -1)
@@ -227,7 +217,7 @@ def test_exact_motion_gives_the_reduced_functions(float64):
     robots, angles = random_robots(), random_instants()["theta"]
     found, _ = along(robots, angles)
     want = reduced_along(robots, angles)
-    assert isinstance(found, ReducedInertia)
+    assert isinstance(found, biped.ReducedInertia)
     for name, got, exact in zip(want._fields, found, want, strict=True):
         size = float(jnp.max(jnp.abs(exact)))
         np.testing.assert_allclose(got, exact, rtol=1e-9, atol=1e-10 * size, err_msg=name)

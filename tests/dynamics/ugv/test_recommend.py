@@ -5,20 +5,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv import Track, UGVParams, equilibrium, recommendation
 from stickslip.dynamics.ugv.ground.roughness import Waves
-from stickslip.dynamics.ugv.recommendation import (
-    FAR,
-    GROUNDS,
-    NEAR,
-    PLACES,
-    ground_of,
-    place_of,
-    promises,
-    recommend,
-)
 
-BATCHES = tuple(sorted({point.batch for point in promises()}))
+BATCHES = tuple(sorted({point.batch for point in recommendation.promises()}))
 TOLERANCES = tuple(10.0**k for k in range(-17, 0))
 
 
@@ -38,7 +28,7 @@ def as_waves() -> Track:
 def asked(tolerance: float, **options):
     """The recommendation, or None where it is refused."""
     try:
-        return recommend(tolerance, **options)
+        return recommendation.recommend(tolerance, **options)
     except ValueError:
         return None
 
@@ -49,7 +39,7 @@ def asked(tolerance: float, **options):
 )
 def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
     track = as_waves() if kind == "waves" else SINES
-    found = recommend(tolerance, 16384, track, checks=False)
+    found = recommendation.recommend(tolerance, 16384, track, checks=False)
     params = UGVParams()
     random = np.random.default_rng(0)
     x = random.uniform(0, 10, 200)
@@ -71,12 +61,12 @@ def test_what_is_recommended_on_three_sines_is_right_there(kind, tolerance):
 
 
 @pytest.mark.parametrize("checks", [True, False])
-@pytest.mark.parametrize("ground", GROUNDS)
+@pytest.mark.parametrize("ground", recommendation.GROUNDS)
 def test_no_measured_setting_is_cheaper_and_promises_enough(ground, checks):
     for batch in BATCHES:
         points = [
             point
-            for point in promises()
+            for point in recommendation.promises()
             if (point.ground, point.place, point.batch) == (ground, "near", batch)
             and (point.solver.samples > 0 or not checks)
         ]
@@ -93,13 +83,13 @@ def test_no_measured_setting_is_cheaper_and_promises_enough(ground, checks):
 
 
 def test_a_promise_names_its_sample_and_its_batch():
-    for ground in GROUNDS:
-        found = recommend(1e-4, track=ground, dtype="float64")
+    for ground in recommendation.GROUNDS:
+        found = recommendation.recommend(1e-4, track=ground, dtype="float64")
         assert found.poses >= 10_000
         assert found.quantile >= 0.99
         assert (found.ground, found.dtype) == (ground, "float64")
-    assert recommend(1e-3, 2).batch == BATCHES[0]
-    assert recommend(1e-3, 10**7).batch == BATCHES[-1]
+    assert recommendation.recommend(1e-3, 2).batch == BATCHES[0]
+    assert recommendation.recommend(1e-3, 10**7).batch == BATCHES[-1]
 
 
 @pytest.mark.parametrize(
@@ -119,16 +109,20 @@ def test_a_promise_names_its_sample_and_its_batch():
 )
 def test_bad_questions_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
-        recommend(**{"tolerance": 1e-3, **arguments})
+        recommendation.recommend(**{"tolerance": 1e-3, **arguments})
 
 
 def test_a_track_is_judged_by_how_its_ground_is_given_and_where():
-    assert ground_of(Track.sinusoid()) == "closed"
-    assert ground_of(Track.rough(3)) == "spline"
-    assert ground_of(SINES) == "function"
-    assert ground_of(as_waves()) == "waves"
-    assert recommend(1e-3, track=Track.step()) == recommend(1e-3, track="closed")
+    assert recommendation.ground_of(Track.sinusoid()) == "closed"
+    assert recommendation.ground_of(Track.rough(3)) == "spline"
+    assert recommendation.ground_of(SINES) == "function"
+    assert recommendation.ground_of(as_waves()) == "waves"
+    assert recommendation.recommend(1e-3, track=Track.step()) == recommendation.recommend(
+        1e-3, track="closed"
+    )
     high = Track.from_points([0.0, 1.0, 2.0], [1500.0, 1500.1, 1500.0])
-    assert [place_of(track, 0.28) for track in (Track.step(), high)] == list(PLACES)
-    assert place_of(Track.bump(end=0.27 * NEAR), 0.28) == "near"
-    assert place_of(Track.bump(end=0.27 * FAR), 0.28) == "far"
+    assert [recommendation.place_of(track, 0.28) for track in (Track.step(), high)] == list(
+        recommendation.PLACES
+    )
+    assert recommendation.place_of(Track.bump(end=0.27 * recommendation.NEAR), 0.28) == "near"
+    assert recommendation.place_of(Track.bump(end=0.27 * recommendation.FAR), 0.28) == "far"

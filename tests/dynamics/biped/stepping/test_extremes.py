@@ -15,24 +15,8 @@ import numpy as np
 import pytest
 from jax.core import eval_context
 
-from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedModel,
-    BipedState,
-    Contact,
-    EventExact,
-    RK4Split,
-    step,
-)
-from tests.dynamics.biped.helpers import (
-    default_model,
-    default_params,
-    exact_along,
-    forward,
-    inertia_along,
-)
+from stickslip.dynamics import Scene, Status, biped
+from tests.dynamics.biped import helpers
 from tests.precision import mostly_single
 
 if TYPE_CHECKING:
@@ -50,7 +34,7 @@ class Start:
     """
 
     mu_static: float = 1.0
-    phase: float = SUPPORT_START
+    phase: float = biped.SUPPORT_START
     crank_rate: float = 0.0
     foot_velocity: float = 0.0
     torque: float = 0.0
@@ -62,8 +46,8 @@ class March(NamedTuple):
     """Results, one entry a walk: work [J], switches in all and at most in a call, calls to the end;
     sound: every number of every call was finite, and the phase inside the support phase."""
 
-    state: BipedState
-    contact: Contact
+    state: biped.BipedState
+    contact: biped.Contact
     work: Any
     switches: Any
     most_switches: Any
@@ -75,13 +59,13 @@ class March(NamedTuple):
         return [Status(int(word)) for word in self.contact.status]
 
 
-def march(starts: Sequence[Start], model: BipedModel, dtype: Any) -> March:
+def march(starts: Sequence[Start], model: biped.BipedModel, dtype: Any) -> March:
     """The walks side by side in `dtype`, each stopped by a terminal status; NumPy arrays."""
     parts = [_one_batch(starts[at : at + ROWS], model, dtype) for at in range(0, len(starts), ROWS)]
     return jax.tree.map(lambda *parts: np.concatenate(parts), *parts)
 
 
-def _one_batch(starts: Sequence[Start], model: BipedModel, dtype: Any) -> March:
+def _one_batch(starts: Sequence[Start], model: biped.BipedModel, dtype: Any) -> March:
     rows = [*starts, *[Start(count=0)] * (ROWS - len(starts))]
 
     def column(name: str, kind=dtype):
@@ -89,19 +73,21 @@ def _one_batch(starts: Sequence[Start], model: BipedModel, dtype: Any) -> March:
 
     scenes = Scene.uniform(column("mu_static"))
     phase = np.array([row.phase for row in rows]).astype(dtype)
-    for end in np.asarray([SUPPORT_START, SUPPORT_END], dtype):  # as this type rounds them
+    for end in np.asarray(
+        [biped.SUPPORT_START, biped.SUPPORT_END], dtype
+    ):  # as this type rounds them
         phase[np.abs(phase - end) < 1e-6] = end
     zero, steps = jnp.zeros(ROWS, dtype), jnp.zeros(ROWS, jnp.int32)
     place = jnp.asarray(phase), steps, column("crank_rate"), zero, column("foot_velocity"), zero
     numbers = column("torque"), column("dt"), column("count", np.int32)
-    found = _march(model, scenes, BipedState(*place), *numbers)
+    found = _march(model, scenes, biped.BipedState(*place), *numbers)
     return jax.tree.map(lambda leaf: np.asarray(leaf)[: len(starts)], found)
 
 
 @jax.jit
 def _march(model, scenes, states, torques, sizes, counts) -> March:
     """Every row for as many calls as it wants; the slowest row says how many rounds there are."""
-    go = jax.vmap(step, (None, 0, 0, 0, 0))
+    go = jax.vmap(biped.step, (None, 0, 0, 0, 0))
     first = jax.eval_shape(go, model, scenes, states, torques, sizes)[1]
     blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), first)
     zero, none = jnp.zeros_like(torques), jnp.zeros_like(counts)
@@ -124,21 +110,23 @@ def _march(model, scenes, states, torques, sizes, counts) -> March:
     return jax.lax.fori_loop(0, jnp.max(counts), body, begin)
 
 
-def _sound(state: BipedState, contact: Contact):
+def _sound(state: biped.BipedState, contact: biped.Contact):
     leaves = jax.tree.leaves((state, contact))
     finite = jnp.all(jnp.stack([jnp.isfinite(leaf) for leaf in leaves]), axis=0)
-    low, high = (jnp.asarray(end, state.phase.dtype) for end in (SUPPORT_START, SUPPORT_END))
+    low, high = (
+        jnp.asarray(end, state.phase.dtype) for end in (biped.SUPPORT_START, biped.SUPPORT_END)
+    )
     return finite & (state.phase >= low) & (state.phase <= high)
 
 
-TRIALS = RK4Split().trials
+TRIALS = biped.RK4Split().trials
 
 
 @lru_cache
-def long_footed(dtype: str) -> BipedModel:
+def long_footed(dtype: str) -> biped.BipedModel:
     """The default robot with feet too long to topple on."""
     with eval_context():
-        return default_model(dtype=dtype).replace(
+        return helpers.default_model(dtype=dtype).replace(
             heel=jnp.asarray(1e3, dtype), toe=jnp.asarray(1e3, dtype)
         )
 
@@ -150,8 +138,8 @@ def march_in(dtype, starts):
 def momentum_and_energy(phase, crank_rate, foot_velocity):
     """Along x, and kinetic plus potential (MODEL 1.4), from the exact functions."""
     with jax.enable_x64(True):
-        params = default_params()
-        (M, _, P, *_), moment = exact_along(params, phase)
+        params = helpers.default_params()
+        (M, _, P, *_), moment = helpers.exact_along(params, phase)
         mass, gravity = float(params.total_mass), float(np.asarray(params.gravity))
     w, v = np.asarray(crank_rate, float), np.asarray(foot_velocity, float)
     energy = M * w**2 / 2 + P * w * v + mass * v**2 / 2 + gravity * moment.Y
@@ -161,9 +149,11 @@ def momentum_and_energy(phase, crank_rate, foot_velocity):
 def painleve(direction: int) -> tuple[float, float]:
     """Least friction at which sliding that way has no unique solution, and the phase."""
     angles = np.linspace(np.pi / 2, 3 * np.pi / 2, 4001)
-    M, _, P, _, Y, _ = inertia_along(default_params(), angles)
+    M, _, P, _, Y, _ = helpers.inertia_along(helpers.default_params(), angles)
     pushes = direction * P * Y > 0
-    bound = (M * float(default_params().total_mass) - P**2) / np.where(pushes, np.abs(P * Y), 1.0)
+    bound = (M * float(helpers.default_params().total_mass) - P**2) / np.where(
+        pushes, np.abs(P * Y), 1.0
+    )
     bound = np.where(pushes, bound, np.inf)
     return bound.min(), angles[bound.argmin()]
 
@@ -230,7 +220,7 @@ def edges(dtype) -> list[tuple[float, float, float]]:
     found = []
     for phase, rate in zip(phases, rates, strict=True):
         place = jnp.asarray(phase, dtype), jnp.asarray(rate, dtype)
-        held = forward(model, *place, zero, zero, zero + 1e9, zero + 1e9)
+        held = helpers.forward(model, *place, zero, zero, zero + 1e9, zero + 1e9)
         found.append(float(abs(held.friction_force) / held.normal_force))
     return list(zip(found, phases.tolist(), rates.tolist(), strict=True))
 
@@ -264,21 +254,23 @@ NUDGES = np.array([0.0, 1e-12, -1e-12, 1e-9, -1e-9, 1e-6])
 def held_from_the_edge(dtype):
     """Status and state after holding a torque for 0.1 s that brings the foot to the cone's edge, to
     a nudge, with mu_kinetic = mu_static: [starts, nudges]."""
-    model, rng = default_model(dtype=dtype.name), np.random.default_rng(0)
+    model, rng = helpers.default_model(dtype=dtype.name), np.random.default_rng(0)
     mu = np.exp(rng.uniform(np.log(0.02), np.log(0.6), 24))
     phase, rate = rng.uniform(1.6, 4.6, 24), rng.uniform(-1, 4, 24)
     with jax.enable_x64(True):
-        params = default_params()
-        M, dM, P, dP, Y, dY = inertia_along(params, phase)
+        params = helpers.default_params()
+        M, dM, P, dP, Y, dY = helpers.inertia_along(params, phase)
         mass, gravity = float(params.total_mass), float(np.asarray(params.gravity))
     alpha = (mu * (mass * gravity + dY * rate**2) - dP * rate**2) / (P - mu * Y)
     torque = np.clip(M * alpha + dM * rate**2 / 2 + gravity * Y, -8, 8)
-    zero, spec = jnp.zeros((), dtype), EventExact(max_steps=256)
+    zero, spec = jnp.zeros((), dtype), biped.EventExact(max_steps=256)
 
     def one(mu, phase, rate, torque):
-        state = BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
+        state = biped.BipedState(phase, jnp.zeros((), jnp.int32), rate, zero, zero, zero)
         scene = Scene.uniform(mu, mu, outputs="state")
-        after, contact = step(model, scene, state, torque, jnp.asarray(0.1, dtype), integrator=spec)
+        after, contact = biped.step(
+            model, scene, state, torque, jnp.asarray(0.1, dtype), integrator=spec
+        )
         return contact.status, after
 
     rows = [
