@@ -43,7 +43,7 @@ def measure(track: str, criterion: str) -> dict[str, Any]:
         "over the grid": known.details["grid_bound"],
         "bound": found.value,
         "gap": found.gap,
-        "levels": [vars(level) for level in found.levels],
+        "levels": found.levels,
         "seconds": time.process_time() - begun,
     }
 

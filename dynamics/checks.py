@@ -69,6 +69,14 @@ def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted
         raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
 
 
+def require_both(**values: Any) -> None:
+    """Raise ValueError where some of the values are None and others are not."""
+    none = [value is None for value in values.values()]
+    if any(none) and not all(none):
+        given = " with ".join(f"{name} = {shown(value)}" for name, value in values.items())
+        raise ValueError(f"{given}; accepted: both, or None")
+
+
 def nearest(value: object, known: Iterable[str]) -> str:
     """' (did you mean ...?)' for a name that looks like a known one or begins one, else ''."""
     if not isinstance(value, str):

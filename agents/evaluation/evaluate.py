@@ -7,15 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from stickslip.agents.evaluation.players import (
-    Named,
-    common_task,
-    machine_of,
-    places_of,
-    players_on,
-    read_named,
-    require_one_table,
-)
+from stickslip.agents.evaluation import players
 from stickslip.agents.evaluation.rollout import (
     MOST_EPISODES,
     is_random,
@@ -38,7 +30,7 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State
     from stickslip.envs.functional import FunctionalEnv
 
-    Who: TypeAlias = Mapping[str, Named]
+    Who: TypeAlias = Mapping[str, players.Named]
     Played: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 EPISODES = 32
@@ -157,8 +149,8 @@ def evaluate_command(given: Options) -> Content:
     require_new(targets, given["overwrite"])
 
     task = given.get("task")
-    named = read_named(given["who"], task and machine_by_name(task_by_name(task).machine))
-    if (task := common_task(named, given)) is None:
+    named = players.read_named(given["who"], task and machine_by_name(task_by_name(task).machine))
+    if (task := players.common_task(named, given)) is None:
         table, tasks = _on_places(named, given, targets)
     else:
         table, tasks = _on_task(task, named, given, targets)
@@ -177,20 +169,20 @@ def _running(line: str) -> None:
 
 def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Played:
     """All on a named task."""
-    players = players_on(task, named, given)
+    who = players.players_on(task, named, given)
     require_writable(written)
     about = task_in_words(task)
     print(about)
     how = {name: given[name] for name in ("episodes", "shield", "program")}
-    table = evaluate_task(task, players, **how, progress=_running)
+    table = evaluate_task(task, who, **how, progress=_running)
     return table, {table.rows[0].scene: about}
 
 
 def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     """Each on its own task, as flags change it; those of one environment in one program."""
-    places = places_of(named, given)
+    places = players.places_of(named, given)
     require_writable(written)
-    require_one_table(places, machine_of(named))
+    players.require_one_table(places, players.machine_of(named))
     parts = []
     for place in places:
         print(place.line())

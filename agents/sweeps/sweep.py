@@ -17,15 +17,8 @@ import jax
 
 from stickslip.agents.evaluation.players import every_option
 from stickslip.agents.machine import machine_by_name
+from stickslip.agents.sweeps import cells
 from stickslip.agents.sweeps.cases import cases_named, cases_on
-from stickslip.agents.sweeps.cells import (
-    StoppedError,
-    missing_cells,
-    open_store,
-    read_head,
-    run_cells,
-    write_cell,
-)
 from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays, write_pictures
 from stickslip.agents.sweeps.plan import FORMS, AxisLike, Plan, Player, axes_of
 from stickslip.agents.training.directory import only_writer
@@ -102,20 +95,20 @@ def run_plan(
     plan = plan.cut(cell, threads)
     with only_writer(path, "sweeping"), ExitStack() as stack:
         plan = _opened(plan, path, cell, resume)
-        head, todo = read_head(path, "sweep"), missing_cells(path, "sweep")
+        head, todo = cells.read_head(path, "sweep"), cells.missing_cells(path, "sweep")
         left = sum(plan.at(one).last - plan.at(one).first for one in todo)
         bar = Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True)
         stack.enter_context(bar)
 
         def keep(number: int, made: Future[dict[str, np.ndarray]]) -> None:
             columns = made.result()
-            write_cell(path, number, head, cell_table(plan, number, columns))
+            cells.write_cell(path, number, head, cell_table(plan, number, columns))
             bar.advance(len(columns["fell"]))
 
         pool = executor or stack.enter_context(ThreadPoolExecutor(threads))
         here = isinstance(pool, ThreadPoolExecutor)
         play = Player(plan) if here else partial(_play, pickle.dumps(partial(Player, plan)))
-        run_cells(partial(pool.submit, play), keep, todo, stop)
+        cells.run_cells(partial(pool.submit, play), keep, todo, stop)
     return SweepResult(path, plan.total, plan.cells, len(todo))
 
 
@@ -134,7 +127,7 @@ def _opened(plan: Plan, path: Path, cell: int | None, resume: bool) -> Plan:
     """Open the directory; the plan with the cells that the sweep was begun with."""
     random = list(dict.fromkeys(one.task for one in plan.cases if one.random))
     about = {"cell": plan.cell, "units": plan.units, "random": random}
-    head = open_store(
+    head = cells.open_store(
         path, "sweep", definition=plan.definition, cells=plan.cells, about=about, resume=resume
     )
     begun, size = replace(plan, cell=head.get("cell")), head.get("cell")
@@ -155,7 +148,7 @@ def sweep_command(given: Options) -> Content:
     with stoppable() as stop:
         try:
             done = run_plan(plan, path, resume=given["resume"], progress=True, stop=stop)
-        except StoppedError:
+        except cells.StoppedError:
             message = f"Stopped; go on with the same command and --resume ({path})"
             raise stop.interrupted(message) from None
     print(f"Played {done.played} of {done.cells} cells in {time.monotonic() - begun:.1f} s")

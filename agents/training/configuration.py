@@ -8,7 +8,7 @@ import json
 import shlex
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import Field, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
@@ -43,11 +43,6 @@ def positive(default: T, about: str) -> T:
 def drawn(about: str, low: float = 0.0) -> tuple[float, float] | None:
     """A field with the ends of a range that a start draws from, by default none."""
     return entry(None, "range", f"{about}, drawn at each start", low=low)
-
-
-def rule_of(one: Field[object]) -> untrusted.Rule:
-    """Rule of a field's accepted values."""
-    return one.metadata["rule"]
 
 
 @dataclass(frozen=True)
@@ -105,7 +100,7 @@ class Configuration:
 
     def __post_init__(self):
         for one in fields(self):
-            value = rule_of(one).require(one.name, getattr(self, one.name))
+            value = one.metadata["rule"].require(one.name, getattr(self, one.name))
             object.__setattr__(self, one.name, value)
         if self.task is None:
             for name, value in self.USUALLY.items():

@@ -9,14 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.evaluation.table import (
-    FAILURES,
-    Column,
-    Columns,
-    Interval,
-    Measures,
-    mean_interval,
-)
+from stickslip.agents.evaluation import table
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -49,21 +42,24 @@ class UGVEpisodes(NamedTuple):
         return np.asarray(self.status) != Status.OK
 
 
-def _whole(played: UGVEpisodes, of: str) -> Interval:
+def _whole(played: UGVEpisodes, of: str) -> table.Interval:
     """Mean over the episodes that reached the end; NaN without any."""
     values = np.asarray(getattr(played, of), float)[~played.fell]
-    return mean_interval(values) if len(values) else Interval(np.nan)
+    return table.mean_interval(values) if len(values) else table.Interval(np.nan)
 
 
-def ugv_columns(unit: str) -> Columns[UGVEpisodes]:
+def ugv_columns(unit: str) -> table.Columns[UGVEpisodes]:
     """The columns of a table; unit: the criterion's."""
     return {
-        "return": (Column("return", "-", 1), lambda played: mean_interval(played.reward)),
-        "cost": (Column("cost", unit, 2), partial(_whole, of="cost")),
-        "wheel_energy": (Column("wheels", "J", 1), partial(_whole, of="wheel_energy")),
-        "total_energy": (Column("with legs", "J", 1), partial(_whole, of="total_energy")),
-        "demand": (Column("friction used", "-", 3), partial(_whole, of="demand")),
-        "failures": FAILURES,
+        "return": (
+            table.Column("return", "-", 1),
+            lambda played: table.mean_interval(played.reward),
+        ),
+        "cost": (table.Column("cost", unit, 2), partial(_whole, of="cost")),
+        "wheel_energy": (table.Column("wheels", "J", 1), partial(_whole, of="wheel_energy")),
+        "total_energy": (table.Column("with legs", "J", 1), partial(_whole, of="total_energy")),
+        "demand": (table.Column("friction used", "-", 3), partial(_whole, of="demand")),
+        "failures": table.FAILURES,
     }
 
 
@@ -84,8 +80,8 @@ def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
     )
 
 
-def measures(env: UGVEnv) -> Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
+def measures(env: UGVEnv) -> table.Measures[UGVEnvState, UGVEnvParams, UGVEpisodes]:
     """See Machine; the criterion in its unit."""
     unit = env.measure.unit
     kept = {"reward": "-", "cost": unit, "distance": "m", "wheel_energy": "J", "total_energy": "J"}
-    return Measures(keep_of, ugv_columns(unit), kept | {"demand": "-"})
+    return table.Measures(keep_of, ugv_columns(unit), kept | {"demand": "-"})

@@ -12,16 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import eval_context
 
-from stickslip.dynamics import checks
+from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.machine_file import MachineFile, OwnMachine, in_file, table_of, toml_text
-from stickslip.dynamics.pytrees import (
-    Numbers,
-    Numeric,
-    register_pytree,
-    require_broadcast,
-    require_one,
-    settle,
-)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -47,7 +39,7 @@ OPTIONAL: dict[str, dict[str, Any]] = {
 """The same of the fields that may be None."""
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class UGVParams:
     """The half vehicle of the chapter's Fig. 20, SI units; masses of one side.
@@ -68,25 +60,25 @@ class UGVParams:
     Every field may be an array with leading batch axes and be mapped over with vmap.
     """
 
-    body_length: Numeric = 0.83
-    leg_length: Numeric = 0.35
-    wheel_radius: Numeric = 0.28
-    wheel_mass: Numeric = 50.0
-    body_mass: Numeric = 300.0
-    leg_mass: Numeric = 20.0
-    gravity: Numeric = 9.81
-    leg_angle_min: Numeric = np.pi / 6
-    leg_angle_max: Numeric = 5 * np.pi / 6
-    wheel_gap: Numeric = 0.0
-    rolling_resistance: Numeric | None = None
-    drive_efficiency: Numeric | None = None
-    regeneration_efficiency: Numeric | None = None
-    holding_loss: Numeric | None = None
+    body_length: pytrees.Numeric = 0.83
+    leg_length: pytrees.Numeric = 0.35
+    wheel_radius: pytrees.Numeric = 0.28
+    wheel_mass: pytrees.Numeric = 50.0
+    body_mass: pytrees.Numeric = 300.0
+    leg_mass: pytrees.Numeric = 20.0
+    gravity: pytrees.Numeric = 9.81
+    leg_angle_min: pytrees.Numeric = np.pi / 6
+    leg_angle_max: pytrees.Numeric = 5 * np.pi / 6
+    wheel_gap: pytrees.Numeric = 0.0
+    rolling_resistance: pytrees.Numeric | None = None
+    drive_efficiency: pytrees.Numeric | None = None
+    regeneration_efficiency: pytrees.Numeric | None = None
+    holding_loss: pytrees.Numeric | None = None
 
     def __post_init__(self):
         if any(value is not None for value in vars(self).values()):  # else: axes to map over
             for name, rule in self._rules.items():
-                settle(self, **{name: checks.as_number(name, getattr(self, name), **rule)})
+                pytrees.settle(self, **{name: checks.as_number(name, getattr(self, name), **rule)})
             self.validate()
 
     @property
@@ -95,7 +87,7 @@ class UGVParams:
         given = {name: rule for name, rule in OPTIONAL.items() if getattr(self, name) is not None}
         return RULES | given
 
-    def replace(self, **changes: Numbers) -> UGVParams:
+    def replace(self, **changes: pytrees.Numbers) -> UGVParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
         checks.require_known(changes, [field.name for field in fields(self)])
         return replace(self, **changes)
@@ -134,7 +126,7 @@ class UGVParams:
         return write_whole(path, vehicle_text(vars(self)), overwrite=overwrite)
 
     @property
-    def weight(self) -> Numeric:
+    def weight(self) -> pytrees.Numeric:
         """Weight of the whole half vehicle [N]."""
         return (2 * self.wheel_mass + 2 * self.leg_mass + self.body_mass) * self.gravity
 
@@ -143,7 +135,7 @@ class UGVParams:
         for name, rule in self._rules.items():
             checks.require_kind(name, getattr(self, name), NUMBERS, "a number, or an array of them")
             checks.require_number(name, getattr(self, name), **rule)
-        require_broadcast(**vars(self))
+        pytrees.require_broadcast(**vars(self))
         if checks.is_concrete(self):
             with eval_context():  # numbers, also inside a trace of other things
                 self._check_together()
@@ -226,15 +218,11 @@ def max_torque_of(numbers: Mapping[str, Any], wheel_radius: float) -> float | No
     """
     limits = [one for one in [numbers.get("motor.torque_limit")] if one is not None]
     power, speed = numbers.get("motor.max_power"), numbers.get("motor.speed")
-    if (power is None) != (speed is None):
-        raise ValueError(
-            f"motor.max_power = {power} [W] with motor.speed = {speed} [m/s]; accepted: both, or "
-            "neither"
-        )
+    checks.require_both(**{"motor.max_power": power, "motor.speed": speed})
     if power is not None and speed is not None:
         how: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite number > 0"}
-        power = require_one("motor.max_power", power, **how)
-        limits.append(power * wheel_radius / require_one("motor.speed", speed, **how))
+        power = pytrees.require_one("motor.max_power", power, **how)
+        limits.append(power * wheel_radius / pytrees.require_one("motor.speed", speed, **how))
     return min(limits, default=None)
 
 

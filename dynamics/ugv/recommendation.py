@@ -73,20 +73,10 @@ def promises() -> Iterator[Recommendation]:
     for ground, place, index, poses, torque, contact in MEASURED["promises"]:
         typical, promised, worst = map(max, torque, contact)
         solver, dtype = settings[index]
+        known = solver, dtype, typical, promised, worst, poses
         for priced, of, batch, cost in MEASURED["costs"]:
             if (priced, of) == (ground, index):
-                yield Recommendation(
-                    solver=solver,
-                    dtype=dtype,
-                    typical_error=typical,
-                    promised_error=promised,
-                    worst_error=worst,
-                    poses=poses,
-                    cost=cost,
-                    batch=batch,
-                    ground=ground,
-                    place=place,
-                )
+                yield Recommendation(*known, cost, batch, ground, place)
 
 
 def recommend(

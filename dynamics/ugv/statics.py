@@ -133,7 +133,9 @@ def balance(
     """
     mu_rear, mu_front = friction if isinstance(friction, tuple) else (friction, friction)
     forces = ground_forces(params, placed, 0.0 if difference is None else difference)
-    torque = -_along(params, forces.F_rear, forces.N_rear) * params.wheel_radius
+    along, c = forces.F_rear, params.rolling_resistance
+    along = along if c is None else along + c * forces.N_rear  # what a wheel's motor makes
+    torque = -along * params.wheel_radius
     if difference is not None:
         torque = jnp.stack([torque, torque - params.wheel_radius * difference], -1)
     grip_rear = mu_rear * forces.N_rear - jnp.abs(forces.F_rear)
@@ -278,12 +280,6 @@ def _same_shares(F: Values, N: Values, dF: Values, dN: Values) -> list[Values]:
     root = jnp.where(square > 0, jnp.sqrt(jnp.where(square > 0, square, 1.0)), 0.0)
     q = -(B + jnp.where(B < 0, -root, root)) / 2
     return [*(C / jnp.where(q == 0, 1.0, q)), *(q / jnp.where(A == 0, 1.0, A))]
-
-
-def _along(params: UGVParams, F: Values, N: Values) -> Values:
-    """F + c N: the force along the ground that a wheel's motor makes, -M / r [N]."""
-    c = params.rolling_resistance
-    return F if c is None else F + c * N
 
 
 def weight_moment(params: UGVParams, placed: Pose, x: Values) -> Values:

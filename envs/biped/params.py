@@ -9,29 +9,12 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedModel, BipedParams, prepare
 from stickslip.dynamics.biped.settings import Fidelity
 from stickslip.dynamics.biped.simulation import require_exchange
-from stickslip.dynamics.checks import is_concrete, require_choice, require_kind, require_known
-from stickslip.dynamics.pytrees import (
-    Number,
-    Numeric,
-    float_kind,
-    holds_numbers,
-    register_pytree,
-    require_one,
-    settle,
-)
 from stickslip.dynamics.scene import Grip, Scene, scene_of
-from stickslip.envs.functional import (
-    NON_NEGATIVE,
-    POSITIVE,
-    Range,
-    Rule,
-    as_numbers,
-    require_numbers,
-    require_range,
-)
+from stickslip.envs import functional
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -61,7 +44,7 @@ OPTIONS = ("phase", "crank_rate", "mean_rate", "mark")
 """Options of a reset: draws that no step reads."""
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class Randomisation:
     """Ranges (low, high) of a reset's uniform draws; None leaves a value as it is.
@@ -73,21 +56,21 @@ class Randomisation:
     is None is not compiled in.
     """
 
-    friction: Range | None = None
-    mass: Range | None = None
-    payload: Range | None = None
-    mean_rate: Range | None = None
-    phase: Range | None = None
-    crank_rate: Range | None = None
-    command_interval: Range | None = None
-    mark: Range | None = None
+    friction: functional.Range | None = None
+    mass: functional.Range | None = None
+    payload: functional.Range | None = None
+    mean_rate: functional.Range | None = None
+    phase: functional.Range | None = None
+    crank_rate: functional.Range | None = None
+    command_interval: functional.Range | None = None
+    mark: functional.Range | None = None
 
     def validate(self) -> Randomisation:
         """Return self, or raise ValueError naming the range."""
         for one in fields(self):
             rule = DRAWS[one.name]
             low, high = rule.get("low", -np.inf), rule.get("high", np.inf)
-            require_range(one.name, getattr(self, one.name), low, high=high)
+            functional.require_range(one.name, getattr(self, one.name), low, high=high)
         if self.command_interval is not None and self.mean_rate is None:
             raise ValueError(
                 f"command_interval = {self.command_interval} without mean_rate; accepted: "
@@ -96,7 +79,7 @@ class Randomisation:
         return self
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class BipedEnvParams:
     """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.
@@ -119,34 +102,34 @@ class BipedEnvParams:
     robot: BipedModel
     scene: Scene
     randomisation: Randomisation
-    torque_limit: Numeric
-    control_period: Numeric
-    mean_rate: Numeric
-    time_limit: Numeric
-    max_crank_rate: Numeric
-    copper_loss: Numeric
-    tracking_weight: Numeric
-    slip_weight: Numeric
-    energy_weight: Numeric
-    fall_penalty: Numeric
-    mark: Real[Number, "..."] | None
-    mark_width: Real[Number, "..."] | None
-    max_power: Numeric | None = field(default=None, kw_only=True)
-    efficiency: Numeric | None = field(default=None, kw_only=True)
+    torque_limit: pytrees.Numeric
+    control_period: pytrees.Numeric
+    mean_rate: pytrees.Numeric
+    time_limit: pytrees.Numeric
+    max_crank_rate: pytrees.Numeric
+    copper_loss: pytrees.Numeric
+    tracking_weight: pytrees.Numeric
+    slip_weight: pytrees.Numeric
+    energy_weight: pytrees.Numeric
+    fall_penalty: pytrees.Numeric
+    mark: Real[pytrees.Number, "..."] | None
+    mark_width: Real[pytrees.Number, "..."] | None
+    max_power: pytrees.Numeric | None = field(default=None, kw_only=True)
+    efficiency: pytrees.Numeric | None = field(default=None, kw_only=True)
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     def __post_init__(self):
-        require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
+        checks.require_kind("robot", self.robot, BipedModel, "a BipedModel, as `prepare` makes it")
         if self.robot.load is not None:
             raise ValueError("robot carries a load; accepted: a BipedModel as `prepare` makes it")
         unit = None
-        if holds_numbers(self.robot.bare):
+        if pytrees.holds_numbers(self.robot.bare):
             carried = self.scene.payload if isinstance(self.scene, Scene) else self.robot.payload
             if not _same_number(self.robot.payload, carried):
-                settle(self, robot=replace(self.robot, payload=carried))
+                pytrees.settle(self, robot=replace(self.robot, payload=carried))
             if getattr(self.randomisation, "payload", None) is not None:
                 unit = self.robot.unit_inertia()
-        settle(self, unit_payload=unit)
+        pytrees.settle(self, unit_payload=unit)
 
     def replace(self, **changes: Any) -> BipedEnvParams:
         """A copy with some fields changed, validated; ValueError for an unknown name.
@@ -154,7 +137,7 @@ class BipedEnvParams:
         robot: a BipedModel, or a BipedParams, which is prepared with the fidelity and in the type
         of the robot before.
         """
-        require_known(changes, [one.name for one in fields(self) if one.init])
+        checks.require_known(changes, [one.name for one in fields(self) if one.init])
         robot = changes.get("robot")
         if isinstance(robot, BipedParams):
             bare = robot.validate().astype(jnp.result_type(self.robot.bare.crank))
@@ -168,13 +151,10 @@ class BipedEnvParams:
     def validate(self) -> BipedEnvParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
         kind = jnp.result_type(self.robot.own_mass)
-        require_numbers(self, NUMBERS | OPTIONAL, kind)
-        if (self.mark is None) != (self.mark_width is None):
-            raise ValueError(
-                f"mark = {self.mark} with mark_width = {self.mark_width}; accepted: both, or None"
-            )
-        require_kind("scene", self.scene, Scene, "a Scene")
-        require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
+        functional.require_numbers(self, NUMBERS | OPTIONAL, kind)
+        checks.require_both(mark=self.mark, mark_width=self.mark_width)
+        checks.require_kind("scene", self.scene, Scene, "a Scene")
+        checks.require_kind("randomisation", self.randomisation, Randomisation, "a Randomisation")
         self.scene.validate()
         self.randomisation.validate()
         if self.randomisation.mark is not None and self.mark is None:
@@ -184,23 +164,25 @@ class BipedEnvParams:
             )
         if isinstance(self.scene.floor, Grip) and self.randomisation.friction is not None:
             raise ValueError("friction cannot be drawn on a grip floor; accepted: None")
-        if is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
+        if checks.is_concrete(self.robot.closes) and not np.all(np.asarray(self.robot.closes)):
             raise ValueError("robot: its linkage cannot close; accepted: one that closes")
         even = self.robot.symmetric
-        if not (is_concrete(even) and np.all(np.asarray(even))):
+        if not (checks.is_concrete(even) and np.all(np.asarray(even))):
             require_exchange(self.robot.params, self.scene)  # says by how much it is not
         return self
 
 
-NUMBERS: dict[str, Rule] = dict.fromkeys(
-    ("torque_limit", "control_period", "mean_rate", "time_limit", "max_crank_rate"), POSITIVE
+NUMBERS: dict[str, functional.Rule] = dict.fromkeys(
+    ("torque_limit", "control_period", "mean_rate", "time_limit", "max_crank_rate"),
+    functional.POSITIVE,
 )
 NUMBERS |= dict.fromkeys(
-    ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty"), NON_NEGATIVE
+    ("copper_loss", "tracking_weight", "slip_weight", "energy_weight", "fall_penalty"),
+    functional.NON_NEGATIVE,
 )
 """The rule of every number."""
-_WAY: Rule = {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
-OPTIONAL: dict[str, Rule] = {
+_WAY: functional.Rule = {"low": 0.0, "strict": True, "accepted": "None, or a finite way > 0 [m]"}
+OPTIONAL: dict[str, functional.Rule] = {
     "mark": _WAY,
     "mark_width": _WAY,
     "max_power": {"low": 0.0, "strict": True, "accepted": "None, or a finite power > 0 [W]"},
@@ -214,14 +196,16 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     if "scene" in given:
         given["scene"] = scene_of(given["scene"]).validate()
     if "randomisation" in given:
-        require_kind("randomisation", given["randomisation"], Randomisation, "a Randomisation")
+        checks.require_kind(
+            "randomisation", given["randomisation"], Randomisation, "a Randomisation"
+        )
         given["randomisation"].validate()
-    return as_numbers(given, NUMBERS | OPTIONAL)
+    return functional.as_numbers(given, NUMBERS | OPTIONAL)
 
 
-def _same_number(one: Numeric | None, other: Numeric | None) -> bool:
+def _same_number(one: pytrees.Numeric | None, other: pytrees.Numeric | None) -> bool:
     """True if two payloads are known to be the same: one object, or equal in value and shape."""
-    if one is None or other is None or not is_concrete(one, other):
+    if one is None or other is None or not checks.is_concrete(one, other):
         return one is other
     same = np.shape(one) == np.shape(other)
     return same and bool(np.all(np.asarray(one) == np.asarray(other, np.asarray(one).dtype)))
@@ -241,20 +225,20 @@ def make_params(
     scene: Scene | str | None = None,
     randomisation: Randomisation | None = None,
     dtype: DTypeLike | None = None,
-    torque_limit: Numeric = 4.0,
-    control_period: Numeric = CONTROL_PERIOD,
-    mean_rate: Numeric = 3.0,
-    time_limit: Numeric = 10.0,
-    max_crank_rate: Numeric = 20.0,
-    copper_loss: Numeric = 0.5,
-    tracking_weight: Numeric = 1.0,
-    slip_weight: Numeric = 5.0,
-    energy_weight: Numeric = 0.5,
-    fall_penalty: Numeric = 5.0,
-    mark: Real[Number, "..."] | None = None,
-    mark_width: Real[Number, "..."] | None = None,
-    max_power: Numeric | None = None,
-    efficiency: Numeric | None = None,
+    torque_limit: pytrees.Numeric = 4.0,
+    control_period: pytrees.Numeric = CONTROL_PERIOD,
+    mean_rate: pytrees.Numeric = 3.0,
+    time_limit: pytrees.Numeric = 10.0,
+    max_crank_rate: pytrees.Numeric = 20.0,
+    copper_loss: pytrees.Numeric = 0.5,
+    tracking_weight: pytrees.Numeric = 1.0,
+    slip_weight: pytrees.Numeric = 5.0,
+    energy_weight: pytrees.Numeric = 0.5,
+    fall_penalty: pytrees.Numeric = 5.0,
+    mark: Real[pytrees.Number, "..."] | None = None,
+    mark_width: Real[pytrees.Number, "..."] | None = None,
+    max_power: pytrees.Numeric | None = None,
+    efficiency: pytrees.Numeric | None = None,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units.
 
@@ -265,10 +249,10 @@ def make_params(
     bare = BipedParams.from_bars() if bare is None else bare
     scene = DEFAULT_SCENE if scene is None else scene_of(scene)
     drawn = Randomisation() if randomisation is None else randomisation
-    require_kind("robot", bare, BipedParams, "None or a BipedParams")
+    checks.require_kind("robot", bare, BipedParams, "None or a BipedParams")
     bare.validate()
     numbers = _as_numbers({"scene": scene, "randomisation": drawn} | numbers)
-    bare = bare.astype(float_kind(dtype, jnp.result_type(bare.mass)))
+    bare = bare.astype(pytrees.float_kind(dtype, jnp.result_type(bare.mass)))
     return BipedEnvParams(
         robot=prepare(bare, fidelity=fidelity, payload=scene.payload), **numbers
     ).validate()
@@ -277,7 +261,9 @@ def make_params(
 def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedEnvParams:
     """The parameters with a start of their own, whatever is named, so that all options are one
     program; what they set is not drawn."""
-    given = {name: require_one(name, value, **DRAWS[name]) for name, value in options.items()}
+    given = {
+        name: pytrees.require_one(name, value, **DRAWS[name]) for name, value in options.items()
+    }
     usual = {"phase": SUPPORT_START, "crank_rate": 0.0, "mean_rate": params.mean_rate}
     usual |= {} if params.mark is None else {"mark": params.mark}
     drawn = params.randomisation
@@ -292,5 +278,5 @@ def scene_from_plain(scene: Any) -> Any:
     if not isinstance(scene, dict):
         return scene
     ((kind, numbers),) = scene.items()
-    require_choice("scene", kind, ("uniform", "patches"))
+    checks.require_choice("scene", kind, ("uniform", "patches"))
     return getattr(Scene, kind)(**numbers)

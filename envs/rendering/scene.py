@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import atan, ceil, cos, floor, hypot, pi, sin
+from math import atan, ceil, cos, floor, hypot, log10, pi, sin
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.painter import Box, Painter
-from stickslip.envs.rendering.theme import digits_of, nice_step, written
+from stickslip.envs.rendering.theme import nice_step, written
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -221,11 +221,12 @@ def _scale(painter: Painter, camera: Camera) -> None:
     left, bottom, right, _ = camera.box
     start, end = camera.shown
     step = nice_step((end - start) / 8)
+    digits = max(0, -floor(log10(step) + 1e-9))
     for k in range(ceil(start / step), floor(end / step) + 1):
         x = camera.x(k * step)
         painter.line([(x, bottom), (x, bottom - 5)], theme.MUTED, cap="butt")
         if left + 14 <= x <= right - 14:
-            words = f"{written(k * step, digits_of(step))} m"
+            words = f"{written(k * step, digits)} m"
             painter.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, align="center")
 
 

@@ -83,8 +83,3 @@ def nice_step(rough: float) -> float:
     """The least of 1, 2 and 5 times a power of ten that is not below `rough`."""
     power = 10.0 ** floor(log10(rough))
     return next(factor * power for factor in (1, 2, 5, 10) if factor * power >= rough * 0.999)
-
-
-def digits_of(step: float) -> int:
-    """Number of decimals that multiples of a round step need."""
-    return max(0, -floor(log10(step) + 1e-9))

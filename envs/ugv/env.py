@@ -31,15 +31,7 @@ from stickslip.envs.ugv.state import (
     heights_ahead,
     info_of,
 )
-from stickslip.optim.posture.criteria import (
-    CRITERIA,
-    Criterion,
-    Station,
-    increase,
-    station_of,
-    step_cost,
-    torque_left,
-)
+from stickslip.optim.posture import criteria
 from stickslip.optim.posture.problem import PostureProblem
 
 if TYPE_CHECKING:
@@ -176,16 +168,16 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def __post_init__(self):
         super().__post_init__()
-        require_choice("criterion", self.criterion, tuple(CRITERIA))
+        require_choice("criterion", self.criterion, tuple(criteria.CRITERIA))
         accepted = f"an integer from 0 to {MOST_PREVIEW}"
         require_integer("preview", self.preview, low=0, high=MOST_PREVIEW, accepted=accepted)
         require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
         require_kind("see_friction", self.see_friction, bool, "True or False")
 
     @property
-    def measure(self) -> Criterion:
+    def measure(self) -> criteria.Criterion:
         """The criterion itself."""
-        return CRITERIA[self.criterion]
+        return criteria.CRITERIA[self.criterion]
 
     def episode_params(self, params: UGVEnvParams, options: Mapping[str, Any]) -> UGVEnvParams:
         """See FunctionalEnv; what the options set is not drawn."""
@@ -248,11 +240,13 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
         after, attitude = unless_failed((after, attitude), (before, state.attitude))
         measure, first = self.measure.of(params.vehicle), state.elapsed == 0
-        more = increase(measure, state.cost, before, after, first)
+        more = criteria.increase(measure, state.cost, before, after, first)
         more = jnp.where(failed, 0.0, more).astype(dtype)
         reward = -params.reward_scale * (more + jnp.where(failed, params.failure_penalty, 0.0))
         wheel_work, total_work = (
-            jnp.asarray(step_cost(CRITERIA[name].of(params.vehicle), before, after), dtype)
+            jnp.asarray(
+                criteria.step_cost(criteria.CRITERIA[name].of(params.vehicle), before, after), dtype
+            )
             for name in ("wheel_energy", "total_energy")
         )
         added = (more, UGVTotals(reward, wheel_work, total_work))
@@ -338,16 +332,16 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def _stand(
         self, x: Float[Array, ""], angles: Float[Array, " 2"], drawn: UGVDrawn, params: UGVEnvParams
-    ) -> tuple[Station, Attitude]:
+    ) -> tuple[criteria.Station, Attitude]:
         """Station and attitude with the front wheel touching at x."""
         odometer, friction = ground(drawn, params)
         vehicle = params.vehicle
         placed = stand(vehicle, odometer.track, x, angles, self.solver)
-        station = station_of(vehicle, odometer, placed, angles, friction)
+        station = criteria.station_of(vehicle, odometer, placed, angles, friction)
         low = (station.status == Status.OK) & (station.clearance < params.min_clearance)
         status = jnp.where(low, Status.GROUNDED, station.status)
         if params.max_torque is not None:
-            left = jnp.min(torque_left(station, params.max_torque), -1)
+            left = jnp.min(criteria.torque_left(station, params.max_torque), -1)
             status = jnp.where((status == Status.OK) & (left < 0), Status.OVERLOAD, status)
         status = status.astype(jnp.int32)
         station = station._replace(status=status)

@@ -8,17 +8,9 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics import pytrees
 from stickslip.dynamics.checks import is_concrete, require_kind, require_known, shown
 from stickslip.dynamics.names import RANDOM_TRACKS
-from stickslip.dynamics.pytrees import (
-    Number,
-    Numeric,
-    float_kind,
-    holds_numbers,
-    register_pytree,
-    require_one,
-    settle,
-)
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.envs.functional import NON_NEGATIVE, POSITIVE, Rule, as_numbers, require_numbers
 from stickslip.envs.ugv.randomisation import (
@@ -37,7 +29,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.criteria import Criterion
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class UGVEnvParams:
     """Parameters of UGVEnv, a pytree to vmap over. Build it with `UGVEnv.make_params`.
@@ -61,26 +53,26 @@ class UGVEnvParams:
     vehicle: UGVParams
     odometer: Odometer
     randomisation: UGVRandomisation
-    friction: Numeric
-    leg_rate: Numeric
-    spacing: Numeric
-    start: Numeric
-    end: Numeric
-    start_angles: Numeric
-    min_clearance: Numeric
-    preview_length: Numeric
-    preview_noise: Numeric | None
-    max_torque: Real[Number, "..."] | None
-    reward_scale: Numeric
-    speed: Numeric
-    given_penalty: Numeric | None
+    friction: pytrees.Numeric
+    leg_rate: pytrees.Numeric
+    spacing: pytrees.Numeric
+    start: pytrees.Numeric
+    end: pytrees.Numeric
+    start_angles: pytrees.Numeric
+    min_clearance: pytrees.Numeric
+    preview_length: pytrees.Numeric
+    preview_noise: pytrees.Numeric | None
+    max_torque: Real[pytrees.Number, "..."] | None
+    reward_scale: pytrees.Numeric
+    speed: pytrees.Numeric
+    given_penalty: pytrees.Numeric | None
     penalty_unit: str = field(metadata={"static": True})
-    failure_penalty: Numeric = field(init=False)
+    failure_penalty: pytrees.Numeric = field(init=False)
 
     def __post_init__(self):
         penalty, friction = self.given_penalty, self.friction
-        if holds_numbers(self.vehicle, self.odometer, friction, self.start, self.end):
-            settle(self, odometer=covering(self.odometer, self.start, self.end))
+        if pytrees.holds_numbers(self.vehicle, self.odometer, friction, self.start, self.end):
+            pytrees.settle(self, odometer=covering(self.odometer, self.start, self.end))
             if penalty is None:
                 if (drawn := self.randomisation.friction) is not None:
                     friction = jnp.maximum(friction, drawn[1])
@@ -89,7 +81,7 @@ class UGVEnvParams:
                     friction = jnp.max(surface.factors)
                 way = self.end - self.start
                 penalty = penalty_for(self.penalty_unit, self.vehicle, friction, way)
-        settle(self, failure_penalty=penalty)
+        pytrees.settle(self, failure_penalty=penalty)
 
     @property
     def track(self) -> Track:
@@ -221,19 +213,19 @@ def make_params(
     track: Track | str | None = None,
     randomisation: UGVRandomisation | None = None,
     dtype: DTypeLike | None = None,
-    friction: Numeric = 0.8,
-    leg_rate: Numeric = 1.0,
-    spacing: Numeric = 0.1,
-    start: Numeric | None = None,
-    end: Numeric | None = None,
-    start_angles: Numeric = (np.pi / 2, np.pi / 2),
-    min_clearance: Numeric = 0.02,
-    preview_length: Numeric = 2.0,
-    preview_noise: Numeric | None = None,
-    max_torque: Real[Number, "..."] | None = None,
-    failure_penalty: Numeric | None = None,
-    reward_scale: Numeric = 1.0,
-    speed: Numeric = 1.0,
+    friction: pytrees.Numeric = 0.8,
+    leg_rate: pytrees.Numeric = 1.0,
+    spacing: pytrees.Numeric = 0.1,
+    start: pytrees.Numeric | None = None,
+    end: pytrees.Numeric | None = None,
+    start_angles: pytrees.Numeric = (np.pi / 2, np.pi / 2),
+    min_clearance: pytrees.Numeric = 0.02,
+    preview_length: pytrees.Numeric = 2.0,
+    preview_noise: pytrees.Numeric | None = None,
+    max_torque: Real[pytrees.Number, "..."] | None = None,
+    failure_penalty: pytrees.Numeric | None = None,
+    reward_scale: pytrees.Numeric = 1.0,
+    speed: pytrees.Numeric = 1.0,
 ) -> UGVEnvParams:
     """Gather the numbers; see UGVEnvParams for their meaning and units.
 
@@ -251,14 +243,16 @@ def make_params(
     drawn.validate(vehicle)
     numbers = as_numbers(numbers, GIVEN)
     accepted = "a length > 0 [m]"
-    spacing = require_one("spacing", spacing, low=0.0, strict=True, accepted=accepted)
+    spacing = pytrees.require_one("spacing", spacing, low=0.0, strict=True, accepted=accepted)
     start, end = (
-        None if value is None else require_one(name, value, accepted="a finite position [m]")
+        None
+        if value is None
+        else pytrees.require_one(name, value, accepted="a finite position [m]")
         for name, value in (("start", start), ("end", end))
     )
     places = waypoints_along(track, vehicle, spacing, start, end)
     first, last = float(places[0]), float(places[-1])
-    dtype = float_kind(dtype, jnp.result_type(float))
+    dtype = pytrees.float_kind(dtype, jnp.result_type(float))
     params = UGVEnvParams(
         vehicle=vehicle,
         odometer=odometer_over(track, first, last, dtype),
@@ -273,7 +267,7 @@ def make_params(
     return cast(params.validate(), dtype)
 
 
-def penalty_for(unit: str, vehicle: UGVParams, friction: Numeric, length: Numeric):
+def penalty_for(unit: str, vehicle: UGVParams, friction: pytrees.Numeric, length: pytrees.Numeric):
     """A penalty that makes failing cost more than any drive to the end, in the criterion's unit.
 
     A wheel that does not slip has |F| <= mu N, both have the same F, and the normal forces add up

@@ -85,11 +85,7 @@ class RandomTrack:
         require_range("roughness", self.roughness, 0.0, strict=True)
         require_range("grip", self.grip, 0.0)
         require_range("patch_length", self.patch_length, RAMP, strict=True)
-        if (self.grip is None) != (self.patch_length is None):
-            raise ValueError(
-                f"grip = {self.grip} with patch_length = {self.patch_length}; accepted: both, or "
-                "None"
-            )
+        checks.require_both(grip=self.grip, patch_length=self.patch_length)
         for name in ("waves", "pieces", "cells", "patches"):
             value = checks.require_integer(name, getattr(self, name))
             checks.require_memory(

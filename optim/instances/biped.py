@@ -16,12 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics import biped
-from stickslip.dynamics.biped.links import (
-    SUPPORT_END,
-    SUPPORT_START,
-    closing_margin,
-    exchange_mismatch,
-)
+from stickslip.dynamics.biped import links
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
@@ -292,16 +287,16 @@ class BipedDesign:
         usual = LENGTHS | MASSES
         chosen = {name: usual[name] * part for name, part in zip(self.names, x, strict=True)}
         robot = biped.BipedParams.from_bars(**chosen, dtype=np.float64)
-        theta = SUPPORT_START + np.pi * (np.arange(angles) + 0.5) / angles
+        theta = links.SUPPORT_START + np.pi * (np.arange(angles) + 0.5) / angles
         if self.goal == "friction":
-            theta = np.linspace(SUPPORT_START, SUPPORT_END, angles)
+            theta = np.linspace(links.SUPPORT_START, links.SUPPORT_END, angles)
         need = jax.vmap(lambda angle: biped.inverse_dynamics(robot, angle, CRANK_RATE, 0.0))(theta)
         length, weight = biped.step_length(robot), robot.total_mass * robot.gravity
         margins = jnp.concatenate(
             [
-                jax.vmap(partial(closing_margin, robot))(theta),
+                jax.vmap(partial(links.closing_margin, robot))(theta),
                 need.normal_force / weight,
-                (1 - exchange_mismatch(robot) / MISMATCH)[None],
+                (1 - links.exchange_mismatch(robot) / MISMATCH)[None],
                 (length / (LEAST_STEP * data) - 1)[None],
             ]
         )

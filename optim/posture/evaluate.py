@@ -195,8 +195,9 @@ class Waypoints(NamedTuple):
         with jax.enable_x64(True):
             shared = dict.fromkeys(("x", "friction", "criterion", "odometer", *LIMITS))
             shared = jax.device_put(replace(posture, **shared))
-            reach = _reach(posture.params)
-
+            # From the front contact, within which all ground lies that matters.
+            of = posture.params
+            reach = float(of.body_length) + 2 * float(of.leg_length + of.wheel_radius)
             each = _calls(len(x))
             places = [padded(x[begin:], size) for begin, size in each]
             longest = max((np.ptp(at) for at in places), default=0.0)
@@ -228,11 +229,6 @@ class Waypoints(NamedTuple):
         return [
             program(posture, padded(pairs[begin:], size)) for begin, size, posture in self.calls
         ]
-
-
-def _reach(params: UGVParams) -> float:
-    """Distance from the front contact within which all ground lies that matters [m]."""
-    return float(params.body_length) + 2 * float(params.leg_length + params.wheel_radius)
 
 
 def _joined(parts: list[Any], length: int) -> Any:

@@ -22,14 +22,7 @@ import numpy as np
 from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.pytrees import float64_program
 from stickslip.dynamics.status import Status
-from stickslip.optim.posture.criteria import (
-    PLACED,
-    Criterion,
-    Station,
-    pointwise_cost,
-    station_cost,
-    step_cost,
-)
+from stickslip.optim.posture import criteria
 from stickslip.optim.posture.evaluate import PostureResult, below, natural
 from stickslip.optim.posture.layers import CHUNK, Layer, Layers, shortfall
 from stickslip.optim.posture.waypoints import (
@@ -183,7 +176,7 @@ class PostureGrid:
         status, message = OptimStatus.FAILED, f"no {self.what}: {reason}"
         if np.any(unplaced):
             codes = layer.stations.status[unplaced]
-            codes = np.where(np.isin(codes, PLACED), int(Status.NON_FINITE), codes)
+            codes = np.where(np.isin(codes, criteria.PLACED), int(Status.NON_FINITE), codes)
             counts = Counter(Status(int(code)).name for code in codes)
             listed = ", ".join(f"{n} {name}" for name, n in counts.most_common())
             what = "hollow ground" if set(counts) == {"HOLLOW_GROUND"} else "no pose"
@@ -250,7 +243,7 @@ def solve_grid(
     return grid.result(nodes, message, grid_bound=known)
 
 
-_pointwise = float64_program(pointwise_cost)
+_pointwise = float64_program(criteria.pointwise_cost)
 
 
 def solve_dp(
@@ -340,7 +333,9 @@ def _arrivals(
     """Least cost of arriving at each node of the last waypoint, infinite where none arrives, or of
     the first waypoint where none does at all; the nodes before, at each waypoint up to that one;
     how many moves the rate and the constraints allow; the largest finite cost of all."""
-    costs, back, count = _first_costs(grid), [], 0
+    begin, criterion = grid.layers[0], grid.problem.posture.criterion
+    cost = station_costs(criterion, begin.stations) if criterion.kind == "max" else 0.0
+    costs, back, count = np.where(begin.admissible, cost, np.inf), [], 0
     size = _largest(costs)
     node = np.min_scalar_type(grid.shape[0] * grid.shape[1])
     with Bar(f"{grid.method}: paths", len(grid.layers) - 1, "step", progress) as bar:
@@ -367,13 +362,6 @@ def _path(costs: np.ndarray, back: list[np.ndarray]) -> list[int]:
     return nodes[::-1]
 
 
-def _first_costs(grid: PostureGrid) -> np.ndarray:
-    """The cost of beginning at each node of the first waypoint."""
-    begin, criterion = grid.layers[0], grid.problem.posture.criterion
-    cost = station_costs(criterion, begin.stations) if criterion.kind == "max" else 0.0
-    return np.where(begin.admissible, cost, np.inf)
-
-
 def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Least costs of arriving at the next waypoint's nodes, the nodes before, and the number of
     moves; of equally good moves the shortest one, and of those the first one in the order of
@@ -389,23 +377,25 @@ def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarra
     return found[0], found[1], int(found[2])
 
 
-station_costs = float64_program(station_cost)
+station_costs = float64_program(criteria.station_cost)
 
 
-def _joined(criterion: Criterion, before: Array, a: Station, b: Station) -> Array:
+def _joined(
+    criterion: criteria.Criterion, before: Array, a: criteria.Station, b: criteria.Station
+) -> Array:
     """Costs of arriving at stations b from stations a; infinite instead of NaN."""
     if criterion.kind == "max":
-        total = jnp.maximum(before, station_cost(criterion, b))
+        total = jnp.maximum(before, criteria.station_cost(criterion, b))
     else:
-        total = before + step_cost(criterion, a, b)
+        total = before + criteria.step_cost(criterion, a, b)
     return jnp.where(jnp.isnan(total), jnp.inf, total)
 
 
 @float64_program
 def arrive_by_moves(
-    criterion: Criterion,
-    a: Station,
-    b: Station,
+    criterion: criteria.Criterion,
+    a: criteria.Station,
+    b: criteria.Station,
     good_a: Bool[Array, "N"],
     good_b: Bool[Array, "N"],
     before: Float[Array, "N"],
@@ -434,9 +424,9 @@ def arrive_by_moves(
 
 @float64_program
 def arrive_from_all(
-    criterion: Criterion,
-    a: Station,
-    b: Station,
+    criterion: criteria.Criterion,
+    a: criteria.Station,
+    b: criteria.Station,
     good_a: Bool[Array, "A"],
     good_b: Bool[Array, "B"],
     before: Float[Array, "A"],

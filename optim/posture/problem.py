@@ -15,19 +15,11 @@ from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Station, criterion_by_name
-from stickslip.optim.posture.evaluate import (
-    Posture,
-    PostureResult,
-    Waypoints,
-    tolerated,
-    violations,
-)
 from stickslip.optim.posture.waypoints import (
     STATION,
     PostureData,
     check_problem,
     longest_wheelbase,
-    require_stations,
     waypoints_along,
 )
 from stickslip.optim.problem import Evaluation, Method, Problem, Structure, as_floats, solve
@@ -52,7 +44,7 @@ METHODS = {
 
 
 @dataclass(frozen=True)
-class PostureProblem(PostureData, Problem[PostureResult]):
+class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     """Leg angles at each waypoint that are best by a criterion, under constraints.
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
@@ -105,7 +97,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return cls(params, track, x, criterion, **options)
 
     methods = METHODS
-    result_kind = PostureResult
+    result_kind = evaluate.PostureResult
     default_method = "dp"
 
     @property
@@ -125,7 +117,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         return read_only(low), read_only(high)
 
     @cached_property
-    def posture(self) -> Posture:
+    def posture(self) -> evaluate.Posture:
         """The same problem as a pytree of float64 numbers, for functions that are traced."""
         refuse_after_fork()
         first = float(self.x[0]) - longest_wheelbase(self.params)
@@ -140,17 +132,17 @@ class PostureProblem(PostureData, Problem[PostureResult]):
                 "criterion": self.criterion.of(self.params),
             }
             numbers |= {name: getattr(self, name) for name in evaluate.LIMITS}
-            return Posture(
+            return evaluate.Posture(
                 **jax.tree.map(_number, numbers), solver=self.solver, free_split=self.free_split
             )
 
     @cached_property
-    def waypoints(self) -> Waypoints:
+    def waypoints(self) -> evaluate.Waypoints:
         """Shared data of a drive's stations, on the device."""
-        return Waypoints.of(self.posture, self.posture.x, self.posture.friction)
+        return evaluate.Waypoints.of(self.posture, self.posture.x, self.posture.friction)
 
     @cached_property
-    def limits(self) -> Posture:
+    def limits(self) -> evaluate.Posture:
         """Limits of stations and angles on the device, one program for all grounds and criteria."""
         bare = replace(self.posture, odometer=None, friction=None, criterion=None)
         with jax.enable_x64(True):
@@ -162,7 +154,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         rows = self.waypoints.rows(angles)
         value, margins = self._value_and_margins(rows, angles)
         feasible = self.meets(angles.reshape(-1), margins)
-        found = violations(self, angles, Station.of_rows(rows))
+        found = evaluate.violations(self, angles, Station.of_rows(rows))
         return Evaluation(value, margins, feasible, found)
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
@@ -233,13 +225,13 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers
         are not finite.
         """
-        return violations(self, self.angles(x), self.stations(x))
+        return evaluate.violations(self, self.angles(x), self.stations(x))
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
         return self.waypoints.stations(self.angles(x))
 
-    def result(self, x: Vector, **others: Any) -> PostureResult:
+    def result(self, x: Vector, **others: Any) -> evaluate.PostureResult:
         """See Problem.result: the drive is evaluated between its waypoints, too."""
         x = np.array(x, dtype=float).reshape(-1)
         return super().result(x, **evaluate_finer(self, x), **others)
@@ -266,7 +258,7 @@ class PostureProblem(PostureData, Problem[PostureResult]):
         """A batch as angles, repeated up to a power of two, and how many drives it has."""
         drives = len(X) if np.ndim(X) else 0
         size = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
-        require_stations(f"X of {drives} drives", float(size) * len(self.x))
+        require_memory(f"X of {drives} drives", "stations", float(size) * len(self.x), STATION)
         angles = self._batch(X)
         more = size - len(angles) if len(angles) else 0
         last = np.broadcast_to(angles[-1:], (more, *angles.shape[1:]))
@@ -317,11 +309,13 @@ def evaluate_finer(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> dict[s
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
     at = evaluate.stations(fine.posture, angles)
     whole = at.map(lambda of: evaluate.padded(of, size))
-    residuals = violations(fine, angles, at)
+    residuals = evaluate.violations(fine, angles, at)
     return {
         "fine_value": float(evaluate.value(fine.posture.criterion, whole, np.int32(count))),
         "fine_spacing": float(np.max(np.diff(fine.x))),
-        "fine_feasible": all(by <= tolerated(fine, name) for name, by in residuals.items()),
+        "fine_feasible": all(
+            by <= evaluate.tolerated(fine, name) for name, by in residuals.items()
+        ),
         "fine_residuals": residuals,
     }
 

@@ -132,7 +132,7 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
     x = _waypoints(problem.x)
     if isinstance(problem.track, Track) and problem.track.surface is not None:
         problem.track.surface.validate()
-    require_stations(f"x of {len(x)} waypoints", len(x))
+    require_memory(f"x of {len(x)} waypoints", "stations", len(x), STATION)
     fields: dict[str, Any] = {"track": track_of(problem.track), "x": x}
     accepted = "a number >= 0, or one for each waypoint"
     require_number("friction", problem.friction, low=0.0, accepted=accepted, dtype=np.float64)
@@ -225,18 +225,13 @@ def nearer_between(params: UGVParams, turn: float) -> float:
     return ALLOWED * float(np.max(grown, initial=0.0))
 
 
-def require_stations(given: str, count: float, bytes_each: float = STATION) -> None:
-    """Refuse to evaluate more stations at once than fit."""
-    require_memory(given, "stations", count, bytes_each)
-
-
 def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
     through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
     given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
     at_once = min(chunk / (K * each), 1.0)
-    require_stations(given, K * each, NODE + STATION * at_once)
+    require_memory(given, "stations", K * each, NODE + STATION * at_once)
 
 
 LEAST = 31

@@ -74,10 +74,8 @@ def train_flags(parser: Parser, machine: str) -> None:
 
 def add_fields(parser: Parser, kind: type[Configuration]) -> None:
     """Add a flag or a setting for each field; only those given appear in the parsed arguments."""
-    from stickslip.agents.training.configuration import rule_of
-
     for one in fields(kind):
-        rule = rule_of(one)
+        rule: Rule = one.metadata["rule"]
         about, options = _about(one, rule, kind), dict[str, Any](default=argparse.SUPPRESS)
         if rule.kind is bool:
             options["type"] = truth

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +18,7 @@ from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from stickslip.envs.biped.state import drawn_robot
 from stickslip.envs.ugv.randomisation import UGVRandomisation
 from tests.envs.helpers import task
+from tests.trees import assert_same
 
 OWN = 8.4661588
 """Mass of the default robot [kg]."""
@@ -25,13 +26,7 @@ LOADED = Scene.uniform(0.06, 0.05, payload=2.0)
 BARE = Scene.uniform(0.06, 0.05)
 
 
-def same(one: Any, other: Any) -> None:
-    """Two trees of the same structure and the same numbers."""
-    assert jax.tree.structure(one) == jax.tree.structure(other)
-    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
-        np.testing.assert_allclose(a, b, rtol=1e-6, atol=1e-6)
-
-
+same = partial(assert_same, rtol=1e-6, atol=1e-6)
 WAYS = {"method": lambda tree, **new: tree.replace(**new), "dataclasses": replace}
 
 

@@ -9,22 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.cli import NOTHING_FOUND, OK, main
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optimise.machine import survey_of, track_options_of, treatments_of
+from tests.agents.test_cli import refusal
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
 SMALL = ["optimise", "ugv", "--set", "spacing=1", "leg_rate=none", "angles=4", "polish=false"]
 """Eight waypoints over the bump: every run here shares its compiled programs."""
-
-
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr with which the command refuses."""
-    assert main(["optimise", *arguments]) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert re.fullmatch(r"stickslip: error: [^\n]+\n", line)
-    return line
 
 
 def stations(path: Path) -> dict[str, np.ndarray]:
@@ -74,7 +67,7 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
 def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):
     Path("run").mkdir()
     Path("run/notes").write_text("mine")
-    assert "run exists" in refusal(capsys, *SMALL[1:], "--out", "run")
+    assert "run exists" in refusal(capsys, *SMALL, "--out", "run")
     assert [path.name for path in Path("run").iterdir()] == ["notes"]
     again = [*SMALL, "--out=run", "--overwrite", "--no-pictures"]
     Path("run/drive.png").write_text("an older one")
@@ -82,7 +75,7 @@ def test_a_result_in_the_way_is_kept_unless_it_may_be_replaced(capsys):
     assert {p.name for p in Path("run").iterdir()} == {"notes", "result.json", "stations.csv"}
     assert "Written: run/result.json, run/stations.csv" in capsys.readouterr().out
     Path("flat").write_text("mine")
-    assert "flat is a file" in refusal(capsys, *SMALL[1:], "--out", "flat", "--overwrite")
+    assert "flat is a file" in refusal(capsys, *SMALL, "--out", "flat", "--overwrite")
     assert Path("flat").read_text() == Path("run/notes").read_text() == "mine"
 
 
@@ -106,7 +99,7 @@ def test_where_there_is_no_drive_it_says_so_and_ends_with_its_own_status(capsys)
 
 def test_a_missing_package_is_named_with_its_extra(capsys, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setitem(sys.modules, "cma", None)
-    assert "stickslip[optim]" in refusal(capsys, *SMALL[1:], "--method=cma", "--seed=1")
+    assert "stickslip[optim]" in refusal(capsys, *SMALL, "--method=cma", "--seed=1")
 
 
 def test_tracks_come_by_name_with_their_numbers_or_from_a_file():
@@ -126,7 +119,7 @@ def test_treated_ground_is_drawn_and_written_with_what_was_changed(capsys):
     y = 0.1 * np.exp(-((x - 4) ** 2)) + np.where(x == 2, 3.0, 0.0)
     np.savetxt("hill.csv", np.stack([x, y], 1), delimiter=",", header="x,y", comments="")
     hill = ["--track", "hill.csv", "--out", "run"]
-    assert "--ground merge" in refusal(capsys, *SMALL[1:], *hill)
+    assert "--ground merge" in refusal(capsys, *SMALL, *hill)
     assert main([*SMALL, *hill, "--ground=merge,outliers=1m"]) == OK
     told = json.loads(Path("run/result.json").read_text(encoding="utf-8"))["ground"][0]
     assert (told["dropped"], told["merged"], told["knots"]) == (1, 1, 16)
@@ -149,4 +142,4 @@ def test_lengths_of_treatments_have_units_and_defaults(capsys):
     for words in ("", "noises=3"):
         with pytest.raises(ValueError, match=r"--ground = .* is unknown"):
             treatments_of(words, UGVParams())
-    assert "with a file of points" in refusal(capsys, *SMALL[1:], "--ground=merge")
+    assert "with a file of points" in refusal(capsys, *SMALL, "--ground=merge")

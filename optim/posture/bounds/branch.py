@@ -138,23 +138,13 @@ JOINTS = 100.0
 
 
 @dataclass(frozen=True)
-class Level:
-    """Bound proved by one level of cells."""
-
-    cells: float
-    """Width of the rear leg's cells [rad]."""
-    bound: float
-    alive: float
-    """The share of all cells that a drive better than the best known may pass."""
-
-
-@dataclass(frozen=True)
 class DriveBound:
     """Lower bound on every drive at a problem's waypoints.
 
     value: the bound, in the criterion's unit. It holds for every drive, whatever its leg angles,
     that the problem calls feasible at its waypoints; best: the value of the best drive known, or
-    infinite. levels: how the bound grew. seconds: all of it.
+    infinite. levels: how the bound grew: of each level of cells their width at the rear leg [rad],
+    the bound, and the share of them alive, which a better drive may pass. seconds: all of it.
 
     Proved from the problem's own numbers in interval arithmetic, with the one assumption of
     `stickslip.optim.intervals` and, on tables whose pieces miss each other by rounding, an
@@ -165,7 +155,7 @@ class DriveBound:
 
     value: float
     best: float
-    levels: tuple[Level, ...]
+    levels: tuple[dict[str, float], ...]
     seconds: float
 
     @property
@@ -229,7 +219,7 @@ def bound_every_drive(
         found = max(found, bound)
         alive = float(np.mean([np.mean(of.alive) for of in after]))
         widths = [float(np.max(of.rear.widths)) for of in now]
-        levels.append(Level(min(widths[1:-1] or widths), found, alive))
+        levels.append({"cells": min(widths[1:-1] or widths), "bound": found, "alive": alive})
         size = float(
             sum(of.size * (4 if halve else 1) for of, halve in zip(after, worth, strict=True))
         )
@@ -310,7 +300,7 @@ def solve_branch(
         most_corners=most_corners,
         progress=progress,
     )
-    details = {"gap": found.gap, "levels": [vars(level) for level in found.levels]}
+    details = {"gap": found.gap, "levels": list(found.levels)}
     if found.value == float("inf"):
         return PostureResult.without_point(
             method="branch",

@@ -21,17 +21,9 @@ from stickslip.envs.ugv.picture import station_frames, ugv_picture
 from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined
+from stickslip.optimise import ugv
 from stickslip.optimise.machine import ground_table, vehicle_on_track
 from stickslip.optimise.picture import draw_drive
-from stickslip.optimise.ugv import (
-    FRONT_LEG,
-    FRONT_WHEEL,
-    REAR_LEG,
-    STATIONS,
-    UNITS,
-    criteria_table,
-    stations_table,
-)
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
 from stickslip.report import one_row, require_files, show, write_simulation
@@ -43,11 +35,11 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.track_file import Survey
 
 COLUMNS = (
-    ColumnSpec(FRONT_WHEEL, "m", ("x",)),
-    ColumnSpec(REAR_LEG, "rad", ("rear",)),
-    ColumnSpec(FRONT_LEG, "rad", ("front",)),
+    ColumnSpec(ugv.FRONT_WHEEL, "m", ("x",)),
+    ColumnSpec(ugv.REAR_LEG, "rad", ("rear",)),
+    ColumnSpec(ugv.FRONT_LEG, "rad", ("front",)),
 )
-OF_OPTIMISE = f"{STATIONS} of `stickslip optimise ugv`, its directory, or "
+OF_OPTIMISE = f"{ugv.STATIONS} of `stickslip optimise ugv`, its directory, or "
 SPACING = 0.1
 """Default spacing of waypoints [m]."""
 FPS, SPEED = 25.0, 1.0
@@ -60,13 +52,16 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
-    summary, criteria = drive_summary(problem, stations, found.feasible), criteria_table(problem, x)
+    summary, criteria = (
+        drive_summary(problem, stations, found.feasible),
+        ugv.criteria_table(problem, x),
+    )
     tables = {"summary": summary, "criteria": criteria}
     tables |= {"ground": ground_table(survey)} if given.ground else {}
     show(*tables.values())
     for name, by in found.residuals.items():
         if by > 0 and not found.feasible:
-            print(f"misses {name} by {by:.3g} {UNITS[name]}")
+            print(f"misses {name} by {by:.3g} {ugv.UNITS[name]}")
 
     def plot(path: Path) -> None:
         surface = problem.track.surface
@@ -75,9 +70,9 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         write_whole(path, png(draw_drive(problem, x), title), overwrite=given.overwrite)
 
     film = partial(film_drive, problem, x)
-    written = write_simulation(given, stations_table(stations), plot, film)
+    written = write_simulation(given, ugv.stations_table(stations), plot, film)
     about = {"feasible": found.feasible, "missed": found.residuals, "files": written}
-    return Content(tables, about, {"missed": UNITS}, OK if found.feasible else NOTHING_FOUND)
+    return Content(tables, about, {"missed": ugv.UNITS}, OK if found.feasible else NOTHING_FOUND)
 
 
 def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
@@ -143,7 +138,7 @@ def read_posture(text: str) -> tuple[Float[np.ndarray, "K"], Float[np.ndarray, "
     ValueError naming the file and the line of what will not do.
     """
     path = Path(text)
-    path = path / STATIONS if path.is_dir() else path
+    path = path / ugv.STATIONS if path.is_dir() else path
     require_suffix(path, (".csv",))
     found = read_columns(path, COLUMNS, also=OF_OPTIMISE)
     if len(found) < 2:

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from tests.precision import mostly_single
+from tests.trees import assert_same
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
@@ -38,13 +38,6 @@ def still(path: str, size: int, about: dict, outputs: int = 1, push: float = 0.0
 
 def through_json(about: dict) -> dict:
     return json.loads(json.dumps(about, allow_nan=False))
-
-
-def assert_same(one, other):
-    assert jax.tree.structure(one) == jax.tree.structure(other)
-    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
-        assert np.asarray(a).dtype == np.asarray(b).dtype
-        np.testing.assert_array_equal(a, b)
 
 
 def strange_biped(dtype=None, **changes) -> tuple[BipedEnv, object]:

@@ -9,7 +9,7 @@ import pyarrow as pa
 import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
-from stickslip.agents.sweeps import sweep as sweeping
+from stickslip.agents.sweeps import cells
 from stickslip.agents.sweeps.cells import StoppedError
 from tests.agents.mass import MassEnv, MassParams, Pull
 from tests.agents.sweeps.masses import WHO, StillParams, swept
@@ -48,9 +48,9 @@ def test_an_episode_is_the_one_that_evaluate_plays(tmp_path):
 
 def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, monkeypatch):
     swept(tmp_path / "whole")
-    write, written = sweeping.write_cell, []
+    write, written = cells.write_cell, []
 
-    monkeypatch.setattr(sweeping, "write_cell", lambda *cell: written.append(write(*cell)))
+    monkeypatch.setattr(cells, "write_cell", lambda *cell: written.append(write(*cell)))
     with pytest.raises(StoppedError):
         swept(tmp_path / "a", executor=ThreadPoolExecutor(1), stop=lambda: len(written) > 2)
     assert len(written) == 3

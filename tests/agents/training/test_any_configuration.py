@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.agents.biped.machine import TrainConfig
-from stickslip.agents.training.configuration import rule_of
 from stickslip.agents.ugv.machine import UGVTrainConfig
 
 KINDS = (TrainConfig, UGVTrainConfig)
@@ -42,7 +41,8 @@ def accepted_by(rule: Any, default: Any) -> st.SearchStrategy[Any]:
 def some_fields(draw: st.DrawFn, kind: Any) -> dict[str, Any]:
     known = {one.name: one for one in fields(kind)}
     chosen = draw(st.lists(st.sampled_from(list(known)), max_size=4, unique=True))
-    return {name: draw(accepted_by(rule_of(known[name]), known[name].default)) for name in chosen}
+    fields_of = {name: known[name] for name in chosen}
+    return {n: draw(accepted_by(of.metadata["rule"], of.default)) for n, of in fields_of.items()}
 
 
 def attempt(build: Callable[[], Any]) -> tuple[Any, str]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 
-import jax
 import numpy as np
 import pytest
 
@@ -19,16 +18,10 @@ from stickslip.agents.training.run import train
 from stickslip.agents.ugv import task as ugv_task
 from stickslip.agents.ugv.machine import UGVTrainConfig
 from stickslip.envs import TASKS, known_of, task_by_name
+from tests.trees import assert_same
 
 NAME = "BipedSteady-v0"
 KINDS = {"biped": TrainConfig, "ugv": UGVTrainConfig}
-
-
-def assert_same(one: object, other: object, rtol: float = 0.0) -> None:
-    assert jax.tree.structure(one) == jax.tree.structure(other)
-    for left, right in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
-        assert np.asarray(left).dtype == np.asarray(right).dtype
-        np.testing.assert_allclose(left, right, rtol=rtol)
 
 
 def test_the_biped_trains_on_exactly_the_task():

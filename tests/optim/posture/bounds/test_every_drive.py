@@ -46,7 +46,7 @@ def test_no_drive_is_below_the_bound(searched, name: str):
     found = bound_every_drive(problem, best, cells=16, most_corners=12_000, tolerance=0.0)
     assert found.best == pytest.approx(np.min(value), rel=1e-9)
     assert found.value <= np.min(value)
-    bounds = [level.bound for level in found.levels]
+    bounds = [level["bound"] for level in found.levels]
     assert len(bounds) > 1
     assert bounds == sorted(bounds)
     assert found.gap < (1.1 if name == "torque_variation" else 0.3)
