@@ -37,6 +37,11 @@ class ColumnSpec(NamedTuple):
     """True: only under a head that names it, left out elsewhere."""
 
 
+TIME = ColumnSpec("time", "s", ("t",))
+TORQUE = ColumnSpec("torque", "N m", ("T", "tau", "M"))
+"""Columns of walks that are measured or commanded."""
+
+
 def accepted_table(wanted: Sequence[ColumnSpec]) -> str:
     """Accepted forms of a table with these columns, for messages and the help."""
     columns = " and ".join(

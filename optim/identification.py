@@ -25,17 +25,13 @@ from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.names import UNKNOWNS
 from stickslip.dynamics.scene import Uniform
-from stickslip.optim.columns import ColumnSpec, read_columns
+from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, read_columns
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-COLUMNS = (
-    ColumnSpec("time", "s", ("t",)),
-    ColumnSpec("torque", "N m", ("T", "tau", "M")),
-    ColumnSpec("crank angle", "rad", ("crank_angle", "theta")),
-)
+COLUMNS = (TIME, TORQUE, ColumnSpec("crank angle", "rad", ("crank_angle", "theta")))
 LEAST_ROWS, LEAST_NOISE = 20, 1e-4
 LONGEST_STEP = 0.005
 """Of the filter's prediction [s]."""
@@ -278,8 +274,9 @@ class _Search:
 
     def identified(self, best: np.ndarray, C: np.ndarray, disturbance: float) -> Identified:
         """Intervals about the best frictions, or above the least where the log shows no slip."""
-        last = self.tried(best[None], disturbance)
-        gripping = self.tried(np.log([[GRIP, GRIP]]), disturbance)
+        points = np.stack([best, np.log([GRIP, GRIP])])
+        both = _Tried(points, self.filtered(points, disturbance))
+        last, gripping = both.take([0]), both.take([1])
         self.spread = np.minimum(self.prior, FREE * last.unknowns[1][0])
         evidence = gripping.last.misfit[0] - last.last.misfit[0]
         slipped = bool(evidence > 2 * np.log(len(self.log[1][0])))
@@ -324,8 +321,8 @@ class _Search:
         points = within_range(best + along)
         tried = self.tried(points, disturbance)
         tried = self.tried(tried.points, disturbance, tried.last.mean[:, 3:])
-        likely = tried.within(JOINT).points[:, axis]
-        inside = points[0, axis] < likely.min() and likely.max() < points[-1, axis]
+        near = tried.within(JOINT).points[:, axis]
+        inside = points[0, axis] < near.min() and near.max() < points[-1, axis]
         if inside or not widenings:
             return tried
         return self.scan(best, axis, 3 * reach, disturbance, widenings - 1)

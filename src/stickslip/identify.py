@@ -14,11 +14,9 @@ from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.estimation import NAMES
 from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.lazily import require
 from stickslip.optim.identification import Identified, WalkLog, identify
-from stickslip.records.files import require_new, require_suffix, require_writable
 from stickslip.records.table import Column, Content, Table
-from stickslip.report import write_files
+from stickslip.report import require_picture, write_files
 
 UNITS = {"payload": "kg", "torque_loss": "N m", "encoder_bias": "rad", "encoder_delay": "s"}
 
@@ -29,10 +27,7 @@ def identify_command(flags: Mapping[str, Any]) -> Content:
     given = Namespace(**flags)
     path = Path(given.log)
     picture = Path(given.out) if given.out else path.with_suffix(".png")
-    require_suffix(picture, (".png",))
-    require_new([picture], given.overwrite)
-    require_writable([picture])
-    require("matplotlib.figure")
+    require_picture(picture, given.overwrite)
     log = WalkLog.from_file(path)
     with precision("float64"):
         robot, _ = BipedParams.with_motor(given.robot, given.changes)

@@ -52,6 +52,14 @@ def require_files(given: Namespace, seconds: float) -> None:
     require_writable(written)
 
 
+def require_picture(path: Path, overwrite: bool) -> None:
+    """Refuse a .png that cannot be drawn or written."""
+    require_suffix(path, (".png",))
+    require_new([path], overwrite)
+    require_writable([path])
+    require("matplotlib.figure")
+
+
 def write_simulation(given: Namespace, table: Table, plot: Maker, film: Maker) -> list[str]:
     """Write the rows and the pictures that are asked for; return their names."""
     makers = (lambda path: write_whole(path, table.csv(), overwrite=given.overwrite), plot, film)

@@ -10,7 +10,6 @@ import numpy as np
 
 from stickslip.dynamics import biped
 from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.lazily import require
 from stickslip.dynamics.machine_file import machine_in
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
@@ -26,8 +25,9 @@ from stickslip.optim.gait.profile import MISMATCH
 from stickslip.optim.progress import say_stage
 from stickslip.optimise.biped import TORQUE_LIMIT
 from stickslip.optimise.picture import vehicles_drawing
-from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
+from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Content, Table
+from stickslip.report import require_picture
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -68,10 +68,7 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
         print(f"Written: {path}")
         return Content(facts={"files": [str(path)]})
     picture = Path(flags["out"]) if flags["out"] else path.with_suffix(".png")
-    require_suffix(picture, (".png",))
-    require_new([picture], flags["overwrite"])
-    require_writable([picture])
-    require("matplotlib.figure")
+    require_picture(picture, flags["overwrite"])
     make = vehicle_page if machine_in(path) == "ugv" else robot_page
     page = make(path, flags["changes"], flags["mu"])
     columns = [Column("name", words=True), Column("value", words=True)]

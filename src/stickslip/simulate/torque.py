@@ -16,7 +16,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import nearest, require_number, shown
-from stickslip.optim.columns import ColumnSpec, read_columns, read_text
+from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, read_columns, read_text
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""
-COLUMNS = (ColumnSpec("time", "s", ("t",)), ColumnSpec("torque", "N m", ("T", "tau", "M")))
+COLUMNS = (TIME, TORQUE)
 LONGEST, DEEPEST = 1000, 40
 """Characters of arithmetic, and levels of it."""
 LARGEST = sys.float_info.max
@@ -188,7 +188,7 @@ def _refusal(node: ast.AST) -> str:
 
 
 RATE = ColumnSpec("crank rate", "rad/s", ("rate", "w"))
-BY_TIME = (ColumnSpec("time", "s", ("t",)), RATE)
+BY_TIME = (TIME, RATE)
 BY_PHASE = (ColumnSpec("crank angle", "rad", ("phase", "theta")), RATE)
 NODES = 4001
 """Crank angles of a step at which the time is known."""
