@@ -12,15 +12,7 @@ from typing import Any, TypedDict, Unpack, get_args
 
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    as_number,
-    is_concrete,
-    require_choice,
-    require_kind,
-    require_known,
-    require_number,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.pytrees import (
     Numbers,
@@ -99,10 +91,10 @@ class Scene:
     @classmethod
     def _with(cls, kind: type[Floor], numbers: dict[str, Numbers], options: SceneOptions) -> Scene:
         """A scene on a floor of these numbers, all checked."""
-        require_known(options, ("payload", "steps", "outputs"), "option of a scene")
+        checks.require_known(options, ("payload", "steps", "outputs"), "option of a scene")
         if (payload := options.get("payload")) is not None:
-            options["payload"] = as_number("payload", payload, **PAYLOAD)
-        fields = {name: as_number(name, one, **RULES[name]) for name, one in numbers.items()}
+            options["payload"] = checks.as_number("payload", payload, **PAYLOAD)
+        fields = {name: checks.as_number(name, one, **RULES[name]) for name, one in numbers.items()}
         return cls(kind(**fields), **options).validate()
 
     @classmethod
@@ -135,7 +127,7 @@ class Scene:
         0.2, 0.15. firm: 0.5, 0.4. ice-patch: firm, with 0.05, 0.04 from 0.3 m to 0.6 m. grip: a
         floor on which nothing slips.
         """
-        require_choice("scene", name, SCENES)
+        checks.require_choice("scene", name, SCENES)
         if name == "grip":
             return cls.grip(**options)
         if name == "ice-patch":
@@ -144,17 +136,17 @@ class Scene:
 
     def validate(self) -> Scene:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
-        require_choice("steps", self.steps, STEPS)
-        require_choice("outputs", self.outputs, OUTPUTS)
+        checks.require_choice("steps", self.steps, STEPS)
+        checks.require_choice("outputs", self.outputs, OUTPUTS)
         accepted = "Grip(), Uniform(...) or Patches(...)"
-        require_kind("floor", self.floor, get_args(Floor), accepted)
+        checks.require_kind("floor", self.floor, get_args(Floor), accepted)
         numbers = {} if self.payload is None else {"payload": self.payload}
         numbers |= vars(self.floor)
         require_numeric(**numbers)
         if isinstance(self.floor, Patches):
             _check_patches(self.floor)
         for name, value in numbers.items():
-            require_number(name, value, **RULES[name])
+            checks.require_number(name, value, **RULES[name])
         if isinstance(self.floor, Uniform):
             require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
@@ -169,9 +161,9 @@ FRICTIONS = {"slippery": (0.06, 0.05), "wet": (0.2, 0.15), "firm": (0.5, 0.4)}
 def scene_of(scene: Any) -> Scene:
     """The scene itself, or the one of that name; ValueError for anything else."""
     if isinstance(scene, str):
-        require_choice("scene", scene, SCENES, also="a Scene")
+        checks.require_choice("scene", scene, SCENES, also="a Scene")
         return Scene.named(scene)
-    require_kind("scene", scene, Scene, f"a Scene, or {', '.join(map(repr, SCENES))}")
+    checks.require_kind("scene", scene, Scene, f"a Scene, or {', '.join(map(repr, SCENES))}")
     return scene
 
 
@@ -188,12 +180,12 @@ RULES: dict[str, dict[str, Any]] = {
 
 
 def _check_friction(mu_static: Numbers, mu_kinetic: Numbers) -> None:
-    if is_concrete(mu_static, mu_kinetic) and np.any(
-        np.asarray(mu_kinetic) > np.asarray(mu_static)
-    ):
+    if not checks.is_concrete(mu_static, mu_kinetic):
+        return
+    if np.any(np.asarray(mu_kinetic) > np.asarray(mu_static)):
+        static, kinetic = map(checks.shown, (mu_static, mu_kinetic))
         raise ValueError(
-            f"mu_kinetic = {shown(mu_kinetic)} exceeds mu_static = {shown(mu_static)}; "
-            f"accepted: {FRICTION['accepted']}"
+            f"mu_kinetic = {kinetic} exceeds mu_static = {static}; accepted: {FRICTION['accepted']}"
         )
 
 
@@ -209,6 +201,6 @@ def _check_patches(floor: Patches) -> None:
                 f"here {edges[-1] + 1}"
             )
     require_broadcast(mu_static=floor.mu_static, mu_kinetic=floor.mu_kinetic)
-    if is_concrete(floor.edges) and np.any(np.diff(np.asarray(floor.edges, float)) <= 0):
-        given = shown(np.asarray(floor.edges).tolist())
+    if checks.is_concrete(floor.edges) and np.any(np.diff(np.asarray(floor.edges, float)) <= 0):
+        given = checks.shown(np.asarray(floor.edges).tolist())
         raise ValueError(f"edges = {given}; accepted: {EDGES}")

@@ -19,12 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.links import (
-    LINK_OF_BODY,
-    SUPPORT_END,
-    SUPPORT_START,
-    centres_and_angles,
-)
+from stickslip.dynamics.biped import links
 from stickslip.dynamics.pytrees import Number, float_type, register_pytree, run_once
 
 if TYPE_CHECKING:
@@ -103,16 +98,16 @@ def body_masses(params: BipedParams) -> Float[Array, " 24"]:
     """Masses of the 24 bodies in the order of BODIES [kg], the payload on the hip."""
     mass = jnp.asarray(params.mass)
     at_hip = np.arange(mass.shape[-1]) == 12
-    return jnp.where(at_hip, mass + params.payload, mass)[LINK_OF_BODY]
+    return jnp.where(at_hip, mass + params.payload, mass)[links.LINK_OF_BODY]
 
 
 def _momenta(params: BipedParams, theta: Scalar) -> tuple[tuple[Scalar, ...], Float[Array, "24 2"]]:
     """Generalised momenta per unit crank rate, M, P, Y, L, and the centres of mass [m]."""
 
     (centres, _), (velocity, turning) = jax.jvp(
-        lambda angle: centres_and_angles(params, angle), (theta,), (jnp.ones_like(theta),)
+        lambda angle: links.centres_and_angles(params, angle), (theta,), (jnp.ones_like(theta),)
     )
-    mass, inertia = body_masses(params), jnp.asarray(params.inertia)[LINK_OF_BODY]
+    mass, inertia = body_masses(params), jnp.asarray(params.inertia)[links.LINK_OF_BODY]
     M = jnp.sum(mass * jnp.sum(velocity**2, axis=-1)) + jnp.sum(inertia * turning**2)
     P, Y = jnp.sum(mass[:, None] * velocity, axis=0)
     spin = centres[:, 0] * velocity[:, 1] - centres[:, 1] * velocity[:, 0]
@@ -168,10 +163,10 @@ class TableInertia:
 
 def fit_table(params: BipedParams, table: Table) -> TableInertia:
     """Build the table from the exact functions; pure, so that vmapped parameters fit their own."""
-    width = (SUPPORT_END - SUPPORT_START) / table.pieces
+    width = (links.SUPPORT_END - links.SUPPORT_START) / table.pieces
     dtype = float_type(params)
     nodes, to_powers = _nodes_and_transform(table.degree)
-    middles = SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
+    middles = links.SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
     angles = middles[:, None] + width / 2 * np.append(nodes, 0.0)
     inertia, moment = jax.vmap(jax.vmap(lambda angle: inertia_and_moment(params, angle)))(
         jnp.asarray(angles, dtype)
@@ -208,8 +203,8 @@ def _evaluate(
 ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Values and slopes of the n polynomials of one table at `theta` (Horner's rule)."""
     pieces, _, powers = coefficients.shape
-    scale = pieces / (SUPPORT_END - SUPPORT_START)
-    place = (theta - SUPPORT_START) * scale
+    scale = pieces / (links.SUPPORT_END - links.SUPPORT_START)
+    place = (theta - links.SUPPORT_START) * scale
     piece = jnp.clip(jnp.floor(place), 0, pieces - 1)
     row = coefficients[piece.astype(jnp.int32)]
     u = jnp.clip(2 * (place - piece) - 1, -3.0, 3.0)
@@ -251,8 +246,8 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     """Interpolate the slopes at Chebyshev nodes, integrate; pure: vmapped robots fit their own."""
     dtype = float_type(params)
     nodes, transform, integrate = _transform(spec.degree)
-    half = (SUPPORT_END - SUPPORT_START) / 2
-    angles = jnp.asarray(SUPPORT_START + half * (1 + nodes), dtype)
+    half = (links.SUPPORT_END - links.SUPPORT_START) / 2
+    angles = jnp.asarray(links.SUPPORT_START + half * (1 + nodes), dtype)
     inertia, moment = jax.vmap(lambda angle: inertia_and_moment(params, angle))(angles)
     to_slope = jnp.asarray(transform, dtype)
     to_value = jnp.asarray(half * integrate, dtype)
@@ -297,9 +292,9 @@ def _clenshaw(
     A trial step may end far behind the support phase, where terms of high degree grow without
     bound. Within 4.5 / degree^2 of the interval's half none exceeds cosh(3) = 10.
     """
-    half = (SUPPORT_END - SUPPORT_START) / 2
+    half = (links.SUPPORT_END - links.SUPPORT_START) / 2
     reach = 1 + 4.5 / (len(coefficients) - 1) ** 2
-    place = (theta - SUPPORT_START) / half - 1
+    place = (theta - links.SUPPORT_START) / half - 1
     u = jnp.clip(place, -reach, reach)
 
     def term(carry: tuple[Float[Array, " k"], Float[Array, " k"]], row: Float[Array, " k"]):

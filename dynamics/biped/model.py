@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 
+from stickslip.dynamics import pytrees
+from stickslip.dynamics.biped import settings
 from stickslip.dynamics.biped.inertia import (
     ExactInertia,
     GroundMoment,
@@ -21,26 +23,7 @@ from stickslip.dynamics.biped.inertia import (
 from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia
 from stickslip.dynamics.biped.links import as_batch, exchange_mismatch, least_closure, step_length
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.settings import (
-    FIDELITIES,
-    Chebyshev,
-    Fidelity,
-    Paper,
-    Reduced,
-    Table,
-    require_fidelity,
-)
 from stickslip.dynamics.checks import as_number, require_kind
-from stickslip.dynamics.pytrees import (
-    Numeric,
-    float_type,
-    holds_numbers,
-    rebuilt,
-    register_pytree,
-    require_numeric,
-    run_once,
-    settle,
-)
 from stickslip.dynamics.scene import PAYLOAD
 
 if TYPE_CHECKING:
@@ -52,28 +35,28 @@ Derived = tuple[Inertia, jax.Array, jax.Array, jax.Array, jax.Array]
 """Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
 
 
-def inertia_of(params: BipedParams, fidelity: Fidelity) -> Inertia:
+def inertia_of(params: BipedParams, fidelity: settings.Fidelity) -> Inertia:
     """The inertia functions of a robot. Pure: under vmap every member gets its own table."""
-    spec = require_fidelity(fidelity)
-    if isinstance(spec, Table):
+    spec = settings.require_fidelity(fidelity)
+    if isinstance(spec, settings.Table):
         return fit_table(params, spec)
-    if isinstance(spec, Chebyshev):
+    if isinstance(spec, settings.Chebyshev):
         return fit_series(params, spec)
-    if isinstance(spec, Reduced):
+    if isinstance(spec, settings.Reduced):
         return ExactInertia(params)
-    return JointInertia(params, spec.step if isinstance(spec, Paper) else None)
+    return JointInertia(params, spec.step if isinstance(spec, settings.Paper) else None)
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class Load:
     """Other masses for a robot that is prepared; see `load`. payload: [kg], None for none."""
 
-    mass_factor: Numeric
-    payload: Numeric | None
+    mass_factor: pytrees.Numeric
+    payload: pytrees.Numeric | None
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class BipedModel:
     """A robot prepared for stepping. Build it once with `prepare` and step with it many times.
@@ -84,9 +67,11 @@ class BipedModel:
 
     bare: BipedParams
     """The robot as it was given, in one floating type."""
-    payload: Numeric | None = None
+    payload: pytrees.Numeric | None = None
     """Mass [kg] added at the hip's centre, the scene's; None for none."""
-    fidelity: Fidelity = field(default=FIDELITIES["reduced"], metadata={"static": True})
+    fidelity: settings.Fidelity = field(
+        default=settings.FIDELITIES["reduced"], metadata={"static": True}
+    )
     load: Load | None = None
     """Load added by `load`."""
     fitted: Inertia = field(init=False, repr=False)
@@ -104,28 +89,28 @@ class BipedModel:
         require_kind("bare", self.bare, BipedParams, "a BipedParams")
         if self.load is not None:
             require_kind("load", self.load, Load, "None, or what `load` made")
-        spec = require_fidelity(self.fidelity)
-        settle(self, fidelity=spec)
+        spec = settings.require_fidelity(self.fidelity)
+        pytrees.settle(self, fidelity=spec)
         names = ("fitted", "own_mass", "step_length", "closes", "symmetric")
         parts: Any = (None,) * len(names)
-        if holds_numbers(self.bare):
+        if pytrees.holds_numbers(self.bare):
             parts = self._prepare()
-        settle(self, unit=None, **dict(zip(names, parts, strict=True)))
+        pytrees.settle(self, unit=None, **dict(zip(names, parts, strict=True)))
         if self.load is not None and self.load.payload is not None:
-            settle(self, unit=self.unit_inertia())
+            pytrees.settle(self, unit=self.unit_inertia())
 
     def _prepare(self):
         if self.payload is not None:
-            settle(self, payload=as_number("payload", self.payload, **PAYLOAD))
-        params, extra = self.bare.astype(float_type(self.bare, self.payload)), self.payload
+            pytrees.settle(self, payload=as_number("payload", self.payload, **PAYLOAD))
+        params, extra = self.bare.astype(pytrees.float_type(self.bare, self.payload)), self.payload
         batch, whole = as_batch(params)
         if extra is not None:
             extra = jnp.asarray(extra, whole.payload.dtype)
             batch = jnp.broadcast_shapes(batch, extra.shape)
-            settle(self, payload=jnp.broadcast_to(extra, batch))
+            pytrees.settle(self, payload=jnp.broadcast_to(extra, batch))
         if batch:
             whole = as_batch(replace(whole, crank=jnp.broadcast_to(whole.crank, batch)))[1]
-        settle(self, bare=whole)
+        pytrees.settle(self, bare=whole)
         return _derive(self.fidelity, with_payload(whole, extra))
 
     @property
@@ -175,8 +160,8 @@ class BipedModel:
 def prepare(
     params: BipedParams | BipedModel,
     *,
-    fidelity: Fidelity = "reduced",
-    payload: Numeric | None = None,
+    fidelity: settings.Fidelity = "reduced",
+    payload: pytrees.Numeric | None = None,
 ) -> BipedModel:
     """Make a robot ready for stepping; a model passes through unchanged.
 
@@ -192,11 +177,11 @@ def prepare(
             )
         return params
     require_kind("params", params, BipedParams, "a BipedParams or a BipedModel")
-    require_numeric(**vars(params))
+    pytrees.require_numeric(**vars(params))
     return BipedModel(params, payload, fidelity)
 
 
-def _derive(spec: Fidelity, params: BipedParams) -> Derived:
+def _derive(spec: settings.Fidelity, params: BipedParams) -> Derived:
     """Derived parts of a robot, member by member where the robots are a batch."""
     function = partial(_derive_one, spec)
     for _ in as_batch(params)[0]:
@@ -204,8 +189,8 @@ def _derive(spec: Fidelity, params: BipedParams) -> Derived:
     return function(params)
 
 
-@partial(run_once, fixed=1)
-def _derive_one(spec: Fidelity, params: BipedParams) -> Derived:
+@partial(pytrees.run_once, fixed=1)
+def _derive_one(spec: settings.Fidelity, params: BipedParams) -> Derived:
     """One program for every robot, payload and unit payload of a fidelity and a type."""
     eps = jnp.finfo(jnp.result_type(params.crank)).eps
     return (
@@ -217,7 +202,7 @@ def _derive_one(spec: Fidelity, params: BipedParams) -> Derived:
     )
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class LoadedInertia:
     """Inertia functions of a robot with other masses; they are linear in the masses.
@@ -255,8 +240,8 @@ class LoadedInertia:
 def load(
     model: BipedModel,
     unit: Inertia | None,
-    mass_factor: Numeric,
-    payload: Numeric = 0.0,
+    mass_factor: pytrees.Numeric,
+    payload: pytrees.Numeric = 0.0,
 ) -> BipedModel:
     """The model with every mass and inertia times `mass_factor`, and `payload` [kg] on the hip.
 
@@ -265,7 +250,7 @@ def load(
     stays the robot without it. A load takes the place of one before.
     """
     extra = None if unit is None else jnp.asarray(payload)
-    return rebuilt(model, load=Load(jnp.asarray(mass_factor), extra), unit=unit)
+    return pytrees.rebuilt(model, load=Load(jnp.asarray(mass_factor), extra), unit=unit)
 
 
 def _unit_mass(params: BipedParams) -> BipedParams:
@@ -275,7 +260,7 @@ def _unit_mass(params: BipedParams) -> BipedParams:
     return replace(params, mass=nothing, inertia=jnp.zeros_like(nothing), payload=one)
 
 
-def with_payload(params: BipedParams, payload: Numeric | None) -> BipedParams:
+def with_payload(params: BipedParams, payload: pytrees.Numeric | None) -> BipedParams:
     """The robot with more mass at the hip's centre; None for none."""
     if payload is None:
         return params

@@ -12,24 +12,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    as_number,
-    is_concrete,
-    require_kind,
-    require_known,
-    require_number,
-    shown,
-)
+from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.names import ABOVE_ZERO, BAR_LENGTHS, LENGTHS
-from stickslip.dynamics.pytrees import (
-    Number,
-    Numbers,
-    Numeric,
-    float_kind,
-    register_pytree,
-    require_broadcast,
-    require_numeric,
-)
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -49,7 +33,7 @@ NO_NUMBERS = ("cls", "hip_centre", "dtype")
 HIP_CENTRE = ("hip_centre[0]", "hip_centre[1]")
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class BipedParams:
     """PASIBOT's geometry and mass, SI units. Build the default set with `from_bars()`.
@@ -74,28 +58,28 @@ class BipedParams:
     payload: extra mass at the hip's centre [kg]. gravity [m/s^2].
     """
 
-    crank: Numeric
-    ground_link: Numeric
-    rod: Numeric
-    rod_pin: Numeric
-    rocker: Numeric
-    tendon_drop: Numeric
-    upper_tendon: Numeric
-    lower_tendon: Numeric
-    femur: Numeric
-    femur_pin: Numeric
-    tibia: Numeric
-    tibia_pin: Numeric
-    stabiliser: Numeric
-    slot_depth: Numeric
-    offset: Numeric
-    heel: Numeric
-    toe: Numeric
-    mass: Numeric
-    centre: Numeric
-    inertia: Numeric
-    payload: Numeric
-    gravity: Numeric
+    crank: pytrees.Numeric
+    ground_link: pytrees.Numeric
+    rod: pytrees.Numeric
+    rod_pin: pytrees.Numeric
+    rocker: pytrees.Numeric
+    tendon_drop: pytrees.Numeric
+    upper_tendon: pytrees.Numeric
+    lower_tendon: pytrees.Numeric
+    femur: pytrees.Numeric
+    femur_pin: pytrees.Numeric
+    tibia: pytrees.Numeric
+    tibia_pin: pytrees.Numeric
+    stabiliser: pytrees.Numeric
+    slot_depth: pytrees.Numeric
+    offset: pytrees.Numeric
+    heel: pytrees.Numeric
+    toe: pytrees.Numeric
+    mass: pytrees.Numeric
+    centre: pytrees.Numeric
+    inertia: pytrees.Numeric
+    payload: pytrees.Numeric
+    gravity: pytrees.Numeric
 
     def __post_init__(self):
         if not all(isinstance(leaf, int) for leaf in jax.tree.leaves(self)):  # axes to map over
@@ -104,32 +88,32 @@ class BipedParams:
     @classmethod
     def from_bars(
         cls,
-        crank_length: Numbers = 0.030,
-        bar_density: Numbers = 1.48,
-        hip_mass: Numbers = 0.70,
-        foot_mass: Numbers = 0.30,
-        foot_inertia: Numbers = 1e-3,
-        offset: Numbers = 2.0,
-        payload: Numbers = 0.0,
-        heel: Numbers = 8.0,
-        toe: Numbers = 8.0,
-        gravity: Numbers = 9.81,
+        crank_length: pytrees.Numbers = 0.030,
+        bar_density: pytrees.Numbers = 1.48,
+        hip_mass: pytrees.Numbers = 0.70,
+        foot_mass: pytrees.Numbers = 0.30,
+        foot_inertia: pytrees.Numbers = 1e-3,
+        offset: pytrees.Numbers = 2.0,
+        payload: pytrees.Numbers = 0.0,
+        heel: pytrees.Numbers = 8.0,
+        toe: pytrees.Numbers = 8.0,
+        gravity: pytrees.Numbers = 9.81,
         *,
-        ground_link: Numbers = 2.0,
-        rod: Numbers = 5.0,
-        rod_pin: Numbers = 2.5,
-        rocker: Numbers = 2.5,
-        tendon_drop: Numbers = 12.0,
-        upper_tendon: Numbers = 6.0,
-        lower_tendon: Numbers = 6.0,
-        femur: Numbers = 9.0,
-        femur_pin: Numbers = 3.0,
-        tibia: Numbers = 18.0,
-        tibia_pin: Numbers = 6.0,
-        stabiliser: Numbers = 4.2,
-        slot_depth: Numbers = 4.0,
-        hip_centre: Sequence[Number] = (1.0, -6.0),
-        hip_span: Numbers = 16.0,
+        ground_link: pytrees.Numbers = 2.0,
+        rod: pytrees.Numbers = 5.0,
+        rod_pin: pytrees.Numbers = 2.5,
+        rocker: pytrees.Numbers = 2.5,
+        tendon_drop: pytrees.Numbers = 12.0,
+        upper_tendon: pytrees.Numbers = 6.0,
+        lower_tendon: pytrees.Numbers = 6.0,
+        femur: pytrees.Numbers = 9.0,
+        femur_pin: pytrees.Numbers = 3.0,
+        tibia: pytrees.Numbers = 18.0,
+        tibia_pin: pytrees.Numbers = 6.0,
+        stabiliser: pytrees.Numbers = 4.2,
+        slot_depth: pytrees.Numbers = 4.0,
+        hip_centre: Sequence[pytrees.Number] = (1.0, -6.0),
+        hip_span: pytrees.Numbers = 16.0,
         dtype: DTypeLike | None = None,
     ) -> BipedParams:
         """Uniform bars of one density, a hip and two feet; the defaults are the reference robot.
@@ -146,14 +130,14 @@ class BipedParams:
         numbers = dict(locals())  # all arguments by name
         for name in NO_NUMBERS:
             del numbers[name]
-        require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
+        checks.require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
         if len(hip_centre) != 2 or any(isinstance(part, list | tuple) for part in hip_centre):
             raise ValueError(
-                f"hip_centre = {shown(hip_centre)}; accepted: a pair of finite numbers"
+                f"hip_centre = {checks.shown(hip_centre)}; accepted: a pair of finite numbers"
             )
         numbers |= dict(zip(HIP_CENTRE, hip_centre, strict=True))
         kind = _checked(numbers, dtype)
-        xp = np if is_concrete(numbers) else jnp
+        xp = np if checks.is_concrete(numbers) else jnp
         arrays = {name: xp.asarray(value, kind) for name, value in numbers.items()}
         unit = arrays["crank_length"]
         lengths = {name: xp.asarray(unit * arrays[name]) for name in LENGTHS if name != "crank"}
@@ -188,7 +172,7 @@ class BipedParams:
 
         return read_robot(cls, path, changes or {})
 
-    def changed(self, changes: Mapping[str, Numeric]) -> BipedParams:
+    def changed(self, changes: Mapping[str, pytrees.Numeric]) -> BipedParams:
         """A copy with some numbers changed, by the names of `--set` and of a sweep's axes.
 
         changes: of `stickslip.dynamics.biped.robot_file.ROBOT`, as {"robot.crank_length": 0.04,
@@ -221,12 +205,13 @@ class BipedParams:
         """The same robot with every field as an array of `dtype`."""
         return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), self)
 
-    def replace(self, **changes: Numbers) -> BipedParams:
+    def replace(self, **changes: pytrees.Numbers) -> BipedParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
-        require_known(changes, [field.name for field in fields(self)])
+        checks.require_known(changes, [field.name for field in fields(self)])
         accepted = "finite numbers"
         changes = {
-            name: as_number(name, value, accepted=accepted) for name, value in changes.items()
+            name: checks.as_number(name, value, accepted=accepted)
+            for name, value in changes.items()
         }
         return replace(self, **changes)._checked_whole()
 
@@ -242,19 +227,19 @@ class BipedParams:
 
     def _checked_whole(self) -> BipedParams:
         """Self, or ValueError: what no field shows by itself, of numbers that were looked at."""
-        if is_concrete(self.mass, self.payload):
+        if checks.is_concrete(self.mass, self.payload):
             # Hip and crank twice, too: above 0 and finite where the whole mass is.
             whole = 2 * np.asarray(self.mass).sum(-1) + np.asarray(self.payload)
             accepted = "a finite mass > 0 [kg]"
-            require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
-        if is_concrete(self):
+            checks.require_number("total mass", whole, low=0.0, strict=True, accepted=accepted)
+        if checks.is_concrete(self):
             from stickslip.dynamics.biped.links import require_closure
 
             require_closure(self)
         return self
 
     def _check_numbers(self):
-        require_numeric(**vars(self))
+        pytrees.require_numeric(**vars(self))
         for name, tail in (("mass", (13,)), ("inertia", (13,)), ("centre", (13, 2))):
             shape = np.shape(getattr(self, name))
             if shape[max(len(shape) - len(tail), 0) :] != tail:
@@ -263,10 +248,12 @@ class BipedParams:
                 )
         for name in POSITIVE:
             accepted = "a finite number > 0"
-            require_number(name, getattr(self, name), low=0.0, strict=True, accepted=accepted)
+            checks.require_number(
+                name, getattr(self, name), low=0.0, strict=True, accepted=accepted
+            )
         for name in (*NON_NEGATIVE, "mass", "inertia"):
-            require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
-        require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
+            checks.require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")
+        checks.require_number("centre", self.centre, low=-np.inf, accepted="finite numbers [m]")
 
 
 def own_time(params: BipedParams) -> Scalar:
@@ -278,18 +265,18 @@ def own_time(params: BipedParams) -> Scalar:
     return jnp.sqrt(jnp.asarray(params.crank) / jnp.asarray(params.gravity))
 
 
-def _checked(numbers: dict[str, Numeric], dtype: Any):
+def _checked(numbers: dict[str, pytrees.Numeric], dtype: Any):
     """The floating type of a robot with these numbers, or ValueError for one of them."""
     above, free = {"low": 0.0, "accepted": "a finite number >= 0"}, {"accepted": "a finite number"}
     rules: dict[str, Any] = {name: free if name in HIP_CENTRE else above for name in numbers}
     rules["crank_length"] = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
     for name, value in numbers.items():
-        require_number(name, value, **rules[name])
+        checks.require_number(name, value, **rules[name])
     kinds = (jnp.result_type(v) for v in numbers.values() if not isinstance(v, list | tuple))
-    dtype = float_kind(dtype, jnp.result_type(float, *kinds))
+    dtype = pytrees.float_kind(dtype, jnp.result_type(float, *kinds))
     for name, value in numbers.items():
-        require_number(name, value, **rules[name], dtype=dtype)
-    require_broadcast(**numbers)
+        checks.require_number(name, value, **rules[name], dtype=dtype)
+    pytrees.require_broadcast(**numbers)
     return dtype
 
 

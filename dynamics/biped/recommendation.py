@@ -13,16 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.dynamics import names
+from stickslip.dynamics import checks, names
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.biped.settings import EventExact, RK4Split, Setting, Table
-from stickslip.dynamics.checks import (
-    require_choice,
-    require_integer,
-    require_kind,
-    require_number,
-    shown,
-)
 from stickslip.dynamics.measured import cheapest, measured_beside
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
@@ -133,12 +126,14 @@ def recommend(
     the tolerance.
     """
     accepted = "a finite error > 0 for each simulated second"
-    require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
-    require_integer("batch", batch)
+    checks.require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)
+    checks.require_integer("batch", batch)
     name, time = scene_class(scene), _own_time(params)
     if quantile not in QUANTILES:
         accepted = ", ".join(map(str, QUANTILES))
-        raise ValueError(f"quantile = {shown(quantile)} is not measured; accepted: {accepted}")
+        raise ValueError(
+            f"quantile = {checks.shown(quantile)} is not measured; accepted: {accepted}"
+        )
     loaded = isinstance(scene, Scene) and scene.payload is not None
     robots = "default" if params is None and not loaded else "any"
     points = (point for point in promises(robots, quantile, time) if point.scene == name)
@@ -150,14 +145,14 @@ def setting_of(setting: str | Setting) -> Setting:
     """A preset by name, or the setting itself; ValueError for an unknown one."""
     if isinstance(setting, Setting):
         return setting
-    require_choice("setting", setting, PRESETS)
+    checks.require_choice("setting", setting, PRESETS)
     return PRESETS[setting]
 
 
 def scene_class(scene: Scene | str) -> str:
     """The measured kind that stands for `scene`; ValueError for one that none stands for."""
     if isinstance(scene, str):
-        require_choice("scene", scene, (*SCENES, *names.SCENES))
+        checks.require_choice("scene", scene, (*SCENES, *names.SCENES))
         if scene in SCENES:
             return scene
         scene = Scene.named(scene)
@@ -174,7 +169,7 @@ def _own_time(params: BipedParams | None) -> float:
     """The robot's own time in that of the default one; the shortest of a batch."""
     if params is None:
         return 1.0
-    require_kind("params", params, BipedParams, "BipedParams, or None for the default robot")
+    checks.require_kind("params", params, BipedParams, "BipedParams, or None for the default robot")
     params.validate()
     time = np.sqrt(np.asarray(params.crank, float) / np.asarray(params.gravity, float))
     return float(np.min(time)) / math.sqrt(DEFAULT_CRANK / DEFAULT_GRAVITY)

@@ -12,6 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import eval_context
 
+from stickslip.dynamics import checks
+from stickslip.dynamics.biped import settings
 from stickslip.dynamics.biped.contact import (
     CrankMotion,
     Drive,
@@ -23,23 +25,9 @@ from stickslip.dynamics.biped.contact import (
 from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.settings import (
-    Euler,
-    Fidelity,
-    Integrator,
-    integrator_of,
-    require_fidelity,
-)
 from stickslip.dynamics.biped.state import BipedState, Contact, Trajectory, start
 from stickslip.dynamics.biped.stepping.euler import advance_euler
 from stickslip.dynamics.biped.stepping.split import advance
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_kind,
-    require_memory,
-    require_number,
-    shown,
-)
 from stickslip.dynamics.kernels.fused import fused
 from stickslip.dynamics.pytrees import (
     Number,
@@ -70,8 +58,8 @@ def step(
     torque: Real[Number, ""],
     dt: Real[Number, ""],
     *,
-    fidelity: Fidelity = "reduced",
-    integrator: str | Integrator = "rk4_split",
+    fidelity: settings.Fidelity = "reduced",
+    integrator: str | settings.Integrator = "rk4_split",
 ) -> tuple[BipedState, Contact]:
     """One time step of `dt` [s] under a constant motor torque [N m], friction switching included.
 
@@ -84,10 +72,10 @@ def step(
     status NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before
     tracing.
     """
-    require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
+    checks.require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     require_numeric(torque=torque, dt=dt)
-    spec = integrator_of(integrator)
-    require_fidelity(fidelity)
+    spec = settings.integrator_of(integrator)
+    settings.require_fidelity(fidelity)
     scene = require_kinds(params, scene, state, torque=torque, dt=dt)
     state.require_support()
     return _step(spec, fidelity, params, scene, state, Torque(as_float(torque)), as_float(dt))
@@ -101,8 +89,8 @@ def simulate(
     duration: float,
     dt: float,
     *,
-    fidelity: Fidelity = "reduced",
-    integrator: str | Integrator = "rk4_split",
+    fidelity: settings.Fidelity = "reduced",
+    integrator: str | settings.Integrator = "rk4_split",
     max_power: Number | None = None,
 ) -> Trajectory:
     """Walk for `duration` [s] in n equal steps of about `dt` [s] (n = duration / dt, rounded up).
@@ -127,8 +115,8 @@ def simulate_inverse(
     duration: float,
     dt: float,
     *,
-    fidelity: Fidelity = "reduced",
-    integrator: str | Integrator = "rk4_split",
+    fidelity: settings.Fidelity = "reduced",
+    integrator: str | settings.Integrator = "rk4_split",
 ) -> Trajectory:
     """Walk with a prescribed crank motion, the foot free to slip: eqs. (31)-(36), Fig. 16.
 
@@ -146,8 +134,8 @@ def _walk(
 ) -> Trajectory:
     """`simulate` of either kind of drive: all is checked, then compiled."""
     given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
-    spec = integrator_of(integrator)
-    require_fidelity(fidelity)
+    spec = settings.integrator_of(integrator)
+    settings.require_fidelity(fidelity)
     accepted = "a finite time > 0 [s]"
     duration = require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
     scene = require_kinds(params, scene, state)
@@ -155,7 +143,9 @@ def _walk(
     require_exchange(params, scene)
     numbers = 24 + (68 if scene.outputs == "joints" else 0)
     numbers += 3 * spec.log_size if spec.record_events else 0
-    require_memory(f"dt = {shown(given_dt)}", "steps", duration / float(given_dt), 8 * numbers)
+    checks.require_memory(
+        f"dt = {checks.shown(given_dt)}", "steps", duration / float(given_dt), 8 * numbers
+    )
     count = max(1, int(np.ceil(duration / dt * (1 - 1e-9))))
     policy, held = values, None
     if not callable(values):
@@ -167,7 +157,7 @@ def _walk(
 
 def _held(name: str, values: Any, count: int) -> Float[Array, " n"]:
     """The number for each of `count` steps, or ValueError."""
-    require_number(name, values, accepted="finite numbers, or a function of the state")
+    checks.require_number(name, values, accepted="finite numbers, or a function of the state")
     if np.ndim(values) > 0 and np.shape(values) != (count,):
         raise ValueError(
             f"{name} has shape {np.shape(values)}; accepted: a number, a function of the state "
@@ -177,8 +167,8 @@ def _held(name: str, values: Any, count: int) -> Float[Array, " n"]:
 
 
 def stepped(
-    spec: Integrator,
-    fidelity: Fidelity,
+    spec: settings.Integrator,
+    fidelity: settings.Fidelity,
     params: BipedParams | BipedModel,
     scene: Scene,
     state: BipedState,
@@ -194,7 +184,7 @@ def stepped(
     max_rate = None if max_rate is None else jnp.asarray(max_rate, dtype)
     system = System(model, scene, drive, duration, max_rate)
     walk = start(spec, system, state)
-    if isinstance(spec, Euler):
+    if isinstance(spec, settings.Euler):
         walk = advance_euler(spec, system, walk)
     else:
         walk = advance(spec, system, walk)
@@ -286,9 +276,9 @@ def require_kinds(params: Any, scene: object, state: Any, **numbers: Number) -> 
     """The scene, built where it is a name, or ValueError: for arguments of another kind, text and
     lists inside of them, a batch, and a foot that moves on a floor without slip."""
     accepted = "a BipedParams, or a BipedModel from `prepare`"
-    require_kind("params", params, (BipedParams, BipedModel), accepted)
+    checks.require_kind("params", params, (BipedParams, BipedModel), accepted)
     scene = scene_of(scene)
-    require_kind("state", state, BipedState, "a BipedState")
+    checks.require_kind("state", state, BipedState, "a BipedState")
     if isinstance(params, BipedParams):
         require_numeric(**vars(params))
     require_numeric(**vars(state))
@@ -299,17 +289,16 @@ def require_kinds(params: Any, scene: object, state: Any, **numbers: Number) -> 
             raise ValueError(
                 f"{name} has shape {np.shape(value)}; accepted: one number (batch with vmap)"
             )
-    moves = is_concrete(state) and np.any(np.asarray(state.foot_velocity) != 0)
+    moves = checks.is_concrete(state) and np.any(np.asarray(state.foot_velocity) != 0)
     if moves and isinstance(scene.floor, Grip):
-        raise ValueError(
-            f"foot_velocity = {shown(state.foot_velocity)} on a grip floor; accepted: 0 [m/s]"
-        )
+        given = checks.shown(state.foot_velocity)
+        raise ValueError(f"foot_velocity = {given} on a grip floor; accepted: 0 [m/s]")
     return scene
 
 
 def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
     """Raise ValueError if a linkage with an impact at the exchange is to walk on."""
-    if isinstance(params, BipedModel) or scene.steps == "one" or not is_concrete(params):
+    if isinstance(params, BipedModel) or scene.steps == "one" or not checks.is_concrete(params):
         return
     if np.ndim(params.crank) > 0:
         return  # a batch: Status.NO_EXCHANGE is said of each member

@@ -10,18 +10,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics import pytrees
 from stickslip.dynamics.biped.contact import mode_of, patch_at
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START, step_length
 from stickslip.dynamics.biped.model import BipedModel
 from stickslip.dynamics.biped.settings import EventExact, Integrator, RK4Split
 from stickslip.dynamics.checks import is_concrete, require_number
-from stickslip.dynamics.pytrees import (
-    Numeric,
-    all_finite,
-    register_pytree,
-    require_broadcast,
-    require_numeric,
-)
 from stickslip.dynamics.scene import Patches
 from stickslip.dynamics.status import EventKind, Status
 
@@ -34,7 +28,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class BipedState:
     """State of a walk: `steps` counts exchanges of support, phase and foot_position the rest.
@@ -48,12 +42,12 @@ class BipedState:
     The whole turn of the crank is `crank_angle`, the ankle's place on the floor `floor_position`.
     """
 
-    phase: Numeric = SUPPORT_START
-    steps: Numeric = 0
-    crank_rate: Numeric = 0.0
-    foot_position: Numeric = 0.0
-    foot_velocity: Numeric = 0.0
-    time: Numeric = 0.0
+    phase: pytrees.Numeric = SUPPORT_START
+    steps: pytrees.Numeric = 0
+    crank_rate: pytrees.Numeric = 0.0
+    foot_position: pytrees.Numeric = 0.0
+    foot_velocity: pytrees.Numeric = 0.0
+    time: pytrees.Numeric = 0.0
 
     @property
     def crank_angle(self) -> Scalar:
@@ -73,12 +67,12 @@ class BipedState:
 
     def validate(self) -> BipedState:
         """Return self, or raise ValueError naming a field that no walk can have."""
-        require_numeric(**vars(self))
+        pytrees.require_numeric(**vars(self))
         accepted = "a whole number of exchanges, below 2^31"
         require_number("steps", self.steps, low=-(2.0**31), high=2.0**31 - 1, accepted=accepted)
         if is_concrete(self.steps) and np.any(np.asarray(self.steps) % 1 != 0):
             raise ValueError(f"steps = {self.steps}; accepted: {accepted}")
-        require_broadcast(**vars(self))
+        pytrees.require_broadcast(**vars(self))
         for name in ("phase", "crank_rate", "foot_position", "foot_velocity", "time"):
             require_number(name, getattr(self, name), low=-np.inf, accepted="a finite number")
         return self.require_support()
@@ -88,7 +82,7 @@ class BipedState:
 
         A phase that is no number passes: a step says NON_FINITE.
         """
-        require_numeric(**vars(self))
+        pytrees.require_numeric(**vars(self))
         if is_concrete(self.phase):
             phase, slack = np.asarray(self.phase), 1e-6
             if np.any((phase < SUPPORT_START - slack) | (phase > SUPPORT_END + slack)):
@@ -105,7 +99,7 @@ def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Scala
     return jnp.asarray(state.steps).astype(length.dtype) * length + state.foot_position
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class Contact:
     """The foot on the ground at the end of a step, and what happened during it.
@@ -133,7 +127,7 @@ class Contact:
     events: Events | None
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class Events:
     """Switching instants within one step, in order; entries past the last have kind NONE."""
@@ -143,7 +137,7 @@ class Events:
     crank_angles: Float[Array, " events"]
 
 
-@register_pytree
+@pytrees.register_pytree
 @dataclass(frozen=True)
 class Trajectory:
     """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
@@ -260,7 +254,7 @@ def start(spec: Integrator, system: System, state: BipedState) -> Walk:
         size=size,
         target=none,
         breakaway=zero,
-        status=jnp.where(all_finite(given), status, Status.NON_FINITE).astype(jnp.int32),
+        status=jnp.where(pytrees.all_finite(given), status, Status.NON_FINITE).astype(jnp.int32),
         switches=none,
         slide_distance=zero,
         work=zero,

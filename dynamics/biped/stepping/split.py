@@ -22,24 +22,8 @@ import jax.numpy as jnp
 from stickslip.dynamics.biped.contact import Motion, System, Torque, edge_ahead
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.biped.state import END, Walk, bounds, hand_over, mode_at, note
+from stickslip.dynamics.biped.stepping import stages
 from stickslip.dynamics.biped.stepping.adaptive import controlled, dormand_prince_step, is_noise
-from stickslip.dynamics.biped.stepping.stages import (
-    Beginning,
-    Crossing,
-    Ending,
-    Event,
-    Midpoint,
-    Samples,
-    Taken,
-    classical_step,
-    cone_margin,
-    first_crossing,
-    first_ending,
-    ground_of,
-    levers_of,
-    parabola_slope,
-    status_at,
-)
 from stickslip.dynamics.kernels.fused import compacting_while
 from stickslip.dynamics.kernels.jax_interface import jvp_in_front
 from stickslip.dynamics.scene import Grip, Patches
@@ -82,9 +66,9 @@ def _advance_jvp(spec, primals, tangents):
 class Trial(NamedTuple):
     """A Runge-Kutta step and its acceptance; what `settle` does not read is None."""
 
-    begun: Beginning
-    taken: Taken
-    event: Event
+    begun: stages.Beginning
+    taken: stages.Taken
+    event: stages.Event
     """The first event inside, if there is one."""
     size: Scalar | None
     """Next step of the adaptive integrator; None for fixed steps."""
@@ -136,10 +120,10 @@ def _blank(system: System, walk: Walk) -> Trial:
     zero, none = jnp.zeros_like(walk.phase), jnp.zeros_like(walk.status)
     no = walk.phase != walk.phase
     work = None if isinstance(system.drive, Torque) else zero
-    begun, event = Beginning(zero, zero, zero, no), Event(none, none, zero, no, no)
-    end, middle = Motion(*[zero] * 6), Midpoint(*[zero] * 5)
+    begun, event = stages.Beginning(zero, zero, zero, no), stages.Event(none, none, zero, no, no)
+    end, middle = Motion(*[zero] * 6), stages.Midpoint(*[zero] * 5)
     unread: Any = None
-    taken = Taken(*walk[:4], end, unread, middle, work, unread)
+    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread)
     size = None if walk.size is None else walk.aim
     return Trial(begun, taken, event, size, ~no, no, none).kept(system)
 
@@ -154,16 +138,16 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     if isinstance(spec, EventExact):
         taken = dormand_prince_step(system, friction, mode, walk, step)
     else:
-        taken = classical_step(system, friction, mode, walk, inertia, step)
+        taken = stages.classical_step(system, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
     samples = _sampled(friction, walk, first, taken, step)
-    levers = levers_of(system, samples.phase, inertia, taken.inertia)
+    levers = stages.levers_of(system, samples.phase, inertia, taken.inertia)
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
-    grounds = [ground_of(system, *motion) for motion in motions]
-    ending = first_ending(system, grounds)
+    grounds = [stages.ground_of(system, *motion) for motion in motions]
+    ending = stages.first_ending(system, grounds)
     event = _event(spec, system, walk, begun, first, samples, ending, taken)
     reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
-    status = status_at(system, walk, first, grounds[0], step, reached)
+    status = stages.status_at(system, walk, first, grounds[0], step, reached)
     if isinstance(spec, EventExact):
         event, status, size = controlled(spec, system, walk, begun, taken, event, status)
         switches = event.reached
@@ -174,7 +158,9 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     return Trial(begun, taken, event, size, accepted, switches, status).kept(system)
 
 
-def _begun(spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia) -> Beginning:
+def _begun(
+    spec: RK4Split | EventExact, system: System, walk: Walk, friction, inertia
+) -> stages.Beginning:
     """Mode and length of the trial that starts here."""
     final = walk.trials >= spec.trials - 1
     whole, near = walk.left <= 1.001 * walk.aim, system.tiny()
@@ -186,10 +172,10 @@ def _begun(spec: RK4Split | EventExact, system: System, walk: Walk, friction, in
         # the cone's margin is noise within some roundings of its edge
         noise = jnp.finfo(walk.left.dtype).eps ** (2 / 3) * system.duration
         near = jnp.where(walk.target == EventKind.SLIP, noise, near)
-    return Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
+    return stages.Beginning(jnp.where(whole, walk.left, walk.aim), mode, near, final)
 
 
-def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> Samples:
+def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> stages.Samples:
     """The step's samples; in the middle, cubics through the ends' values and slopes."""
     end = taken.end
     slopes = walk.crank_rate, first.crank_acceleration, walk.foot_velocity, first.foot_acceleration
@@ -200,20 +186,24 @@ def _sampled(friction, walk: Walk, first: Motion, taken: Taken, step) -> Samples
             walk[:4], taken[:4], slopes, later, strict=True
         )
     ]
-    cone = cone_margin(friction, first), taken.middle.cone_margin, cone_margin(friction, end)
-    return Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
+    cone = (
+        stages.cone_margin(friction, first),
+        taken.middle.cone_margin,
+        stages.cone_margin(friction, end),
+    )
+    return stages.Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
 def _event(
     spec: RK4Split | EventExact,
     system: System,
     walk: Walk,
-    begun: Beginning,
+    begun: stages.Beginning,
     first: Motion,
-    samples: Samples,
-    ending: Ending,
-    taken: Taken,
-) -> Event:
+    samples: stages.Samples,
+    ending: stages.Ending,
+    taken: stages.Taken,
+) -> stages.Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
     kind, crossing = _first_event(spec, system, begun, walk, first, samples, ending, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
@@ -222,33 +212,33 @@ def _event(
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
-    return Event(kind, ending.status, time, happens, at_once | crossing.close)
+    return stages.Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
 def _first_event(
     spec: RK4Split | EventExact,
     system: System,
-    begun: Beginning,
+    begun: stages.Beginning,
     walk: Walk,
     first: Motion,
-    samples: Samples,
-    ending: Ending,
-    taken: Taken,
+    samples: stages.Samples,
+    ending: stages.Ending,
+    taken: stages.Taken,
 ):
     """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.crank_rate, taken.end
     last, margins = jnp.full_like(walk.target, END), ending.margins
-    slope = parabola_slope(margins)
+    slope = stages.parabola_slope(margins)
     nearer = spec.close / 10, spec.reach  # one end a walk: another trial costs little
-    ended = last, first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
+    ended = last, stages.first_crossing(margins, slope, walk.target == last, *nearer, dips=True)
     low, high = bounds(walk.phase.dtype)
     exchange = jnp.full_like(walk.target, EventKind.EXCHANGE)
     room = [jnp.minimum(high - theta, theta - low) for theta in samples.phase]
     theta = samples.phase[2]
     inwards = jnp.where(high - theta < theta - low, -rate, rate)
-    best = exchange, first_crossing(room, inwards * step, walk.target == exchange, *near)
+    best = exchange, stages.first_crossing(room, inwards * step, walk.target == exchange, *near)
     best = _earlier(ended, best)
     if isinstance(system.scene.floor, Grip):
         return best
@@ -258,12 +248,12 @@ def _first_event(
         for velocity, cone in zip(samples.foot_velocity, samples.cone, strict=True)
     ]
     slowing = mode * end.foot_acceleration * step
-    slope = jnp.where(slides, slowing, parabola_slope(margins))
+    slope = jnp.where(slides, slowing, stages.parabola_slope(margins))
     change = jnp.where(slides, EventKind.STICK, EventKind.SLIP).astype(exchange.dtype)
     leaving = None
     if isinstance(spec, EventExact):
         leaving = jnp.where(slides, mode * first.foot_acceleration * step, 0.0)
-    crossing = first_crossing(margins, slope, walk.target == change, *near, leaving)
+    crossing = stages.first_crossing(margins, slope, walk.target == change, *near, leaving)
     best = _earlier((change, crossing), best)
     if isinstance(floor, Patches):
         edge = edge_ahead(floor, walk.patch, mode, theta.dtype)
@@ -273,12 +263,12 @@ def _first_event(
         gaps = [jnp.where(ahead, mode * (edge - slide), 1.0) for slide in samples.foot_position]
         kind = jnp.full_like(exchange, EventKind.PATCH)
         closing = jnp.where(ahead, -mode * samples.foot_velocity[2] * step, 0.0)
-        crossing = first_crossing(gaps, closing, walk.target == kind, *near)
+        crossing = stages.first_crossing(gaps, closing, walk.target == kind, *near)
         best = _earlier((kind, crossing), best)
     return best
 
 
-def _earlier(event: tuple[Array, Crossing], best: tuple[Array, Crossing]):
+def _earlier(event: tuple[Array, stages.Crossing], best: tuple[Array, stages.Crossing]):
     """The earlier of two events, each a kind and a crossing."""
     (_, crossing), (_, first) = event, best
     sooner = crossing.time < first.time
