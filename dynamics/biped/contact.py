@@ -10,13 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.inertia import (
-    ExactInertia,
-    GroundMoment,
-    ReducedInertia,
-    inertia_and_moment,
-)
-from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia
+from stickslip.dynamics.biped.inertia import ExactInertia, inertia_and_moment
+from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.links import closing_margin
 from stickslip.dynamics.biped.model import BipedModel, loaded_params, prepare
 from stickslip.dynamics.checks import require_choice
@@ -25,14 +20,16 @@ from stickslip.dynamics.scene import OUTPUTS, Floor, Grip, Patches, Scene, Unifo
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Real
 
+    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
+    from stickslip.dynamics.biped.joints import DifferencedInertia
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Fidelity
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
     Coefficients = ReducedInertia | DifferencedInertia
-    from jax.typing import DTypeLike
 
 
 EDGE_ROUNDINGS = 64
@@ -347,10 +344,8 @@ def at_instant(
 def _status(
     model: BipedModel, motion: Motion, zmp: Scalar | None, onset: Flag, numbers: tuple[object, ...]
 ) -> Integer:
-    """The Status of one instant, the gravest status last. zmp None: toppling is not checked.
-
-    numbers: all that was given and all that came out.
-    """
+    """The Status of one instant, the gravest status last. zmp None: toppling is not checked;
+    numbers: all that was given and all that came out."""
     status = jnp.where(onset, Status.SLIP_ONSET, Status.OK)
     if zmp is not None:
         off_foot = (zmp > model.toe) | (zmp < -model.heel)

@@ -183,12 +183,8 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
 
     momenta = [(inertia.M, inertia.dM), (inertia.P, inertia.dP), (inertia.Y, inertia.dY)]
     moments = [(moment.L, moment.dL), (moment.X, inertia.P), (moment.Y, inertia.Y)]
-    return TableInertia(
-        *(
-            jnp.stack([powers(*pair) for pair in pairs], axis=1).astype(dtype)
-            for pairs in (momenta, moments)
-        )
-    )
+    both = (jnp.stack([powers(*pair) for pair in of], axis=1) for of in (momenta, moments))
+    return TableInertia(*(of.astype(dtype) for of in both))
 
 
 @lru_cache

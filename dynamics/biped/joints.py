@@ -17,18 +17,13 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia, body_masses
-from stickslip.dynamics.biped.links import (
-    BODIES,
-    LINK_OF_BODY,
-    LegPins,
-    centres_and_angles,
-    kinematics,
-)
+from stickslip.dynamics.biped.links import BODIES, LINK_OF_BODY, centres_and_angles, kinematics
 from stickslip.dynamics.pytrees import register_pytree, same_rank
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
+    from stickslip.dynamics.biped.links import LegPins
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.pytrees import Scalar
 
@@ -147,17 +142,10 @@ def _loads(
     def of(centres: Float[Array, "24 2"], angles: Float[Array, " 24"]) -> Float[Array, "24 3"]:
         return jnp.concatenate([mass * centres, (inertia * angles)[:, None]], axis=1)
 
-    centres, angles = places
-    zero, one = jnp.zeros_like(centres), jnp.zeros_like(centres) + 1
-    still = jnp.zeros_like(angles)
-    unit = jnp.asarray(np.eye(2), centres.dtype)
-    columns = [
-        of(*slopes),
-        of(*curvatures),
-        of(zero + unit[:1], still),
-        of(one * unit[1:], still),
-    ]
-    return jnp.stack(columns, axis=-1)
+    nowhere, still = jax.tree.map(jnp.zeros_like, places)
+    units = (jnp.asarray(row, nowhere.dtype) for row in np.eye(2)[:, None])
+    slides = (of(nowhere + unit, still) for unit in units)
+    return jnp.stack([of(*slopes), of(*curvatures), *slides], axis=-1)
 
 
 def _ground_balance(at: _Loaded) -> Float[Array, "3 k"]:

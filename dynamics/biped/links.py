@@ -7,7 +7,6 @@ and parallel to the foot, y up. The supporting foot is flat, so the hip turns by
 from __future__ import annotations
 
 from dataclasses import fields
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -93,14 +92,7 @@ def kinematics(params: Linkage, theta: Real[Number, ""]) -> Kinematics:
     support, swing = _legs(params, theta)
     centres, angles = _bodies(params, support, swing)
     pins = jnp.stack([jnp.stack(support.pins), jnp.stack(swing.pins)], axis=1)
-    zero = jnp.zeros_like(support.pins.E[0])
-    hip = jnp.stack(
-        [
-            jnp.stack([zero, zero]),
-            jnp.stack([zero + params.ground_link, zero]),
-            jnp.stack([zero + params.ground_link, zero - params.tendon_drop]),
-        ]
-    )
+    hip = jnp.stack(_hip_pins(params, jnp.zeros_like(support.pins.E[0])))
     return Kinematics(
         centres=centres,
         angles=angles,
@@ -167,7 +159,7 @@ def as_batch(params: Any) -> tuple[tuple[int, ...], Any]:
     return batch, structure.unflatten(whole)
 
 
-def require_closure(params: Linkage, samples: int = 720) -> None:
+def require_closure(params: Linkage) -> None:
     """Raise ValueError naming a crank angle at which the linkage cannot close, if any."""
     if not is_concrete(params):
         return
@@ -177,7 +169,7 @@ def require_closure(params: Linkage, samples: int = 720) -> None:
     flat = jax.tree.map(
         lambda leaf: np.asarray(leaf, dtype).reshape(count, *leaf.shape[depth:]), whole
     )
-    margin, angles = map(np.asarray, _closure_margins(samples, flat))
+    margin, angles = map(np.asarray, _closure_margins(flat))
     if np.all(margin >= 0):
         return
     member = int(np.nanargmin(margin))
@@ -190,16 +182,16 @@ def require_closure(params: Linkage, samples: int = 720) -> None:
     )
 
 
-@partial(run_once, fixed=1)
-def _closure_margins(samples: int, params: Linkage):
+@run_once
+def _closure_margins(params: Linkage):
     """Per member: the least closing margin, and the crank angle [rad] it belongs to."""
-    return jax.vmap(lambda member: least_closure(member, samples))(params)
+    return jax.vmap(lambda member: least_closure(member, 720))(params)
 
 
-def least_closure(params: Linkage, samples: int, fine: int = 64):
+def least_closure(params: Linkage, samples: int):
     """Least closing margin over the whole turn, and its crank angle [rad].
 
-    Sampled, then `fine` times finer around the worst sample: the margin has no second minimum
+    Sampled, then 64 times finer around the worst sample: the margin has no second minimum
     between two samples, and its error falls with the square of the finer spacing.
     """
     dtype = float_type(params)
@@ -210,8 +202,7 @@ def least_closure(params: Linkage, samples: int, fine: int = 64):
     spacing = 2 * np.pi / samples
     coarse = jnp.asarray(np.arange(samples) * spacing, dtype)
     worst = coarse[jnp.nanargmin(margins(coarse))]
-    offsets = np.linspace(-spacing, spacing, 2 * fine + 1)
-    near = worst + jnp.asarray(offsets, dtype)
+    near = worst + jnp.asarray(np.linspace(-spacing, spacing, 2 * 64 + 1), dtype)
     margin = margins(near)
     place = jnp.nanargmin(margin)
     return margin[place], near[place]
@@ -255,23 +246,21 @@ def _to_ground(support: _Leg, vectors: Float[Array, "*any 2"]) -> Float[Array, "
 def _leg(params: Linkage, angle: Scalar) -> _Leg:
     """One leg and the hip in the hip frame, for its own crank angle."""
     zero = jnp.zeros_like(angle)
-    A = jnp.stack([zero, zero])
+    A, B, D = _hip_pins(params, zero)
     ahead = jnp.stack([zero + 1, zero])
-    B = jnp.stack([zero + params.ground_link, zero])
-    D = jnp.stack([zero + params.ground_link, zero - params.tendon_drop])
 
     crank = jnp.stack([jnp.cos(angle), jnp.sin(angle)])
     crank_pin = params.crank * crank
     # eq. (3): the rocker's pin on the rod, below the line from the crank pin to B
-    rod_pin, margin_rod = _meet(crank_pin, B, params.rod_pin, params.rocker, side=-1)
+    rod_pin, margin_rod = _meet(crank_pin, B, params.rod_pin, params.rocker)
     rod = (crank_pin - rod_pin) / params.rod_pin
     C = crank_pin - params.rod * rod
     # eq. (4): F ahead of the line from D to C, so that the knee bends forwards
-    F, margin_knee = _meet(D, C, params.upper_tendon, params.femur_pin, side=-1)
+    F, margin_knee = _meet(D, C, params.upper_tendon, params.femur_pin)
     femur = (C - F) / params.femur_pin
     K = C - params.femur * femur
     # the pantograph's fourth corner H, on the other side of the line from D to K than F
-    H, margin_tibia = _meet(D, K, params.lower_tendon, params.tibia_pin, side=-1)
+    H, margin_tibia = _meet(D, K, params.lower_tendon, params.tibia_pin)
     tibia = (K - H) / params.tibia_pin
     E = K - params.tibia * tibia
     # eq. (5) with 4.2 for the printed 24: P slides along the slot
@@ -292,10 +281,16 @@ def _leg(params: Linkage, angle: Scalar) -> _Leg:
     return _Leg(jnp.stack(origins), jnp.stack(directions), pins, jnp.min(margins))
 
 
+def _hip_pins(params: Linkage, zero: Scalar) -> tuple[Array, Array, Array]:
+    """A, B and D in the hip frame [m]; zero: in the working precision."""
+    A, B = jnp.stack([zero, zero]), jnp.stack([zero + params.ground_link, zero])
+    return A, B, jnp.stack([zero + params.ground_link, zero - params.tendon_drop])
+
+
 def _meet(
-    p: Float[Array, " 2"], q: Float[Array, " 2"], from_p: Numeric, from_q: Numeric, *, side: int
+    p: Float[Array, " 2"], q: Float[Array, " 2"], from_p: Numeric, from_q: Numeric
 ) -> tuple[Float[Array, " 2"], Scalar]:
-    """The point at the given distances from p and q, left (side=1) or right of the way p to q.
+    """The point at the given distances from p and q, right of the way from p to q.
 
     Also the closing margin: the squared height of the triangle over its base squared, which is
     negative where the circles do not meet (the point is then the nearest on the line p q).
@@ -305,7 +300,7 @@ def _meet(
     along = (from_p**2 - from_q**2 + square) / (2 * square)
     margin = from_p**2 / square - along**2
     normal = jnp.stack([-base[1], base[0]])
-    return p + along * base + side * _root(margin) * normal, margin
+    return p + along * base - _root(margin) * normal, margin
 
 
 def _root(square: Scalar) -> Scalar:

@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.dynamics import checks, names
+from stickslip.dynamics.biped import settings
 from stickslip.dynamics.biped.params import BipedParams
-from stickslip.dynamics.biped.settings import EventExact, RK4Split, Setting, Table
+from stickslip.dynamics.biped.settings import Setting
 from stickslip.dynamics.measured import cheapest, measured_beside
 from stickslip.dynamics.scene import Grip, Patches, Scene, Uniform
 
@@ -63,9 +64,8 @@ class Recommendation:
     batch: int
 
 
-_CLASSES = {"Table": Table, "RK4Split": RK4Split, "EventExact": EventExact}
 _SETTINGS = [
-    Setting(_CLASSES[table](**its), _CLASSES[rule](**options), dt, dtype)
+    Setting(getattr(settings, table)(**its), getattr(settings, rule)(**options), dt, dtype)
     for (table, its), (rule, options), dt, dtype in MEASURED["settings"]
 ]
 

@@ -22,7 +22,7 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from jaxtyping import Real
 
-    from stickslip.dynamics.biped.contact import Coefficients
+    from stickslip.dynamics.biped.contact import Coefficients, Motion
     from stickslip.dynamics.biped.inertia import GroundMoment
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Fidelity
@@ -148,8 +148,16 @@ class Safe(NamedTuple):
 
 
 def _limits(
-    model: BipedModel, moment: Scalar, friction: Scalar, normal: Scalar, mu: Scalar, margin: Scalar
+    model: BipedModel,
+    motion: Motion,
+    lever: GroundMoment,
+    square: Scalar,
+    mu: Scalar,
+    margin: Scalar,
 ) -> Limits:
+    """square: of the crank rate [rad^2/s^2]."""
+    alpha, a1, friction, normal = motion[:4]
+    moment = ankle_moment(model, lever, square, alpha, a1)
     kept = 1 - margin
     lifted = normal - jnp.maximum(margin, LIFTED) * model.total_mass * model.gravity
     toe, heel = kept * model.toe * normal - moment, kept * model.heel * normal + moment
@@ -173,11 +181,8 @@ def _while_sliding(model: BipedModel, state: BipedState, margin: Scalar, mu: Fri
     mode = jnp.sign(state.foot_velocity)
 
     def at(torque: float) -> Limits:
-        given = jnp.full_like(rate, torque)
-        motion = moving(model, inertia, rate, given, mode, mu.mu_kinetic)
-        alpha, a1, friction, normal = motion[:4]
-        moment = ankle_moment(model, lever, rate**2, alpha, a1)
-        return _limits(model, moment, friction, normal, mu.mu_static, margin)
+        motion = moving(model, inertia, rate, jnp.full_like(rate, torque), mode, mu.mu_kinetic)
+        return _limits(model, motion, lever, rate**2, mu.mu_static, margin)
 
     return _safe(at(0.0), at(1.0))
 
@@ -199,9 +204,7 @@ def _at_node(model: BipedModel, node: _Node, energy: Scalar, mu: Scalar, margin:
     def at(torque: float) -> Limits:
         square = (energy + 2 * (torque * node.turned - node.lifted)) / node.inertia.M
         motion = sticking(model, node.inertia, square, jnp.full_like(square, torque))
-        alpha, a1, friction, normal = motion[:4]
-        moment = ankle_moment(model, node.lever, square, alpha, a1)
-        return _limits(model, moment, friction, normal, mu, margin)
+        return _limits(model, motion, node.lever, square, mu, margin)
 
     return _safe(at(0.0), at(1.0))
 

@@ -46,9 +46,8 @@ class Table:
     degree: int = 7
 
     def __post_init__(self):
-        for name, low, high in (("pieces", 1, 4096), ("degree", 2, 12)):
-            accepted = f"an integer from {low} to {high}"
-            require_integer(name, getattr(self, name), low=low, high=high, accepted=accepted)
+        require_integer("pieces", self.pieces, high=4096)
+        require_integer("degree", self.degree, low=2, high=12)
 
 
 @dataclass(frozen=True)
@@ -58,8 +57,7 @@ class Chebyshev:
     degree: int = 48
 
     def __post_init__(self):
-        accepted = "an integer from 4 to 256"
-        require_integer("degree", self.degree, low=4, high=256, accepted=accepted)
+        require_integer("degree", self.degree, low=4, high=256)
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import eval_context
 
-from stickslip.dynamics import checks
+from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.biped import settings
-from stickslip.dynamics.biped.contact import (
-    CrankMotion,
-    Drive,
-    LimitedTorque,
-    System,
-    Torque,
-    at_instant,
-)
+from stickslip.dynamics.biped.contact import CrankMotion, LimitedTorque, System, Torque, at_instant
 from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
@@ -29,21 +22,13 @@ from stickslip.dynamics.biped.state import BipedState, Contact, Trajectory, star
 from stickslip.dynamics.biped.stepping.euler import advance_euler
 from stickslip.dynamics.biped.stepping.split import advance
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.pytrees import (
-    Number,
-    Numbers,
-    all_finite,
-    as_float,
-    clock,
-    float_type,
-    require_numeric,
-    require_one,
-)
 from stickslip.dynamics.scene import Grip, Scene, scene_of
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
+
+    from stickslip.dynamics.biped.contact import Drive
 
 
 DONE_IN_A_STEP = ("switches", "slide_distance", "work", "positive_work")
@@ -55,8 +40,8 @@ def step(
     params: BipedParams | BipedModel,
     scene: Scene | str,
     state: BipedState,
-    torque: Real[Number, ""],
-    dt: Real[Number, ""],
+    torque: Real[pytrees.Number, ""],
+    dt: Real[pytrees.Number, ""],
     *,
     fidelity: settings.Fidelity = "reduced",
     integrator: str | settings.Integrator = "rk4_split",
@@ -73,25 +58,26 @@ def step(
     tracing.
     """
     checks.require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
-    require_numeric(torque=torque, dt=dt)
+    pytrees.require_numeric(torque=torque, dt=dt)
     spec = settings.integrator_of(integrator)
     settings.require_fidelity(fidelity)
     scene = require_kinds(params, scene, state, torque=torque, dt=dt)
     state.require_support()
-    return _step(spec, fidelity, params, scene, state, Torque(as_float(torque)), as_float(dt))
+    drive = Torque(pytrees.as_float(torque))
+    return _step(spec, fidelity, params, scene, state, drive, pytrees.as_float(dt))
 
 
 def simulate(
     params: BipedParams | BipedModel,
     scene: Scene | str,
     state: BipedState,
-    torque: Numbers | Callable[[BipedState], Number],
+    torque: pytrees.Numbers | Callable[[BipedState], pytrees.Number],
     duration: float,
     dt: float,
     *,
     fidelity: settings.Fidelity = "reduced",
     integrator: str | settings.Integrator = "rk4_split",
-    max_power: Number | None = None,
+    max_power: pytrees.Number | None = None,
 ) -> Trajectory:
     """Walk for `duration` [s] in n equal steps of about `dt` [s] (n = duration / dt, rounded up).
 
@@ -102,7 +88,8 @@ def simulate(
     cannot hand over its support, when the scene is continuous.
     """
     if max_power is not None:
-        require_one("max_power", max_power, low=0.0, strict=True, accepted="a finite power > 0 [W]")
+        accepted = "a finite power > 0 [W]"
+        pytrees.require_one("max_power", max_power, low=0.0, strict=True, accepted=accepted)
     drive = Torque, max_power, torque
     return _walk(*drive, params, scene, state, duration, dt, fidelity, integrator)
 
@@ -111,7 +98,7 @@ def simulate_inverse(
     params: BipedParams | BipedModel,
     scene: Scene | str,
     state: BipedState,
-    crank_acceleration: Numbers | Callable[[BipedState], Number],
+    crank_acceleration: pytrees.Numbers | Callable[[BipedState], pytrees.Number],
     duration: float,
     dt: float,
     *,
@@ -133,11 +120,11 @@ def _walk(
     kind, max_power, values, params, scene, state, duration, dt, fidelity, integrator
 ) -> Trajectory:
     """`simulate` of either kind of drive: all is checked, then compiled."""
-    given_dt, dt = dt, require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
+    given_dt, dt = dt, pytrees.require_one("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     spec = settings.integrator_of(integrator)
     settings.require_fidelity(fidelity)
     accepted = "a finite time > 0 [s]"
-    duration = require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
+    duration = pytrees.require_one("duration", duration, low=0.0, strict=True, accepted=accepted)
     scene = require_kinds(params, scene, state)
     state.validate()
     require_exchange(params, scene)
@@ -173,12 +160,12 @@ def stepped(
     scene: Scene,
     state: BipedState,
     drive: Drive,
-    dt: Number,
-    max_rate: Number | None = None,
+    dt: pytrees.Number,
+    max_rate: pytrees.Number | None = None,
 ) -> tuple[BipedState, Contact]:
     """`step` without its checks, for use inside a trace. max_rate: see System."""
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
-    dtype = float_type(model, scene, state, drive, dt)
+    dtype = pytrees.float_type(model, scene, state, drive, dt)
     drive, duration = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (drive, dt))
     duration = jnp.where(jnp.isinf(duration), duration, jnp.maximum(duration, 0.0))
     max_rate = None if max_rate is None else jnp.asarray(max_rate, dtype)
@@ -195,7 +182,7 @@ def stepped(
     over = walk.status > Status.SLIP_ONSET
     status = jnp.where(over, walk.status, jnp.maximum(instant.status, walk.status))
     begun = jnp.asarray(state.time, dtype)
-    end = clock(begun, duration)
+    end = pytrees.clock(begun, duration)
     passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
     time = jnp.where(walk.left == 0, end, begun + passed)
     after = BipedState(walk.phase, walk.steps, rate, slide, velocity, time)
@@ -213,7 +200,7 @@ def stepped(
         joint_forces=instant.joint_forces,
         events=None if log is None else replace(log, times=end - log.times),
     )
-    unmarked = (status <= Status.SLIP_ONSET) & ~all_finite(after, contact)
+    unmarked = (status <= Status.SLIP_ONSET) & ~pytrees.all_finite(after, contact)
     return after, replace(contact, status=jnp.where(unmarked, Status.NON_FINITE, status))
 
 
@@ -226,7 +213,7 @@ def _simulate(
 ) -> Trajectory:
     model = prepare(params, fidelity=fidelity, payload=scene.payload)
     scene = replace(scene, payload=None)  # the model carries it
-    dtype = float_type(model, scene, state, values)
+    dtype = pytrees.float_type(model, scene, state, values)
     state = state.astype(dtype)
     begun = state.time
     state = replace(state, time=jnp.where(jnp.isfinite(begun), 0.0, begun))  # its clock counts
@@ -272,7 +259,7 @@ def _idle(contact: Contact) -> Contact:
     return replace(contact, events=events, **still)
 
 
-def require_kinds(params: Any, scene: object, state: Any, **numbers: Number) -> Scene:
+def require_kinds(params: Any, scene: object, state: Any, **numbers: pytrees.Number) -> Scene:
     """The scene, built where it is a name, or ValueError: for arguments of another kind, text and
     lists inside of them, a batch, and a foot that moves on a floor without slip."""
     accepted = "a BipedParams, or a BipedModel from `prepare`"
@@ -280,8 +267,8 @@ def require_kinds(params: Any, scene: object, state: Any, **numbers: Number) -> 
     scene = scene_of(scene)
     checks.require_kind("state", state, BipedState, "a BipedState")
     if isinstance(params, BipedParams):
-        require_numeric(**vars(params))
-    require_numeric(**vars(state))
+        pytrees.require_numeric(**vars(params))
+    pytrees.require_numeric(**vars(state))
     scene.validate()
     crank = (params.params if isinstance(params, BipedModel) else params).crank
     for name, value in {**numbers, **vars(state), "params.crank": crank}.items():

@@ -26,14 +26,8 @@ import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
 from jax.extend.core import ClosedJaxpr, JaxprEqn, Primitive, jaxpr_as_fun
 
+from stickslip.dynamics.kernels import jax_interface
 from stickslip.dynamics.kernels.grouping import SWITCH, as_one_kernel, run_as_one_kernel
-from stickslip.dynamics.kernels.jax_interface import (
-    KERNEL,
-    jvp_in_front,
-    register,
-    register_dead_code_rule,
-    without_unread,
-)
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Int
@@ -87,13 +81,9 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     def run(constants: tuple[Hashable, ...], arguments: tuple[object, ...]) -> Result:
         traced = traced_once.trace(*constants, *arguments)
         leaves = jax.tree.leaves(arguments)
-        keys = tuple(map(_is_key, leaves))
-        plain = [
-            jax.random.key_data(leaf) if is_key else jnp.asarray(leaf)
-            for leaf, is_key in zip(leaves, keys, strict=True)
-        ]
+        keys = tuple(map(jax_interface.is_key, leaves))
         kernel = _kernel(traced.jaxpr, keys, os.environ.get(SWITCH))
-        found = kernel_p.bind(*plain, kernel=kernel)
+        found = kernel_p.bind(*map(jax_interface.as_plain, leaves), kernel=kernel)
         return jax.tree.unflatten(jax.tree.structure(traced.out_info), found)
 
     @run.defjvp
@@ -102,7 +92,9 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
         primals: tuple[tuple[object, ...]],
         tangents: tuple[tuple[object, ...]],
     ) -> tuple[Result, Result]:
-        return jvp_in_front(lambda arguments: function(*constants, *arguments), primals, tangents)
+        return jax_interface.jvp_in_front(
+            lambda arguments: function(*constants, *arguments), primals, tangents
+        )
 
     @wraps(function)
     def call(*arguments: object) -> Result:
@@ -137,7 +129,7 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], switch: str | None) -> 
         return run_as_one_kernel(traced, leaves, read)
 
     def less(needed: Needed) -> Less:
-        rest, kept = without_unread(traced, needed)
+        rest, kept = jax_interface.without_unread(traced, needed)
         return _kernel(rest, _those(keys, kept), switch), tuple(kept)
 
     return _Kernel(plain, in_kernel, plain, tuple(traced.out_avals), less)
@@ -145,10 +137,6 @@ def _kernel(traced: ClosedJaxpr, keys: tuple[bool, ...], switch: str | None) -> 
 
 def _those(entries: Iterable[Entry], chosen: Iterable[bool]) -> tuple[Entry, ...]:
     return tuple(entry for entry, one in zip(entries, chosen, strict=True) if one)
-
-
-def _is_key(leaf: object) -> bool:
-    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
 
 
 class _Kernel:
@@ -209,7 +197,7 @@ class _Kernel:
         return jax.jit(partial(kernel_p.bind, kernel=self))
 
 
-kernel_p = Primitive(KERNEL)
+kernel_p = Primitive(jax_interface.KERNEL)
 kernel_p.multiple_results = True
 
 
@@ -257,13 +245,13 @@ def _needed(needed: list[bool], equation: JaxprEqn) -> tuple[list[bool], JaxprEq
     return list(kept), rest
 
 
-register(
+jax_interface.register(
     kernel_p,
     _batched,
     anywhere=lambda *leaves, kernel: kernel.at_once(*leaves),
     on_cpu=lambda *leaves, kernel: kernel.in_kernels(*leaves),
 )
-register_dead_code_rule(kernel_p, _needed)
+jax_interface.register_dead_code_rule(kernel_p, _needed)
 
 
 def _block(size: int, most: int) -> int:
@@ -375,7 +363,7 @@ def where_needed(
         def both(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
             return jax.tree.map(partial(jnp.where, needed), function(*args), otherwise)
 
-        return jvp_in_front(both, primals, tangents)
+        return jax_interface.jvp_in_front(both, primals, tangents)
 
     @jax.custom_batching.custom_vmap
     def choose(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
@@ -383,11 +371,7 @@ def where_needed(
 
     @choose.def_vmap
     def choose_batch(
-        size: int,
-        batched: list[Any],
-        needed: Array,
-        args: tuple[object, ...],
-        otherwise: Carry,
+        size: int, batched: list[Any], needed: Array, args: tuple[object, ...], otherwise: Carry
     ) -> tuple[Carry, Tree]:
         axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[1])
         otherwise = jax.tree.map(partial(_spread, size), batched[2], otherwise)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from operator import eq
-from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -128,13 +128,18 @@ def jvp_in_front(
 
 def _mark(tree: object) -> Array:
     """Nothing [0]: an array that has a batch where an entry of the tree has one."""
-    leaves = [jnp.asarray(_data(leaf)) for leaf in jax.tree.leaves(tree)]
+    leaves = [as_plain(leaf) for leaf in jax.tree.leaves(tree)]
     return jnp.concatenate([jnp.ravel(leaf)[:0].astype(bool) for leaf in leaves])
 
 
-def _data(leaf: Array) -> Array:
-    is_key = isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
-    return jax.random.key_data(leaf) if is_key else leaf
+def is_key(leaf: object) -> TypeGuard[Array]:
+    """True of random keys."""
+    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def as_plain(leaf: Any) -> Array:
+    """A number, or an array of numbers or of random keys, as an array of numbers."""
+    return jax.random.key_data(leaf) if is_key(leaf) else jnp.asarray(leaf)
 
 
 def _in_front(leaf: Array, *mark: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.kernels.fused import cut, fused
+from stickslip.dynamics.kernels.fused import fused
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool
@@ -30,29 +30,27 @@ def fused_scan(
     fixed: Fixed,
     shared: object,
     carry: Carry,
-    values: object = None,
     *,
     length: int,
 ) -> tuple[Carry, Row]:
-    """Scan step(*fixed, shared, carry, value) -> (carry, row) in one kernel: the last carry
+    """Scan step(*fixed, shared, carry, None) -> (carry, row) in one kernel: the last carry
     and the rows, every leaf [length, ...].
 
     step, fixed: hashable, the same from call to call, or all is compiled again. shared: a pytree of
-    arrays. values: a pytree of arrays [length, ...], or None, which every step is then given. For
-    one member: batch with vmap. Where a step cannot be in a kernel (see `fused`), this is a scan.
+    arrays. For one member: batch with vmap. Where a step cannot be in a kernel (see `fused`), this
+    is a scan.
     """
     if length == 0:
-        return jax.lax.scan(partial(step, *fixed, shared), carry, values, length=0)
+        return jax.lax.scan(partial(step, *fixed, shared), carry, length=0)
     size = _steps_of_a_kernel(length)
     count = -(-length // size)
 
-    def one(carry: Carry, part: tuple[object, Array]) -> tuple[Carry, Row]:
-        return _several(step, fixed, size, length % size == 0, shared, carry, *part)
+    def one(carry: Carry, wanted: Array) -> tuple[Carry, Row]:
+        return _several(step, fixed, size, length % size == 0, shared, carry, wanted)
 
-    parts = jax.tree.map(lambda leaf: cut(leaf, count, size), values)
     wanted = jnp.arange(count * size).reshape(count, size) < length
-    carry, rows = jax.lax.scan(one, carry, (parts, wanted), length=count)
-    return carry, jax.tree.map(lambda leaf: _joined(leaf)[:length], rows)
+    carry, rows = jax.lax.scan(one, carry, wanted)
+    return carry, jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[:length], rows)
 
 
 def _steps_of_a_kernel(length: int) -> int:
@@ -70,22 +68,16 @@ def _several(
     every: bool,
     shared: object,
     carry: Carry,
-    values: object,
     wanted: Bool[Array, " size"],
 ) -> tuple[Carry, Row]:
     """Steps in one kernel, those that are wanted. every: whether all are."""
     one = partial(step, *fixed, shared)
 
-    def chosen(carry: Carry, part: tuple[object, Array]) -> tuple[Carry, Row]:
-        value, is_wanted = part
-        rows = jax.eval_shape(one, carry, value)[1]
+    def chosen(carry: Carry, is_wanted: Array) -> tuple[Carry, Row]:
+        rows = jax.eval_shape(one, carry, None)[1]
         blank = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), rows)
-        return jax.lax.cond(is_wanted, one, lambda carry, _: (carry, blank), carry, value)
+        return jax.lax.cond(is_wanted, one, lambda carry, _: (carry, blank), carry, None)
 
     if every:
-        return jax.lax.scan(one, carry, values, length=size)
-    return jax.lax.scan(chosen, carry, (values, wanted))
-
-
-def _joined(leaf: Array) -> Array:
-    return leaf.reshape(-1, *leaf.shape[2:])
+        return jax.lax.scan(one, carry, length=size)
+    return jax.lax.scan(chosen, carry, wanted)

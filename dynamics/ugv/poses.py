@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, reduce
 from itertools import pairwise
 from math import prod
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -140,7 +140,7 @@ def stand(
     def in_world(point: Points) -> Points:
         return rear.centre + turned(point - rear_wheel, along)
 
-    zero = jnp.zeros_like(R)
+    zero, apart = jnp.zeros_like(R), 2 * params.wheel_radius + params.wheel_gap
     hinge = jnp.stack([zero + params.body_length, zero], -1)
     rear_hinge, front_hinge = in_world(jnp.zeros_like(hinge)), in_world(hinge)
     placed = Pose(
@@ -154,7 +154,7 @@ def stand(
         rear_leg=(rear_hinge + rear.centre) / 2,
         front_leg=(front_hinge + front.centre) / 2,
         clearance=zero,
-        wheel_clearance=zero + jnp.inf if solver.overlap else wheel_clearance(params, R),
+        wheel_clearance=zero + jnp.inf if solver.overlap else R - apart,
         status=zero.astype(int),
         origin=jnp.stack([x_front, sum(ground.anchor)], -1),
     )
@@ -188,7 +188,7 @@ def status_of(
     size = size_near(ground, placed.wheelbase, r)
     gap, rate = missed
     # At a sharp edge the last digit of x moves the wheel by far more than that.
-    accepted = solver.accepted_gap(dtype) * size * jnp.maximum(jnp.abs(rate), 1)
+    accepted = solver.gap(dtype, 64) * size * jnp.maximum(jnp.abs(rate), 1)
     status = jnp.where(jnp.abs(gap) > accepted, Status.NOT_CONVERGED, Status.OK)
     hollow = (placed.rear.stretch <= 0) | (placed.front.stretch <= 0)
     if solver.samples:
@@ -286,11 +286,6 @@ def clearance(params: UGVParams, ground: Near, placed: Pose, samples: int) -> Va
     return _least_height(samples, ground, [(a, b - a) for a, b in pairwise(corners)])
 
 
-def wheel_clearance(params: UGVParams, wheelbase: Values) -> Values:
-    """Distance of the wheels' rims less the required gap [m]; negative: the wheels overlap."""
-    return wheelbase - (2 * params.wheel_radius + params.wheel_gap)
-
-
 @partial(jax.custom_jvp, nondiff_argnums=(0,))
 def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]) -> Values:
     """Least height of `samples` points on each line (begin, way) above the ground [m].
@@ -313,13 +308,12 @@ def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]
 @_least_height.defjvp
 def _least_height_jvp(samples: int, primals, tangents):
     def at_once(ground, lines):
-        least = None
+        lowest = []
         for begin, way in lines:
             (x, y), (along, up) = ((v[..., :1], v[..., 1:]) for v in (begin, way))
             part = (jnp.arange(samples, dtype=x.dtype) + 0.5) / samples
-            lowest = jnp.min(y + part * up - ground.height(x + part * along), axis=-1)
-            least = lowest if least is None else jnp.minimum(least, lowest)
-        return least
+            lowest.append(jnp.min(y + part * up - ground.height(x + part * along), axis=-1))
+        return reduce(jnp.minimum, lowest)
 
     return jvp_in_front(at_once, primals, tangents)
 

@@ -39,14 +39,8 @@ from stickslip.dynamics.pytrees import (
     same_rank,
     settle,
 )
-from stickslip.dynamics.ugv.ground import shapes
+from stickslip.dynamics.ugv.ground import shapes, spline
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_table
-from stickslip.dynamics.ugv.ground.spline import (
-    Spline,
-    hermite_table,
-    pieces_between,
-    spline_through,
-)
 from stickslip.dynamics.ugv.ground.surface import Surface
 
 if TYPE_CHECKING:
@@ -108,7 +102,7 @@ class Track:
 
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where points of the ground are one number in `dtype`."""
-        if isinstance(self.shape, Spline):
+        if isinstance(self.shape, spline.Spline):
             self.shape.require_resolved(dtype)
 
     @classmethod
@@ -136,7 +130,7 @@ class Track:
         is that of the piece on the right. Points of even spacing are looked up by arithmetic,
         others by bisection. ValueError for points that will not do.
         """
-        shape = spline_through(x, y, interpolation)
+        shape = spline.spline_through(x, y, interpolation)
         return cls(shape, float(np.asarray(x, float)[0]), float(np.asarray(x, float)[-1]))
 
     @classmethod
@@ -185,7 +179,7 @@ class Track:
         How exact it is: hermite_table. Past the ends it goes on straight, so enclose the drive and
         the vehicle's length. The track's own start and end are kept.
         """
-        return replace(self, shape=hermite_table(self.profile, start, end, pieces))
+        return replace(self, shape=spline.hermite_table(self.profile, start, end, pieces))
 
     def astype(self, dtype: DTypeLike) -> Track:
         """The same track with every number as an array of `dtype`.
@@ -285,9 +279,9 @@ class Odometer:
         """The same over a part of long ground through points, from first to last [m], faster to
         evaluate; itself of other ground. Arc lengths are still counted from the start."""
         shape = self.track.shape
-        if not isinstance(shape, Spline):
+        if not isinstance(shape, spline.Spline):
             return self
-        part = pieces_between(np.asarray(self.edges), first, last)
+        part = spline.pieces_between(np.asarray(self.edges), first, last)
         ends = slice(None) if part is None else slice(part.start, part.stop + 1)
         odometer = object.__new__(Odometer)
         track = replace(self.track, shape=shape.cut(first, last))
@@ -336,17 +330,17 @@ def _integrate_traced(odometer: Odometer, count: int) -> None:
 
 def _edges(track: Track, start: float, end: float, cells: int | None) -> tuple[np.ndarray, bool]:
     """The cells' edges in double precision, and whether they are even."""
-    spline = track.shape
-    if cells is not None or not isinstance(spline, Spline) or np.ndim(spline.knots) != 1:
+    shape = track.shape
+    if cells is not None or not isinstance(shape, spline.Spline) or np.ndim(shape.knots) != 1:
         most = max((end - start) / LONGEST_CELL, CELLS)
         count = CELLS * 2.0 ** np.ceil(np.log2(most / CELLS)) if cells is None else cells
         _require_room(end - start, count)
         return np.linspace(start, end, int(count) + 1), True
     # All of the spline, whose ends one rule goes past exactly, whatever start and end are.
-    knots = np.asarray(spline.knots, np.float64) + np.asarray(spline.rests, np.float64)
+    knots = np.asarray(shape.knots, np.float64) + np.asarray(shape.rests, np.float64)
     split = np.maximum(np.ceil(np.diff(knots) / LONGEST_CELL), 1.0)
     _require_room(knots[-1] - knots[0], np.sum(split))
-    if spline.even:
+    if shape.even:
         return np.linspace(knots[0], knots[-1], (len(knots) - 1) * int(np.max(split)) + 1), True
     split = split.astype(int)
     part = np.arange(np.sum(split)) - np.repeat(np.cumsum(split) - split, split)

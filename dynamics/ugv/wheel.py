@@ -240,13 +240,9 @@ class PoseSolver:
         if self.method == "scan" and self.samples == 0:
             raise ValueError("samples = 0 is not accepted with method = 'scan'; accepted: >= 1")
 
-    def stop_gap(self, dtype: DTypeLike) -> float:
-        """Relative error of the wheelbase at which an adaptive iteration stops."""
-        return max(self.tolerance or 0.0, 4 * float(jnp.finfo(dtype).eps))
-
-    def accepted_gap(self, dtype: DTypeLike) -> float:
-        """Error relative to the vehicle's size and place above which a pose is NOT_CONVERGED."""
-        return max(self.tolerance or 0.0, 64 * float(jnp.finfo(dtype).eps))
+    def gap(self, dtype: DTypeLike, roundings: int) -> float:
+        """Relative error that counts as none: `tolerance`, or so many roundings if that is more."""
+        return max(self.tolerance or 0.0, roundings * float(jnp.finfo(dtype).eps))
 
 
 NEWTON = PoseSolver()
@@ -318,12 +314,9 @@ def _narrowed(
 def _refine(
     chord: Chord, bracket: tuple[Values, Values], guess: Values, solver: PoseSolver
 ) -> Values:
-    """Narrow the bracket (missing by more than 0, by less) until the wheelbase is met.
-
-    Where Newton's method does not at least halve the miss, the next point is the middle.
-    """
+    """Narrow the bracket (missing by more than 0, by less) until the wheelbase is met."""
     size = size_near(chord.ground, chord.wheelbase, chord.radius)
-    stop = solver.stop_gap(chord.wheelbase.dtype) * size
+    stop = solver.gap(chord.wheelbase.dtype, 4) * size
 
     def more(carry: tuple[jax.Array | int, Search]):
         count, (*_, done) = carry
@@ -332,7 +325,7 @@ def _refine(
     def narrow(carry: tuple[jax.Array | int, Search]) -> tuple[jax.Array | int, Search]:
         count, (x, far, near, before, done) = carry
         following, far, near, gap = _narrowed(chord, x, far, near)
-        slow = jnp.abs(gap) > before / 2
+        slow = jnp.abs(gap) > before / 2  # then the middle is next
         following = jnp.where(slow, (far + near) / 2, following)
         done |= (jnp.abs(gap) <= stop) | (jnp.abs(far - near) <= stop / 8)
         before = jnp.where(slow, jnp.inf, jnp.abs(gap))

@@ -178,17 +178,9 @@ def _classical_stages(
         )
 
     zero = jnp.zeros_like(walk.phase)
-    begin = _Stages(
-        phase=walk.phase,
-        crank_rate=walk.crank_rate,
-        inertia=inertia,
-        sum_rate=zero,
-        sum_alpha=zero,
-        sum_foot=zero,
-        sum_slide=zero,
-        sum_power=None if isinstance(system.drive, Torque) else zero,
-        middle=Midpoint(*[zero] * len(Midpoint._fields)),
-    )
+    power = None if isinstance(system.drive, Torque) else zero
+    middle = Midpoint(*[zero] * len(Midpoint._fields))
+    begin = _Stages(walk.phase, walk.crank_rate, inertia, zero, zero, zero, zero, power, middle)
     return jax.lax.fori_loop(0, 4, body, begin)
 
 

@@ -91,8 +91,7 @@ class Closed:
         return sum(parts), slope, second  # pyright: ignore[reportReturnType]
 
     def _numbers(self) -> list[Numeric]:
-        numbers = (one for one in fields(self) if not one.metadata.get("static"))  # pyright: ignore
-        return [getattr(self, one.name) for one in numbers]
+        return [getattr(self, name) for name in _numbers_of(self)]
 
     def _near(self, *numbers: Any, **named: Any) -> Any:
         """`near` of base, u and the fields, all in one floating type."""
@@ -110,19 +109,20 @@ def require_ends(start: Numeric, end: Numeric) -> None:
         raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
 
 
+def _numbers_of(shape: Any) -> list[str]:
+    """Names of the fields that are numbers."""
+    return [one.name for one in fields(shape) if not one.metadata.get("static")]
+
+
 def require_numbers(shape: Shape) -> None:
     """Raise ValueError unless every field is finite, and > 0 where the class says so."""
-    positive = getattr(shape, "POSITIVE", ())
-    numbers = (f for f in fields(shape) if not f.metadata.get("static"))  # pyright: ignore
-    for name in (item.name for item in numbers):
-        if isinstance(getattr(shape, name), list | tuple | dict):
-            given = shown(getattr(shape, name))
-            raise ValueError(f"{name} = {given}; accepted: a number, or an array of them")
-        if name in positive:
-            accepted = "a finite length > 0 [m]"
-            require_number(name, getattr(shape, name), low=0.0, strict=True, accepted=accepted)
-        else:
-            require_number(name, getattr(shape, name), low=-np.inf, accepted="a finite number")
+    length: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
+    number: dict[str, Any] = {"accepted": "a finite number"}
+    for name in _numbers_of(shape):
+        value, positive = getattr(shape, name), name in getattr(shape, "POSITIVE", ())
+        if isinstance(value, list | tuple | dict):
+            raise ValueError(f"{name} = {shown(value)}; accepted: a number, or an array of them")
+        require_number(name, value, **(length if positive else number))
 
 
 @register_pytree
@@ -412,11 +412,7 @@ def in_two(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def locate(
-    knots: Float[Array, "knots"],
-    rests: Float[Array, "knots"],
-    even: bool,
-    base: Values,
-    u: Values,
+    knots: Float[Array, "knots"], rests: Float[Array, "knots"], even: bool, base: Values, u: Values
 ) -> tuple[Int[Array, "..."], Values, Values]:
     """The piece that base + u lies in, how far behind its left knot that is, and how far outside.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -87,10 +88,7 @@ class Spline(Closed):
         c0, *c = (rows[..., k] * h**k if k < powers else zero for k in range(POWERS))
         q = [(k + 1) * k * c[k] for k in range(1, POWERS - 1)]
         corners = [q[0], q[0] + q[1] / 3, q[0] + (2 * q[1] + q[2]) / 3, sum(q)]
-        most = corners[0]
-        for corner in corners[1:]:
-            most = jnp.maximum(most, corner)
-        bend = jnp.maximum(jnp.max(most / h**2, axis=-1), 0)
+        bend = jnp.maximum(jnp.max(reduce(jnp.maximum, corners) / h**2, axis=-1), 0)
         slope = rows[..., 1]
         turn = slope[..., 1:] - (sum((k + 1) * c[k] for k in range(POWERS - 1)) / h)[..., :-1]
         rise = (c0[..., 1:] - c0[..., :-1]) + (lows[..., 1:] - (lows + sum(c))[..., :-1])

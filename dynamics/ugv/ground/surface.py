@@ -86,9 +86,7 @@ class Surface:
 
 
 def pairs(
-    edges: Float[Array | np.ndarray, "n"],
-    factors: Float[Array | np.ndarray, "m"],
-    ramp: Number,
+    edges: Float[Array | np.ndarray, "n"], factors: Float[Array | np.ndarray, "m"], ramp: Number
 ) -> tuple[Float[Array, "k"], Float[Array, "k"]]:
     """Knots and factors [2 n] of patches: two knots about each edge."""
     knots = jnp.stack([edges - ramp / 2, edges + ramp / 2], -1)
