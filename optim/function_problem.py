@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import require_memory, shown
-from stickslip.dynamics.pytrees import read_only, refuse_after_fork
+from stickslip.dynamics.pytrees import read_only, refuse_after_fork, settle
 from stickslip.optim.problem import Evaluation, Problem, Result, Structure, as_floats
 
 if TYPE_CHECKING:
@@ -59,8 +59,8 @@ class FunctionProblem(Problem[Result]):
     def __post_init__(self):
         for name in ("low", "high"):
             array = as_floats(name, getattr(self, name), "finite numbers")
-            object.__setattr__(self, name, read_only(array))
-        object.__setattr__(self, "data", jax.tree.map(_kept, self.data))
+            settle(self, **{name: read_only(array)})
+        settle(self, data=jax.tree.map(_kept, self.data))
         if self.low.ndim != 1 or self.low.shape != self.high.shape or np.any(self.low > self.high):
             raise ValueError(
                 f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"

@@ -214,7 +214,7 @@ class Jet:
     """A function over a box, and its derivatives along each axis there.
 
     value: [...]. first, second: [axes, ...], of each axis alone; no mixed ones. Operations as those
-    of Interval; what is no Jet beside one is constant.
+    of Interval; what is no Jet beside one is constant, and stands behind it in - and /.
     """
 
     value: Interval
@@ -238,9 +238,6 @@ class Jet:
     def __sub__(self, other: Operand) -> Jet:
         return self + (-other if isinstance(other, Jet) else -interval(other))
 
-    def __rsub__(self, other: Operand) -> Jet:
-        return -self + other
-
     def __mul__(self, other: Operand) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value * other, self.first * other, self.second * other)
@@ -256,9 +253,6 @@ class Jet:
         if isinstance(other, Jet):
             return self * other.reciprocal()
         return self * interval(other).reciprocal()
-
-    def __rtruediv__(self, other: Operand) -> Jet:
-        return self.reciprocal() * other
 
     def through(self, value: Interval, slope: Interval, bend: Interval) -> Jet:
         """A function of this one, of which value, slope and second derivative are known."""

@@ -284,13 +284,7 @@ class Problem(ABC, Generic[R]):
         return self.result(x, status=status, message=message, **common)
 
     def result(
-        self,
-        x: Vector,
-        *,
-        method: str,
-        status: OptimStatus,
-        began: float,
-        **others: Any,
+        self, x: Vector, *, method: str, status: OptimStatus, began: float, **others: Any
     ) -> R:
         """A method's result at a point: value, residuals and feasibility are the problem's own.
 

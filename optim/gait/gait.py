@@ -21,7 +21,7 @@ from numpy.polynomial.chebyshev import chebval, chebvander
 from scipy.integrate import quad_vec
 
 from stickslip.dynamics.checks import require_choice, require_known, shown
-from stickslip.dynamics.pytrees import Number, read_only
+from stickslip.dynamics.pytrees import Number, read_only, settle
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.gait.profile import Grid, Profile, Profiles
 from stickslip.optim.problem import Result, require_scalar
@@ -125,8 +125,7 @@ class Gait:
     b: Float[np.ndarray, "n K+1"]
 
     def __post_init__(self):
-        for name in ("a", "b"):
-            object.__setattr__(self, name, read_only(getattr(self, name)))
+        settle(self, a=read_only(self.a), b=read_only(self.b))
 
     @property
     def grid(self) -> Grid:
@@ -462,8 +461,6 @@ def positive(torque: Polynomials, h: Float[np.ndarray, "n K"]) -> float:
 
 def _rested(grid: Grid, b: np.ndarray) -> np.ndarray:
     """b without rounding errors at rest."""
-    if not (grid.from_rest or grid.to_rest):
-        return b
     b = b.copy()
     if grid.from_rest:
         b[0, 0] = 0.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
-from stickslip.dynamics.pytrees import Lists, Number, read_only
+from stickslip.dynamics.pytrees import Lists, Number, read_only, settle
 from stickslip.optim.gait import METHODS
 from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program
 from stickslip.optim.gait.gait import Gait, GaitResult, Goal, goal_of
@@ -161,8 +161,7 @@ class GaitProblem(Problem[GaitResult]):
                 "mean_rate = None with the objective 'friction', which standing still would meet "
                 "without any; accepted: a mean rate"
             )
-        for name, value in (("goal", goal), ("_friction", mu), ("_robot", robot)):
-            object.__setattr__(self, name, value)
+        settle(self, goal=goal, _friction=mu, _robot=robot)
 
     @cached_property
     def on_grid(self) -> GridProblem:

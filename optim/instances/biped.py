@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from inspect import signature
 from typing import TYPE_CHECKING
 
 import jax
@@ -17,6 +18,7 @@ import numpy as np
 
 from stickslip.dynamics import biped
 from stickslip.dynamics.biped import links
+from stickslip.dynamics.names import ABOVE_ZERO
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
@@ -50,22 +52,10 @@ FRICTION = (0.05, 0.3)
 """Static friction is drawn evenly in its logarithm; kinetic friction is KINETIC of it."""
 KINETIC = 0.85
 GAIN_RANGE, TORQUE_RANGE = (0.0, 4.0), (-2.0, 2.0)
-LENGTHS = {
-    "ground_link": 2.0,
-    "rod": 5.0,
-    "rod_pin": 2.5,
-    "rocker": 2.5,
-    "tendon_drop": 12.0,
-    "upper_tendon": 6.0,
-    "lower_tendon": 6.0,
-    "femur": 9.0,
-    "femur_pin": 3.0,
-    "tibia": 18.0,
-    "tibia_pin": 6.0,
-    "stabiliser": 4.2,
-}
+USUAL = signature(biped.BipedParams.from_bars).parameters
+LENGTHS = {name: USUAL[name].default for name in ABOVE_ZERO if name != "crank"}
 """Design variables in crank lengths, with the reference robot's values."""
-MASSES = {"hip_mass": 0.7, "foot_mass": 0.3}
+MASSES = {name: USUAL[name].default for name in ("hip_mass", "foot_mass")}
 PART = 0.2
 """A design differs from the reference robot by at most this part."""
 ANGLES = 64
@@ -199,10 +189,7 @@ def walk_cost(
 
 
 def shooting_problem(
-    scene: str,
-    numbers: int,
-    crank_rate: float = 3.0,
-    slide_limit: float | None = None,
+    scene: str, numbers: int, crank_rate: float = 3.0, slide_limit: float | None = None
 ) -> FunctionProblem:
     """Torques of the reference robot that walks already, numbers x HELD x DT seconds."""
     model = biped.prepare(biped.BipedParams.from_bars(dtype=np.float64), fidelity="table")

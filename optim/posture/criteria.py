@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -15,6 +17,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.poses import stand, wheel_lags
 from stickslip.dynamics.ugv.statics import friction_under, safe_split
+from stickslip.dynamics.ugv.wheel import NEWTON
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
@@ -25,8 +28,6 @@ if TYPE_CHECKING:
 PLACED = (Status.OK, Status.OVERLAP, Status.ROLLOVER, Status.GROUNDED, Status.WHEEL_SLIP)
 """Statuses of a vehicle that has a place on the track and forces, good or bad ones."""
 
-SOLVER = PoseSolver()
-"""Default solver of poses."""
 ROUNDED = 1 - 1e-9
 """Share of the friction that a free split may use: the rest is for roundings."""
 
@@ -121,10 +122,7 @@ class Station(NamedTuple):
     @property
     def placed(self) -> Bool[Array, "..."]:
         """True if the vehicle has a place on the track and finite forces."""
-        placed = self.status == PLACED[0]
-        for status in PLACED[1:]:
-            placed |= self.status == status
-        return placed
+        return reduce(or_, (self.status == status for status in PLACED))
 
     @property
     def finite(self) -> Bool[Array, "..."]:
@@ -140,7 +138,7 @@ def station(
     x_front: Float[Array, "..."],
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
-    solver: PoseSolver = SOLVER,
+    solver: PoseSolver = NEWTON,
     free_split: bool = False,
 ) -> Station:
     """The vehicle with its front wheel at x_front [...] [m] and leg_angles [..., 2] [rad].
@@ -373,11 +371,7 @@ def steps(stations: Station) -> tuple[Station, Station]:
 
 
 def increase(
-    criterion: Criterion,
-    so_far: Float[Array, "..."],
-    a: Station,
-    b: Station,
-    first: Numeric,
+    criterion: Criterion, so_far: Float[Array, "..."], a: Station, b: Station, first: Numeric
 ) -> Float[Array, "..."]:
     """Increase of the cost so far by the step from a to b; first: it is a drive's first step.
 

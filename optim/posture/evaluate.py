@@ -19,20 +19,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.pytrees import Numeric, float64_program, register_pytree
-from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.dynamics.ugv import Odometer, PoseSolver, UGVParams
 from stickslip.dynamics.ugv.poses import over_poses
-from stickslip.optim.posture.criteria import (
-    Criterion,
-    Station,
-    drive_cost,
-    station,
-    torque_left,
-)
+from stickslip.optim.posture.criteria import Station, drive_cost, station, torque_left
 from stickslip.optim.problem import FEASIBLE, Result
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
+    from stickslip.optim.posture.criteria import Criterion
     from stickslip.optim.posture.waypoints import PostureData
 
 SIZES = (40, 128, 1024, 16_384)
@@ -71,10 +66,6 @@ class Posture:
     solver: PoseSolver = field(metadata={"static": True})
     free_split: bool = field(default=False, metadata={"static": True})
 
-    @property
-    def track(self) -> Track:
-        return self.odometer.track
-
     def stations(self, angles: Float[Array, "K 2"]) -> Station:
         """The stations of the waypoints [K], in one kernel of a processor (see `over_poses`)."""
         given = (self.params, self.odometer, self.x, angles, self.friction)
@@ -99,10 +90,7 @@ class Posture:
         grip = jnp.stack([mu * N - s * F for F, N, mu in at.wheels for s in (1, -1)], -1)
         normal = jnp.stack([at.N_rear, at.N_front], -1)
         W = self.params.weight
-        found = {
-            "grip": (grip - self.min_grip) / W,
-            "normal": (normal - self.min_normal) / W,
-        }
+        found = {"grip": (grip - self.min_grip) / W, "normal": (normal - self.min_normal) / W}
         if self.solver.samples:
             low = (at.clearance - self.min_clearance) / self.params.leg_length
             found["clearance"] = low[..., None]
@@ -211,12 +199,8 @@ class Waypoints(NamedTuple):
             calls = tuple((*call, part(*call, at)) for call, at in zip(each, places, strict=True))
         return cls(calls, len(x))
 
-    def stations(self, pairs: Float[np.ndarray, "length 2"]) -> Station:
-        """The stations at these angles, as NumPy arrays."""
-        return Station.of_rows(self.rows(pairs))
-
     def rows(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
-        """The same as `Station.rows`."""
+        """The stations at these angles as `Station.rows`, in NumPy."""
         parts = self._called(_rows, pairs)
         found = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
         return found[:, : self.length]

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
-from stickslip.dynamics.pytrees import read_only, refuse_after_fork
+from stickslip.dynamics.pytrees import read_only, refuse_after_fork, settle
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
@@ -68,9 +68,8 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     """
 
     def __post_init__(self):
-        object.__setattr__(self, "criterion", criterion_by_name(self.criterion))
-        for name, value in check_problem(self).items():
-            object.__setattr__(self, name, value)
+        settle(self, criterion=criterion_by_name(self.criterion))
+        settle(self, **check_problem(self))
 
     @classmethod
     def along(
@@ -229,7 +228,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
 
     def stations(self, x: Vector) -> Station:
         """The stations of a drive, as NumPy arrays [K]."""
-        return self.waypoints.stations(self.angles(x))
+        return Station.of_rows(self.waypoints.rows(self.angles(x)))
 
     def result(self, x: Vector, **others: Any) -> evaluate.PostureResult:
         """See Problem.result: the drive is evaluated between its waypoints, too."""

@@ -16,16 +16,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.optim.gait.convex.certificate import Polygons, every_bound, grid_bound
-from stickslip.optim.gait.convex.grid_problem import (
-    MOTOR,
-    NORMAL,
-    STANDING,
-    UNITS,
-    ZMP,
-    GridProblem,
-    Numbers,
-    Solved,
-)
+from stickslip.optim.gait.convex.grid_problem import MOTOR, NORMAL, STANDING, UNITS, ZMP, Solved
 from stickslip.optim.gait.gait import (
     FRICTION,
     TIME,
@@ -41,6 +32,7 @@ from stickslip.optim.gait.gait import (
 from stickslip.optim.problem import Ended, OptimStatus
 
 if TYPE_CHECKING:
+    from stickslip.optim.gait.convex.grid_problem import GridProblem, Numbers
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.gait.profile import Grid
 
@@ -441,7 +433,7 @@ def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
     asked = np.inf
     if problem.longest is not None:
         asked = grid.turn / problem.longest
-    floor = min(MOVING * problem.lift_off, QUARTER * asked) ** 2
+    floor = min(MOVING * problem.profiles.nodes.lift_off_rate, QUARTER * asked) ** 2
     return _at_nodes(floor * share - least).ravel() / size
 
 

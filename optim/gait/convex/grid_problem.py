@@ -119,33 +119,28 @@ class Program:
         nodes, h = n * (K + 1), given.h.ravel()
         self._a, self._b = cp.Variable(nodes, name="a"), cp.Variable(nodes, name="b")
         self._r = cp.Variable()
-        self._left, self._right = _cell_ends(n, K)
+        self._left, self._right = (  # [n K, nodes]: pick the nodes at both ends of each cell
+            sp.kron(sp.eye_array(n), sp.eye_array(K, K + 1, k=i), "csr") for i in (0, 1)
+        )
         gained = cp.multiply(h, (self._left + self._right) @ self._a)
         self._motion = (self._right - self._left) @ self._b - gained == 0
-        self._rows = [self._limited(i) for i in range(len(given.A))]
+        self._rows: list[cp.Constraint] = []
+        for A, B, C, relaxed in zip(given.A, given.B, given.C, given.relaxed, strict=True):
+            taken = cp.multiply(A, self._a) + cp.multiply(B, self._b)
+            self._rows.append(taken <= (C + self._r if relaxed else C))
         self._constraints: list[cp.Constraint] = [self._motion, *self._rows]
         starts = (K + 1) * np.arange(n)
         joined = slice(None if given.periodic else -1)
         self._ends, self._begins = (starts + K)[joined], np.roll(starts, -1)[joined]
-        self._exchange = self._exchanges()
+        self._exchange: cp.Constraint | None = None
+        if len(self._ends):  # b goes on over the exchange of support, or round the periodic step
+            self._exchange = self._b[self._begins] - self._b[self._ends] == 0
+            self._constraints.append(self._exchange)
         for i, (low, high) in ((0, given.first), (-1, given.last)):
             if low == high:
                 self._constraints.append(self._b[i] == low)
         self._timing: cp.Constraint | None = None
         self.problem = cp.Problem(cp.Minimize(self._goal(h)), self._constraints)
-
-    def _limited(self, i: int) -> cp.Constraint:
-        given = self._given
-        taken = cp.multiply(given.A[i], self._a) + cp.multiply(given.B[i], self._b)
-        return taken <= (given.C[i] + self._r if given.relaxed[i] else given.C[i])
-
-    def _exchanges(self) -> cp.Constraint | None:
-        """b goes on over the exchange of support, or round the periodic step."""
-        if not len(self._ends):
-            return None
-        found = self._b[self._begins] - self._b[self._ends] == 0
-        self._constraints.append(found)
-        return found
 
     def _changes(self, torque: cp.Expression) -> list[cp.Constraint]:
         """The torque changes little in a cell, and not at all at an exchange."""
@@ -231,14 +226,6 @@ def _dual(constraint: cp.Constraint | None) -> np.ndarray:
     return np.nan_to_num(value, posinf=0.0, neginf=0.0)
 
 
-def _cell_ends(n: int, K: int) -> tuple[sp.csr_array, sp.csr_array]:
-    """Matrices [n K, n (K + 1)] that pick the left and the right node of each cell."""
-    first = (np.arange(n)[:, None] * (K + 1) + np.arange(K)).ravel()
-    ones, rows, shape = np.ones(n * K), np.arange(n * K), (n * K, n * (K + 1))
-    left, right = (sp.csr_array((ones, (rows, first + i)), shape=shape) for i in (0, 1))
-    return left, right
-
-
 class Units(NamedTuple):
     """Units in which a program's numbers are about 1: rate [rad/s], torque [N m]."""
 
@@ -288,11 +275,6 @@ class GridProblem:
     def grid(self) -> Grid:
         return self.profiles.grid
 
-    @property
-    def lift_off(self) -> float:
-        """A crank rate of the robot's own [rad/s]."""
-        return self.profiles.nodes.lift_off_rate
-
     @cached_property
     def rows(self) -> Rows:
         return self.rows_of(self.profiles.nodes)
@@ -325,7 +307,7 @@ class GridProblem:
                 A, B = s * p.L - edge * p.Y, s * p.dL - edge * p.dY
                 parts.append((ZMP, A, B, edge * weight - s * lean, unit))
         parts.append((RATE, zero, one, self.cap**2 * one, self.cap**2))
-        parts.append((STANDING, zero, -one, zero, self.lift_off**2))
+        parts.append((STANDING, zero, -one, zero, self.profiles.nodes.lift_off_rate**2))
         names, A, B, C, sizes = zip(*parts, strict=True)
         return Rows(names, np.stack(A), np.stack(B), np.stack(C), np.array(sizes))
 
@@ -361,11 +343,12 @@ class GridProblem:
     @cached_property
     def units(self) -> Units:
         """Units; that of the rate is the lift-off rate, or nearer to a far lower mean rate."""
-        rate = self.lift_off if self.rate_unit is None else self.rate_unit
+        nodes = self.profiles.nodes
+        rate = nodes.lift_off_rate if self.rate_unit is None else self.rate_unit
         if self.rate_unit is None and self.longest is not None:
             asked = 2 * self.grid.turn / self.longest
             rate = float(np.clip(asked, rate / 10, rate))
-        return Units(rate, self.profiles.nodes.torque_unit)
+        return Units(rate, nodes.torque_unit)
 
     @property
     def scale(self) -> float:

@@ -252,12 +252,6 @@ class StationCells:
             return slice(0, 1), slice(0, 1)
         return slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
 
-    def cropped(self) -> StationCells:
-        """The cells of `box`; of what is inside and at the corners nothing is kept."""
-        box = self.box
-        rear, front = self.rear.part(box[0]), self.front.part(box[1])
-        return replace(self, rear=rear, front=front, alive=self.alive[box])
-
     def bulge(self, name: str, sign: int) -> np.ndarray:
         """Greatest distance of sign * field below its values at the corners of a cell: h^2 / 8 of
         the second derivative, or h / 2 of the first, whichever is less, of each leg."""
@@ -326,12 +320,12 @@ class Surveyor:
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
         """Every cell cut in four (a given angle's is not), without those beside all alive."""
-        cells = cells.cropped()
+        box = cells.box
         rear, front = (
             axis if axis.nodes[-1] - axis.nodes[0] <= 3 * FEASIBLE else axis.halved()
-            for axis in (cells.rear, cells.front)
+            for axis in (cells.rear.part(box[0]), cells.front.part(box[1]))
         )
-        alive = cells.alive
+        alive = cells.alive[box]
         for axis, of in ((0, rear), (1, front)):
             alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
         alive = self._wheels_clear(rear, front, alive)

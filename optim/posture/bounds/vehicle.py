@@ -134,9 +134,8 @@ class Bracket:
     origin: tuple[float, Interval]
     front: Wheel
     edges: np.ndarray
-    value: Interval
-    """P over each bin."""
     slope: Interval
+    """Of P over each bin."""
     lost: Int[np.ndarray, "bins+1"]
     """Number of bins before each edge that are not used: P may rise there, or jump."""
     from_left: np.ndarray
@@ -162,7 +161,7 @@ class Bracket:
         with np.errstate(all="ignore"):
             ranges = Ranges.of(_by_distance(x - x_front, wheel, found))
         return cls(
-            ground, radius, origin, front, edges, found.value, found.slope,
+            ground, radius, origin, front, edges, found.slope,
             np.concatenate([[0], np.cumsum(bad)]),
             np.minimum.accumulate(found.value.lo),
             np.maximum.accumulate(found.value.hi[::-1])[::-1],

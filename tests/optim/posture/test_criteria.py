@@ -80,7 +80,7 @@ def signed_work(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]
 
 @jax.jit
 def _drive(posture, angles):
-    placed = place(posture.params, posture.track, posture.x, angles, PoseSolver(samples=0))
+    placed = place(posture.params, posture.odometer.track, posture.x, angles, PoseSolver(samples=0))
     return placed.potential_energy(posture.params), posture.criterion.terms(
         *steps(posture.stations(angles))
     )
@@ -99,7 +99,7 @@ def test_stations_follow_the_dtype_of_what_they_are_given(dtype):
     posture = over_bump().posture
     cast = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), posture)
     found = jax.jit(lambda of, angles: station(
-        of.params, of.track, of.odometer, of.x, angles, of.friction
+        of.params, of.odometer.track, of.odometer, of.x, angles, of.friction
     ))(cast, jnp.full((len(posture.x), 2), 1.5, dtype))  # fmt: skip
     assert {of.dtype for of in found[:-1]} == {dtype}
     wide = over_bump().stations(np.full(over_bump().n, 1.5))
