@@ -8,6 +8,7 @@ if TYPE_CHECKING:
     from stickslip.agents.biped.controllers import ConstantTorque as ConstantTorque
     from stickslip.agents.biped.controllers import CrankSpeedPI as CrankSpeedPI
     from stickslip.agents.biped.machine import TrainConfig as TrainConfig
+    from stickslip.agents.biped.output_feedback import OutputFeedback as OutputFeedback
     from stickslip.agents.biped.prediction import ComputedTorque as ComputedTorque
     from stickslip.agents.biped.prediction import GaitTable as GaitTable
     from stickslip.agents.biped.prediction import OptimalGait as OptimalGait

@@ -114,6 +114,7 @@ BIPED_BASELINES = (
     "computed-torque",
     "optimal-gait",
     "stop-at-mark",
+    "output-feedback",
 )
 STOPPING = "stop-at-mark"
 """The one for tasks with a mark; without one it follows gaits as optimal-gait does."""

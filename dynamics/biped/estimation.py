@@ -85,8 +85,30 @@ def initial_belief(
     return Belief(mean, jnp.diag(variance), nothing, nothing, nothing)
 
 
+def mixed(
+    bank: Belief, probabilities: Float[Array, " n"], change: Scalar
+) -> tuple[Belief, Float[Array, " n"]]:
+    """Beliefs of n frictions, and their probabilities, where the floor may have become another.
+
+    The interaction of interacting multiple models (Blom and Bar-Shalom, IEEE Trans. Automatic
+    Control 33(8), 1988): with the probability `change` any of the n frictions comes next, and its
+    filter goes on from the mean belief of all. misfit begins anew.
+    """
+    n, P = len(probabilities), bank.covariance
+    after = (1 - change) * probabilities + change / n
+    tiny = jnp.finfo(after.dtype).tiny
+    own = ((1 - change) * probabilities / jnp.maximum(after, tiny))[:, None, None]
+    mean = probabilities @ bank.mean
+    off = bank.mean - mean
+    square = off[:, :, None] * off[:, None, :]
+    every = jnp.tensordot(probabilities, P + square, 1)
+    covariance = own * P + (1 - own) * (every + own * square)
+    found = bank._replace(mean=mean + own[..., 0] * off, covariance=covariance)
+    return found._replace(misfit=jnp.zeros_like(bank.misfit)), after
+
+
 def observe(
-    robot: tuple[BipedModel, Inertia],
+    robot: tuple[BipedModel, Inertia | None],
     friction: Uniform,
     belief: Belief,
     torque: Scalar | Callable[[Scalar], Scalar],
@@ -105,15 +127,17 @@ def observe(
     that it shows; torque is then a function of the delay [s]: the mean torque over the `duration`
     that ended so much earlier. A foot that is predicted at rest is taken to be there.
 
-    robot: of `prepare`, and its `unit_inertia()`; its fidelity is the filter's. loads: names of
-    LOADS that may have a variance above 0; fewer cost less. Scalars: batch with vmap, over
-    frictions above all. Works in the type of its numbers; single precision is too little for the
-    differences. A walk that ends within the step leaves the belief as it is, with the misfit of an
+    robot: of `prepare`, and its `unit_inertia()`, or None without a payload; its fidelity is the
+    filter's. loads: names of LOADS that may have a variance above 0; fewer cost less. Scalars:
+    batch with vmap, over frictions above all. In single precision the differences are 1000 times
+    as large. A walk that ends within the step leaves the belief as it is, with the misfit of an
     outlier. Neglected: the floor's patches.
     """
     names, dtype = (*STATE, *loads), belief.mean.dtype
     columns = np.array([NAMES.index(name) for name in names])
-    sizes = jnp.asarray([*((STATE | LOADS)[name] for name in names), PUSH], dtype)
+    coarse = 1.0 if dtype == jnp.float64 else 1e3
+    push = coarse * PUSH
+    sizes = jnp.asarray([*(coarse * (STATE | LOADS)[name] for name in names), push], dtype)
 
     def predicted(mean, push):
         given = friction, mean, torque, push, duration, integrator
@@ -121,7 +145,7 @@ def observe(
 
     moved = jnp.eye(8, dtype=dtype)[columns] * sizes[:-1, None]
     moved = belief.mean + jnp.pad(moved, ((1, 1), (0, 0)))
-    pushes = jnp.zeros(len(moved), dtype).at[-1].set(PUSH)
+    pushes = jnp.zeros(len(moved), dtype).at[-1].set(push)
     ahead, statuses = jax.vmap(predicted)(moved, pushes)
     slopes = ((ahead[1:, :3] - ahead[0, :3]) / sizes[:, None]).T
     slopes = jnp.clip(jnp.nan_to_num(slopes), -STEEP, STEEP)

@@ -93,7 +93,9 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
     "name",
     [
         pytest.param(  # they solve for gaits
-            name, marks=[pytest.mark.long] * (name in ("optimal-gait", "stop-at-mark"))
+            name,
+            marks=[pytest.mark.long]
+            * (name not in ("constant-torque", "crank-speed-pi", "computed-torque")),
         )
         for name in controllers.CONTROLLERS
     ],
