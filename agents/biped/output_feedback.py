@@ -99,8 +99,8 @@ class OutputFeedback(Ruled):
 
     Read of the environment: the angle (and at the start its mean slope over the period before), the
     ranges of the loads that resets draw, the commanded rate and the distance to a mark. The foot
-    rests at the start. Masses that no reset draws are known. Neglected: what a motor's power limit or a
-    shield of the environment changes of the torque.
+    rests at the start. Masses that no reset draws are known. Neglected: what a motor's power limit
+    or a shield of the environment changes of the torque.
     """
 
     controller: StopAtMark = field(default_factory=StopAtMark)
@@ -136,7 +136,7 @@ class OutputFeedback(Ruled):
         angle = self._read(env_state, env_state.biped.steps)
         slope = np.sqrt(2) / jnp.asarray(env_params.control_period, dtype)
         read = env_state.biped.crank_rate + slope * (angle - env_state.biped.phase)
-        deviations = jnp.asarray(self.noise) * jnp.stack([jnp.ones((), dtype), slope])
+        deviations = jnp.asarray(self.noise, dtype) * jnp.stack([jnp.ones((), dtype), slope])
         belief = initial_belief(angle, read, deviations, means, spread)
         bank = jax.tree.map(lambda one: jnp.broadcast_to(one, (n, *one.shape)), belief)
         estimate = Estimate(bank, jnp.full(n, 1 / n, dtype), env_state.biped.steps)

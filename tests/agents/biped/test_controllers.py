@@ -105,7 +105,7 @@ def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
     assert isinstance(controller, Controller)
     params = jax.eval_shape(lambda: ENV.make_params(dtype=dtype))
     obs, state = jax.eval_shape(ENV.reset_env, jax.random.key(0), params)
-    memory = jax.eval_shape(lambda now: controller.init(params, now), state)
+    memory = jax.eval_shape(controller.init, params, state)
     after, action = jax.eval_shape(controller.act, memory, obs, state, params)
     assert after == memory
     assert action.shape == (1,)
