@@ -12,13 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_integer,
-    require_kind,
-    require_known,
-    require_memory,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.kernels.scan import fused_scan
 from stickslip.envs.functional import FunctionalEnv, Params, State, abstract_step, pure_step
 
@@ -89,21 +83,23 @@ def collect(
     ValueError for numbers that are none, unknown names in `keep`, and results that memory cannot
     hold.
     """
-    require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+    checks.require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
     env.check_params(params)
     accepted = "a hashable function of (policy_params, obs, key)"
-    require_kind("policy", policy, Hashable, accepted)
-    require_kind("policy", policy, Callable, accepted)  # pyright: ignore[reportArgumentType]
-    num_envs = require_integer("num_envs", num_envs, high=MOST)
-    steps = require_integer("steps", steps, high=MOST)
+    checks.require_kind("policy", policy, Hashable, accepted)
+    checks.require_kind("policy", policy, Callable, accepted)  # pyright: ignore[reportArgumentType]
+    num_envs = checks.require_integer("num_envs", num_envs, high=MOST)
+    steps = checks.require_integer("steps", steps, high=MOST)
     key = seed
     if isinstance(seed, int | np.integer):
-        key = jax.random.key(require_integer("seed", seed, low=0, high=2**32 - 1))
-    require_kind("seed", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random")
+        key = jax.random.key(checks.require_integer("seed", seed, low=0, high=2**32 - 1))
+    checks.require_kind(
+        "seed", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random"
+    )
     program = _Program(env, policy, tuple(keep), steps)
     params, policy_params = jax.tree.map(jnp.asarray, (params, policy_params))
     _require_room(program, params, policy_params, num_envs)
-    traced = not is_concrete((params, policy_params, key, progress))
+    traced = not checks.is_concrete((params, policy_params, key, progress))
     count = 1 if traced else _threads(num_envs, cores)
     now = begin(env, num_envs, params, key) if progress is None else progress
     if count == 1:
@@ -167,7 +163,7 @@ def _collect(program: _Program, params: Any, policy_params: Any, progress: Progr
 def _threads(num_envs: int, cores: int | None) -> int:
     """Into how many parts a batch is divided."""
     if cores is not None:
-        return min(require_integer("cores", cores, high=4096), num_envs)
+        return min(checks.require_integer("cores", cores, high=4096), num_envs)
     if jax.default_backend() != "cpu":
         return 1
     return max(1, min(cores_here(), num_envs // LEAST_A_CORE))
@@ -186,7 +182,7 @@ def _require_room(program: _Program, params: Any, policy_params: Any, num_envs: 
     shapes = tuple((jnp.shape(leaf), jnp.result_type(leaf)) for leaf in leaves)
     each = _bytes_of_a_step(program, structure, shapes)
     what = f"num_envs = {num_envs} with steps = {program.steps}"
-    require_memory(what, "steps", float(num_envs) * program.steps, 2 * each)
+    checks.require_memory(what, "steps", float(num_envs) * program.steps, 2 * each)
 
 
 @lru_cache(maxsize=256)
@@ -204,7 +200,7 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
             f"the policy's action has shape {getattr(action, 'shape', type(action).__name__)}; "
             f"accepted: {size}, for {', '.join(program.env.action_names)}"
         )
-    require_known(program.keep, ("obs", "action", "next_obs", *results[5]), "name to keep")
+    checks.require_known(program.keep, ("obs", "action", "next_obs", *results[5]), "name to keep")
     now = Progress(state, obs, data)
     rows = jax.eval_shape(partial(_one_step, program), (params, policy_params), now)[1]
     return sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(rows))

@@ -7,16 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from stickslip.agents.evaluation import players
-from stickslip.agents.evaluation.rollout import (
-    MOST_EPISODES,
-    is_random,
-    play,
-    require_named,
-    require_places,
-    seeds_of,
-    validated,
-)
+from stickslip.agents.evaluation import players, rollout
 from stickslip.agents.evaluation.table import AnyMeasures, Column, Evaluation, Row, Say, joined
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_integer
@@ -54,8 +45,8 @@ def evaluate(
     episode after `reset(seed=s)` of every adapter; where a reset draws nothing one episode is run.
     progress: called with a line before each row. ValueError for an environment of no machine.
     """
-    measures = machine_of_env(env).measures(env)
-    return _evaluated(env, controllers, scenes, measures, seeds_of(episodes, seeds), progress)
+    measures, used = machine_of_env(env).measures(env), rollout.seeds_of(episodes, seeds)
+    return _evaluated(env, controllers, scenes, measures, used, progress)
 
 
 def evaluate_task(
@@ -81,9 +72,9 @@ def evaluate_task(
     known = known_of(task)
     measures = machine_by_name(task.machine).measures(env)
     usual = EPISODES if known is None else known.episodes
-    used = seeds_of(usual if episodes is None else episodes, seeds)
+    used = rollout.seeds_of(usual if episodes is None else episodes, seeds)
     if known is not None:
-        measures = scored(measures, known, task.unit, used if is_random(params) else (0,))
+        measures = scored(measures, known, task.unit, used if rollout.is_random(params) else (0,))
     return _evaluated(env, controllers, {task.name: params}, measures, used, progress)
 
 
@@ -121,18 +112,20 @@ def _evaluated(
 ) -> Evaluation:
     """Scenes of one structure share a compiled program for each kind of controller."""
     say = progress or (lambda line: None)
-    require_places(env, scenes)
-    require_named("controllers", controllers, "{name: controller}")
+    rollout.require_places(env, scenes)
+    rollout.require_named("controllers", controllers, "{name: controller}")
     for name, given in {"controllers": controllers, "scenes": scenes}.items():
         if not given:
             raise ValueError(f"{name} is empty; accepted: at least one")
-    named = {name: validated(f"controllers[{name!r}]", one) for name, one in controllers.items()}
+    named = {
+        name: rollout.validated(f"controllers[{name!r}]", one) for name, one in controllers.items()
+    }
     rows = []
     for scene, params in scenes.items():
-        used = seeds if is_random(params) else seeds[:1]
+        used = seeds if rollout.is_random(params) else seeds[:1]
         for name, controller in named.items():
             say(f"{name} on {scene}")
-            played = play(env, controller, params, used, measures.keep)
+            played = rollout.play(env, controller, params, used, measures.keep)
             metrics = {name: metric(played) for name, (_, metric) in measures.columns.items()}
             rows.append(Row(scene, name, metrics, played))
     return Evaluation(tuple(rows), seeds, measures.columns)
@@ -141,7 +134,7 @@ def _evaluated(
 def evaluate_command(given: Options) -> Content:
     """`stickslip evaluate`: print the tasks and the table, write the table if asked; return it."""
     if given["episodes"] is not None:
-        require_integer("episodes", given["episodes"], high=MOST_EPISODES)
+        require_integer("episodes", given["episodes"], high=rollout.MOST_EPISODES)
     targets = []
     if given["out"] is not None:
         require_folder(given["out"])

@@ -19,14 +19,7 @@ from jax.core import Tracer
 
 from stickslip.agents.evaluation.rollout import STEP_BYTES, episode_key, rollout
 from stickslip.agents.sweeps.cases import digest_of
-from stickslip.dynamics.checks import (
-    memory_limit,
-    require_integer,
-    require_kind,
-    require_memory,
-    require_number,
-    shown,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -50,21 +43,21 @@ def axis_values(given: AxisLike) -> tuple[float, ...]:
     if isinstance(given, str):
         given = [_number(one, given) for one in given.split(",")]
     values = np.atleast_1d(np.asarray(list(given) if isinstance(given, Iterable) else given))
-    require_number("values", values, accepted="finite numbers, at least one")
+    checks.require_number("values", values, accepted="finite numbers, at least one")
     if len(set(values.tolist())) < values.size:
-        raise ValueError(f"values = {shown(values.tolist())}; accepted: each value once")
+        raise ValueError(f"values = {checks.shown(values.tolist())}; accepted: each value once")
     return tuple(map(float, values))
 
 
 def _range(text: str) -> tuple[float, ...]:
     found = RANGE.fullmatch(text)
     if found is None:
-        raise ValueError(f"{shown(text)} is no axis; accepted: {FORMS}")
+        raise ValueError(f"{checks.shown(text)} is no axis; accepted: {FORMS}")
     low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
     count = int(found[3])
     if not -math.inf < low < high < math.inf or (log and low <= 0) or count < 2:
         raise ValueError(
-            f"{shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 values or more"
+            f"{checks.shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 values or more"
         )
     return tuple((np.geomspace if log else np.linspace)(low, high, count).tolist())
 
@@ -74,13 +67,15 @@ def _number(text: str, whole: str) -> float:
         return float(text)
     except ValueError:
         raise ValueError(
-            f"{shown(text)} in {shown(whole)} is no number; accepted: {FORMS}"
+            f"{checks.shown(text)} in {checks.shown(whole)} is no number; accepted: {FORMS}"
         ) from None
 
 
 def axes_of(given: Mapping[str, AxisLike]) -> Axes:
     """Values of axes by name. ValueError naming the axis."""
-    require_kind("axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such')
+    checks.require_kind(
+        "axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such'
+    )
     found = {}
     for name, values in given.items():
         try:
@@ -126,23 +121,24 @@ class Plan:
     @classmethod
     def of(cls, machine: AnyMachine, cases: Sequence[Case], axes: Axes, episodes: int) -> Plan:
         """Check a plan, not cut yet. ValueError for what cannot be played."""
-        require_integer("episodes", episodes, high=MOST_EPISODES)
+        checks.require_integer("episodes", episodes, high=MOST_EPISODES)
         if not cases:
             raise ValueError("no policy, or no task; accepted: at least one of each")
         if not any(one.random for one in cases):
             episodes = 1  # all would be the same
         steps = max(one.steps for one in cases)
-        require_memory(f"steps = {steps}", "steps of an episode", steps, STEP_BYTES)
+        checks.require_memory(f"steps = {steps}", "steps of an episode", steps, STEP_BYTES)
         return cls(machine, tuple(cases), axes, episodes)
 
     def cut(self, cell: int | None, threads: int) -> Plan:
         """Choose the cells' size, for the memory at hand where None is given."""
         each = max(one.steps for one in self.cases) * STEP_BYTES
         if cell is not None:
-            require_memory(f"cell = {cell}", "episodes", require_integer("cell", cell), each)
+            count = checks.require_integer("cell", cell)
+            checks.require_memory(f"cell = {cell}", "episodes", count, each)
             return replace(self, cell=min(cell, self.of_case))
         most = CPU_CELL if jax.default_backend() == "cpu" else GPU_CELL
-        most = max(1, min(most, int(memory_limit() / (2 * threads * each))))
+        most = max(1, min(most, int(checks.memory_limit() / (2 * threads * each))))
         return replace(self, cell=-(-self.of_case // -(-self.of_case // most)))
 
     @property

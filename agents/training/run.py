@@ -27,22 +27,8 @@ from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, AnyMeasures, row_of_test
 from stickslip.agents.machine import AnyMachine, machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
+from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
-from stickslip.agents.training.directory import (
-    POLICY,
-    MetricsFile,
-    Run,
-    TrainState,
-    drop_checkpoints,
-    list_checkpoints,
-    only_writer,
-    open_run,
-    read_columns,
-    read_config,
-    read_model,
-    require_policy,
-    write_checkpoint,
-)
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.lazily import require
 from stickslip.envs.tasks.definition import task_by_name
@@ -52,7 +38,6 @@ from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 
 if TYPE_CHECKING:
-    from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.protocol import AnyEnv, Options
     from stickslip.agents.training.trainer import Trainer, Update
 
@@ -96,10 +81,10 @@ def train(
         machine_by_name(config.machine).training_task(config)  # for its ValueError
     directory = Path(directory)
     if resume:
-        read_config(directory)  # nothing to resume is no reason to make a directory
+        runs.read_config(directory)  # nothing to resume is no reason to make a directory
     with ExitStack() as stack:
-        stack.enter_context(only_writer(directory))
-        run = open_run(directory, config, resume=resume)
+        stack.enter_context(runs.only_writer(directory))
+        run = runs.open_run(directory, config, resume=resume)
         return _Training(run, bar is not False, stop, stack).train()
 
 
@@ -118,7 +103,7 @@ def trainer_of(config: Configuration) -> type[Trainer]:
 class _Training:
     """A run that learns."""
 
-    def __init__(self, run: Run, shown: bool, stop: Callable[[], bool], stack: ExitStack):
+    def __init__(self, run: runs.Run, shown: bool, stop: Callable[[], bool], stack: ExitStack):
         self.run, self.config = run, run.config
         self.machine = machine_by_name(run.config.machine)
         self.task = self.machine.training_task(run.config)
@@ -129,30 +114,25 @@ class _Training:
         at = run.state.timesteps if run.state else 0
         given = run.config, self.task.env, self.task.training, self._report, stop
         self.trainer = trainer_of(run.config)(*given)
-        self._put_state()
+        if run.latest is not None:
+            state = runs.read_model(run.latest)
+            try:
+                self.trainer.put_state(state)
+            except ValueError as error:
+                raise ValueError(f"{run.latest}: {error}; accepted: this run's own") from error
         self.trainer.timesteps = at
         self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
         columns = (*COLUMNS, *self.trainer.losses)
-        self.metrics = MetricsFile(run.path / "metrics.csv", columns, upto=at)
+        self.metrics = runs.MetricsFile(run.path / "metrics.csv", columns, upto=at)
         self.measures = measures_of(self.machine, run.config, self.task.env)
         columns = tuple(self.measures.columns)
         ends = (f"{name}_{end}" for name in INTERVALS if name in columns for end in ("low", "high"))
-        columns = (*columns, *ends)
-        self.evaluations = MetricsFile(run.path / "evaluations.csv", ("seconds", *columns), upto=at)
+        columns = ("seconds", *columns, *ends)
+        self.evaluations = runs.MetricsFile(run.path / "evaluations.csv", columns, upto=at)
         self.shown, self.evaluated = shown, False
         total = run.config.timesteps
         bar = Bar("training", total, "step", shown, at=at, large=True, lines=False)
         self.bar, self.bar_at = stack.enter_context(bar), at
-
-    def _put_state(self) -> None:
-        """Go on from the latest checkpoint. ValueError naming it where it is of something else."""
-        if (latest := self.run.latest) is None:
-            return
-        state = read_model(latest)
-        try:
-            self.trainer.put_state(state)
-        except ValueError as error:
-            raise ValueError(f"{latest}: {error}; accepted: this run's own") from error
 
     def train(self) -> Trained[Any]:
         """Run the training loop until `timesteps`."""
@@ -167,7 +147,7 @@ class _Training:
             if self.trainer.timesteps > at:
                 self._check_point()
         at, path = self.trainer.timesteps, self.run.path
-        return Trained(path, path / POLICY, self.config, at, self.seconds, at >= total)
+        return Trained(path, path / runs.POLICY, self.config, at, self.seconds, at >= total)
 
     def _report(self, update: Update) -> None:
         """Write a row of metrics, and move the bar."""
@@ -213,38 +193,35 @@ class _Training:
         if not self.evaluated:
             self._say("compiling the evaluation ...")
         self.bar.note("evaluating")
-        row, self.evaluated = self._evaluated(policy), True
+        given = self.task.tested, self.config.evaluation_episodes, self.measures.keep
+        played = play_unseen(self.task.env, policy, *given)
+        row, self.evaluated = row_of_test(self.measures.columns, played), True
         self.evaluations.append(at, {"seconds": seconds} | row)
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
         about = {"trained": {"timesteps": at, "config": self.run.digest}, **self.about}
-        write_checkpoint(
+        runs.write_checkpoint(
             self.run.checkpoints,
-            TrainState(at, seconds, self.run.digest),
+            runs.TrainState(at, seconds, self.run.digest),
             self.trainer.take_state(),
             lambda path: save_policy(policy, path, about),
         )
         self._tidy()
 
-    def _evaluated(self, policy: MLPPolicy) -> dict[str, float]:
-        """A row of evaluations.csv, over episodes that neither training nor `stickslip evaluate
-        --task` plays."""
-        given = self.task.tested, self.config.evaluation_episodes, self.measures.keep
-        return row_of_test(self.measures.columns, play_unseen(self.task.env, policy, *given))
-
     def _tidy(self) -> None:
         """Keep the latest checkpoints and the best, whose policy becomes the run's."""
-        every = list_checkpoints(self.run.checkpoints)
+        every = runs.list_checkpoints(self.run.checkpoints)
         steps = best_evaluation(self.run.path)[0]
         best = [one for one in every if int(one.name) == steps]
-        drop_checkpoints(self.run.checkpoints, [*every[-self.config.keep_checkpoints :], *best])
+        kept = [*every[-self.config.keep_checkpoints :], *best]
+        runs.drop_checkpoints(self.run.checkpoints, kept)
         for one in best:
-            write_whole(self.run.path / POLICY, require_policy(one))
+            write_whole(self.run.path / runs.POLICY, runs.require_policy(one))
 
 
 def best_evaluation(directory: Path) -> tuple[int, float]:
     """Steps and return of a run's best evaluation so far; (0, -inf) before the first."""
-    rows = read_columns(directory / "evaluations.csv")
+    rows = runs.read_columns(directory / "evaluations.csv")
     pairs = zip(rows.get("timesteps", []), rows.get("return", []), strict=True)
     best = max(pairs, key=lambda pair: (pair[1], pair[0]), default=(0, -math.inf))
     return int(best[0]), best[1]

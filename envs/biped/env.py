@@ -12,14 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedState, RK4Split, floor_position
-from stickslip.dynamics.biped.contact import (
-    LimitedTorque,
-    Torque,
-    edge_ahead,
-    friction_on,
-    patch_at,
-    torque_at,
-)
+from stickslip.dynamics.biped import contact as contacts
 from stickslip.dynamics.biped.recommendation import setting_of
 from stickslip.dynamics.biped.settings import Fidelity, Integrator, Setting, require_fidelity
 from stickslip.dynamics.biped.simulation import stepped
@@ -27,6 +20,7 @@ from stickslip.dynamics.checks import require_kind, require_known
 from stickslip.dynamics.pytrees import compensated, require_one
 from stickslip.dynamics.scene import Grip, Patches, Scene
 from stickslip.dynamics.status import Status
+from stickslip.envs.biped import state as episode
 from stickslip.envs.biped.params import (
     CONTROL_PERIOD,
     OPTIONS,
@@ -36,21 +30,7 @@ from stickslip.envs.biped.params import (
     make_params,
     scene_from_plain,
 )
-from stickslip.envs.biped.state import (
-    BipedEnvState,
-    Totals,
-    commanded_at,
-    draw,
-    drawn_robot,
-    drawn_scene,
-    fell,
-    ground_force,
-    marked,
-    outcome_of,
-    reward_terms,
-    shielded,
-)
-from stickslip.envs.functional import Entries, FunctionalEnv, with_keywords_of, with_tuples
+from stickslip.envs.functional import FunctionalEnv, with_keywords_of, with_tuples
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -66,13 +46,8 @@ MAX_FRICTION = 10.0
 """Clip of the observed friction coefficient [-]."""
 
 
-def _ranges(given: Entries) -> Randomisation:
-    """A Randomisation: ranges as pairs, by its names."""
-    return Randomisation(**with_tuples(given))
-
-
 @dataclass(frozen=True)
-class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
+class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     """A biped with one motor walks at a commanded speed without slipping or wasting energy.
 
     One step is one control period (0.02 s) at constant torque. `stickslip.dynamics.biped` computes
@@ -168,7 +143,10 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
     action_names = ("torque",)
     params_kind = BipedEnvParams
     option_names = OPTIONS
-    readers: ClassVar = {"scene": scene_from_plain, "randomisation": _ranges}
+    readers: ClassVar = {
+        "scene": scene_from_plain,
+        "randomisation": lambda given: Randomisation(**with_tuples(given)),
+    }
 
     def __post_init__(self):
         super().__post_init__()
@@ -223,11 +201,11 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return setting_of(self.setting).integrator_over(CONTROL_PERIOD)
 
     def reset_env(self, key, params):
-        drawn, phase, rate = draw(key, params)
+        drawn, phase, rate = episode.draw(key, params)
         dtype = rate.dtype
         zero, none = jnp.zeros((), dtype), jnp.zeros((), jnp.int32)
-        nothing = Totals(*[zero] * len(Totals._fields))
-        state = BipedEnvState(
+        nothing = episode.Totals(*[zero] * len(episode.Totals._fields))
+        state = episode.BipedEnvState(
             biped=BipedState(phase, none, rate, zero, zero, zero),
             mode=none,
             elapsed=none,
@@ -239,47 +217,49 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return self._observe(state, params), state
 
     def step_env(
-        self, state: BipedEnvState, action: Float[Array, " act"], params: BipedEnvParams
-    ) -> tuple[Float[Array, " obs"], BipedEnvState, Array, Array, Array, dict[str, Any]]:
+        self, state: episode.BipedEnvState, action: Float[Array, " act"], params: BipedEnvParams
+    ) -> tuple[Float[Array, " obs"], episode.BipedEnvState, Array, Array, Array, dict[str, Any]]:
         dtype = state.biped.crank_rate.dtype
         torque = (params.torque_limit * action[0]).astype(dtype)
         period = jnp.asarray(params.control_period, dtype)
-        robot, scene = drawn_robot(state.drawn, params), drawn_scene(state.drawn, params)
+        robot = episode.drawn_robot(state.drawn, params)
+        scene = episode.drawn_scene(state.drawn, params)
         safety = {}
         if self.shield is not None:
-            safe = shielded(params, robot, scene, state.biped, torque, self.shield)
+            safe = episode.shielded(params, robot, scene, state.biped, torque, self.shield)
             torque, safety = safe.torque, {"shield": safe.status}
-        drive = Torque(torque)
+        drive = contacts.Torque(torque)
         if params.max_power is not None:
-            drive = LimitedTorque(torque, jnp.asarray(params.max_power, dtype))
+            drive = contacts.LimitedTorque(torque, jnp.asarray(params.max_power, dtype))
         moved, contact = self.motion(state, robot, scene, drive, period, params)
         biped = moved.biped
         status, begun = contact.status, torque
         if params.max_power is not None:
-            begun, torque = torque_at(drive, state.biped.crank_rate), contact.torque
+            begun, torque = contacts.torque_at(drive, state.biped.crank_rate), contact.torque
         torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
         timed_out = duration >= params.time_limit - 0.5 * period
         square = torque**2 if params.max_power is None else (begun**2 + torque**2) / 2
         loss = params.copper_loss * square * period
-        outcome = outcome_of(robot, state.biped, biped, contact, loss, params.efficiency)
-        status, outcome = marked(status, outcome)
+        outcome = episode.outcome_of(robot, state.biped, biped, contact, loss, params.efficiency)
+        status, outcome = episode.marked(status, outcome)
         to_go = None if state.to_go is None else state.to_go - outcome.walked
-        terms = reward_terms(params, robot, state.drawn, outcome, fell(status), period, to_go)
-        status, terms = marked(status, terms)
+        given = params, robot, state.drawn, outcome, episode.fell(status), period
+        terms = episode.reward_terms(*given, to_go)
+        status, terms = episode.marked(status, terms)
         terminated = status > Status.SLIP_ONSET
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}
-        info |= ground_force(contact, status) | safety
+        info |= episode.ground_force(contact, status) | safety
         reward = self.reward_of(state, action, info, params)
-        added = Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
+        added = episode.Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
         totals, rests = compensated(state.totals, state.rests, added)
         after = replace(
             moved,
             mode=contact.mode,
             elapsed=elapsed,
             over=terminated | timed_out,
-            drawn=commanded_at(state.drawn, duration),
+            drawn=episode.commanded_at(state.drawn, duration),
             totals=totals,
             rests=rests,
         )
@@ -289,13 +269,13 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def motion(
         self,
-        state: BipedEnvState,
+        state: episode.BipedEnvState,
         robot: BipedModel,
         scene: Scene,
-        drive: Torque | LimitedTorque,
+        drive: contacts.Torque | contacts.LimitedTorque,
         period: Float[Array, ""],
         params: BipedEnvParams,
-    ) -> tuple[BipedEnvState, Contact]:
+    ) -> tuple[episode.BipedEnvState, Contact]:
         """The state after a torque over a period [s], and the contact; the rest of a step,
         its reward among it, follows from them. `stickslip.agents.exchange` has another motion."""
         how = self.integrator, self.fidelity, robot, scene, state.biped, drive, period
@@ -304,7 +284,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
 
     def reward_of(
         self,
-        state: BipedEnvState,
+        state: episode.BipedEnvState,
         action: Float[Array, " act"],
         info: dict[str, Array],
         params: BipedEnvParams,
@@ -318,7 +298,7 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         return sum(terms, start=jnp.zeros((), terms[0].dtype))
 
     def pictures(
-        self, states: BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
+        self, states: episode.BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
     ) -> Callable[[int], np.ndarray]:
         """See FunctionalEnv (extra `viz`)."""
         from stickslip.envs.biped.picture import biped_frames, biped_picture
@@ -340,7 +320,9 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         low, high = np.asarray(rows, np.float64).T
         return low, high
 
-    def _observe(self, state: BipedEnvState, params: BipedEnvParams) -> Float[Array, " obs"]:
+    def _observe(
+        self, state: episode.BipedEnvState, params: BipedEnvParams
+    ) -> Float[Array, " obs"]:
         biped = state.biped
         dtype = state.biped.crank_rate.dtype
         fastest = params.max_crank_rate
@@ -357,20 +339,22 @@ class BipedEnv(FunctionalEnv[BipedEnvState, BipedEnvParams]):
         entries += self._sight(state, params)
         return jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
 
-    def _sight(self, state: BipedEnvState, params: BipedEnvParams) -> list[Array]:
+    def _sight(self, state: episode.BipedEnvState, params: BipedEnvParams) -> list[Array]:
         """The floor's part of the observation."""
-        floor = drawn_scene(state.drawn, params).floor
+        floor = episode.drawn_scene(state.drawn, params).floor
         if isinstance(floor, Grip) or not (self.see_patch or self.see_friction):
             return []
         dtype = state.biped.crank_rate.dtype
         place = floor_position(params.robot, state.biped)
-        here = patch_at(floor, place, jnp.ones((), dtype))
+        here = contacts.patch_at(floor, place, jnp.ones((), dtype))
         seen = []
         if self.see_patch and isinstance(floor, Patches):
-            gap = edge_ahead(floor, here, jnp.ones((), dtype), dtype) - place
+            gap = contacts.edge_ahead(floor, here, jnp.ones((), dtype), dtype) - place
             ahead = jnp.minimum(here + 1, jnp.shape(floor.edges)[-1])
-            mu_ahead = friction_on(floor, ahead, dtype).mu_static
+            mu_ahead = contacts.friction_on(floor, ahead, dtype).mu_static
             seen += [jnp.minimum(gap, MAX_SIGHT), jnp.minimum(mu_ahead, MAX_FRICTION)]
         if self.see_friction:
-            seen += [jnp.minimum(mu, MAX_FRICTION) for mu in friction_on(floor, here, dtype)]
+            seen += [
+                jnp.minimum(mu, MAX_FRICTION) for mu in contacts.friction_on(floor, here, dtype)
+            ]
         return seen

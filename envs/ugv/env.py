@@ -17,20 +17,9 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track
 from stickslip.dynamics.ugv.poses import stand
 from stickslip.envs.functional import Entries, FunctionalEnv, with_keywords_of, with_tuples
+from stickslip.envs.ugv import state as episode
 from stickslip.envs.ugv.params import UGVEnvParams, make_params, penalty_for
 from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
-from stickslip.envs.ugv.state import (
-    MOST_PREVIEW,
-    Attitude,
-    UGVDrawn,
-    UGVEnvState,
-    UGVTotals,
-    draw,
-    friction_ahead,
-    ground,
-    heights_ahead,
-    info_of,
-)
 from stickslip.optim.posture import criteria
 from stickslip.optim.posture.problem import PostureProblem
 
@@ -72,7 +61,7 @@ def _ranges(given: Entries) -> UGVRandomisation:
 
 
 @dataclass(frozen=True)
-class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
+class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
     """A UGV drives along a track and moves its legs to minimise a criterion.
 
     One step takes the front wheel `spacing` (0.1 m) further along x. There is no time: the vehicle
@@ -169,8 +158,9 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
     def __post_init__(self):
         super().__post_init__()
         require_choice("criterion", self.criterion, tuple(criteria.CRITERIA))
-        accepted = f"an integer from 0 to {MOST_PREVIEW}"
-        require_integer("preview", self.preview, low=0, high=MOST_PREVIEW, accepted=accepted)
+        most = episode.MOST_PREVIEW
+        accepted = f"an integer from 0 to {most}"
+        require_integer("preview", self.preview, low=0, high=most, accepted=accepted)
         require_kind("solver", self.solver, PoseSolver, "a PoseSolver")
         require_kind("see_friction", self.see_friction, bool, "True or False")
 
@@ -205,13 +195,13 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
 
     def reset_env(
         self, key: Array, params: UGVEnvParams
-    ) -> tuple[Float[Array, " obs"], UGVEnvState]:
-        drawn, angles = draw(key, params)
+    ) -> tuple[Float[Array, " obs"], episode.UGVEnvState]:
+        drawn, angles = episode.draw(key, params)
         dtype = angles.dtype
         zero = jnp.zeros((), dtype)
-        nothing = UGVTotals(*[zero] * len(UGVTotals._fields))
+        nothing = episode.UGVTotals(*[zero] * len(episode.UGVTotals._fields))
         station, attitude = self._stand(params.waypoint(0), angles, drawn, params)
-        state = UGVEnvState(
+        state = episode.UGVEnvState(
             station=station,
             attitude=attitude,
             elapsed=jnp.zeros((), jnp.int32),
@@ -224,8 +214,8 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         return self._observe(state, params), state
 
     def step_env(
-        self, state: UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
-    ) -> tuple[Float[Array, " obs"], UGVEnvState, Array, Array, Array, dict[str, Any]]:
+        self, state: episode.UGVEnvState, action: Float[Array, " 2"], params: UGVEnvParams
+    ) -> tuple[Float[Array, " obs"], episode.UGVEnvState, Array, Array, Array, dict[str, Any]]:
         dtype = state.cost.dtype
         before, elapsed = state.station, state.elapsed + 1
         turn = params.leg_rate * params.spacing * jnp.asarray(action, dtype)
@@ -249,25 +239,25 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             )
             for name in ("wheel_energy", "total_energy")
         )
-        added = (more, UGVTotals(reward, wheel_work, total_work))
+        added = (more, episode.UGVTotals(reward, wheel_work, total_work))
         (cost, totals), rests = compensated((state.cost, state.totals), state.rests, added)
         done = elapsed >= params.steps
-        state = UGVEnvState(
+        state = replace(
+            state,
             station=after,
             attitude=attitude,
             elapsed=elapsed,
             cost=cost,
             over=failed | done,
-            drawn=state.drawn,
             totals=totals,
             rests=rests,
         )
         work = {"wheel_work": wheel_work, "total_work": total_work}
-        info = {"status": status, **work, **info_of(state, params)}
+        info = {"status": status, **work, **episode.info_of(state, params)}
         return self._observe(state, params), state, reward, failed, done & ~failed, info
 
     def pictures(
-        self, states: UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams
+        self, states: episode.UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams
     ) -> Callable[[int], np.ndarray]:
         """See FunctionalEnv (extra `viz`)."""
         from stickslip.envs.rendering.scene import paint
@@ -290,7 +280,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         lows, highs = np.asarray(rows, np.float64).T
         return lows, highs
 
-    def _observe(self, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
+    def _observe(self, state: episode.UGVEnvState, params: UGVEnvParams) -> Float[Array, " obs"]:
         at, dtype = state.station, state.cost.dtype
         W, r = params.vehicle.weight, params.vehicle.wheel_radius
         margins = [mu * normal - jnp.abs(force) for force, normal, mu in at.wheels]
@@ -305,18 +295,18 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         seen = jnp.stack([jnp.asarray(entry, dtype) for entry in entries])
         if self.preview == 0:
             return seen
-        heights = heights_ahead(self.preview, state, params) / r
+        heights = episode.heights_ahead(self.preview, state, params) / r
         ahead = [jnp.clip(heights, -MAX_HEIGHT, MAX_HEIGHT).astype(dtype)]
         if self.see_friction:
-            mu = friction_ahead(self.preview, state, params)
+            mu = episode.friction_ahead(self.preview, state, params)
             ahead += [jnp.minimum(mu, MAX_FRICTION).astype(dtype)]
         return jnp.concatenate([seen, *ahead])
 
-    def problem(self, state: UGVEnvState, params: UGVEnvParams) -> PostureProblem:
+    def problem(self, state: episode.UGVEnvState, params: UGVEnvParams) -> PostureProblem:
         """The optimiser's problem of an episode, from its first state (not a batch): the same
         ground, friction, waypoints, limits and start. Its objective is minus the episode's return
         (at reward_scale 1), its optimum a bound for every policy."""
-        track, friction = ground(state.drawn, params)
+        track, friction = episode.ground(state.drawn, params)
         return PostureProblem(
             params=_double(params.vehicle),
             track=_double(track.track),
@@ -331,10 +321,14 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
         )
 
     def _stand(
-        self, x: Float[Array, ""], angles: Float[Array, " 2"], drawn: UGVDrawn, params: UGVEnvParams
-    ) -> tuple[criteria.Station, Attitude]:
+        self,
+        x: Float[Array, ""],
+        angles: Float[Array, " 2"],
+        drawn: episode.UGVDrawn,
+        params: UGVEnvParams,
+    ) -> tuple[criteria.Station, episode.Attitude]:
         """Station and attitude with the front wheel touching at x."""
-        odometer, friction = ground(drawn, params)
+        odometer, friction = episode.ground(drawn, params)
         vehicle = params.vehicle
         placed = stand(vehicle, odometer.track, x, angles, self.solver)
         station = criteria.station_of(vehicle, odometer, placed, angles, friction)
@@ -345,7 +339,7 @@ class UGVEnv(FunctionalEnv[UGVEnvState, UGVEnvParams]):
             status = jnp.where((status == Status.OK) & (left < 0), Status.OVERLOAD, status)
         status = status.astype(jnp.int32)
         station = station._replace(status=status)
-        attitude = Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
+        attitude = episode.Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude
 
 

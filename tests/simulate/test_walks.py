@@ -118,7 +118,7 @@ def test_a_walk_in_double_precision_has_the_robot_of_double_precision(monkeypatc
         given.update(params=params, scene=scene)
         raise ValueError("seen enough")
 
-    monkeypatch.setattr(biped, "walked", noted)
+    monkeypatch.setattr(biped.walks, "walked", noted)
     with jax.enable_x64(False):
         assert main(["simulate", "biped", "--scene=wet", "--torque=1"]) == WRONG_INPUT
     expected = BipedParams.from_bars(), Scene.named("wet")

@@ -25,19 +25,8 @@ from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
 from stickslip.records.table import Content
 from stickslip.report import require_files, show, write_simulation
+from stickslip.simulate import walk as walks
 from stickslip.simulate.torque import Recorded, rate_of, torque_of
-from stickslip.simulate.walk import (
-    WHOLE,
-    Rates,
-    Torque,
-    Walk,
-    event_table,
-    held_walk,
-    periods,
-    walk_summary,
-    walk_table,
-    walked,
-)
 
 if TYPE_CHECKING:
     from stickslip.dynamics import Setting
@@ -60,23 +49,23 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         robot, motor = BipedParams.with_motor(given.robot, given.changes)
     seconds = given.seconds
     if seconds is None:
-        file = law.rate if isinstance(law, Rates) else law
+        file = law.rate if isinstance(law, walks.Rates) else law
         seconds = file.end if isinstance(file, Recorded) else SECONDS
-    count, _ = periods(seconds, given.period)
+    count, _ = walks.periods(seconds, given.period)
     require_files(given, seconds)
     if count > MANY:
         say_stage(f"walking {count} periods")
 
-    def again(scene: Scene) -> Walk:
-        return walked(robot, scene, state, law, seconds, given.period, setting, motor)
+    def again(scene: Scene) -> walks.Walk:
+        return walks.walked(robot, scene, state, law, seconds, given.period, setting, motor)
 
     walk = again(scene)
     if not walk.count:
         raise ValueError(
             f"{_law_in_words(given)} is not finite in the first period; accepted: finite numbers"
         )
-    held = held_walk(walk, lambda grip: again(replace(grip, payload=scene.payload)))
-    summary = walk_summary(walk, held, seconds, motor.get("efficiency"))
+    held = walks.held_walk(walk, lambda grip: again(replace(grip, payload=scene.payload)))
+    summary = walks.walk_summary(walk, held, seconds, motor.get("efficiency"))
     show(summary)
 
     def plot(path: Path) -> None:
@@ -89,13 +78,13 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         draw = partial(paint, biped_picture(frames_of(walk), walk.robot.params))
         write_pictures(draw, walk.count, walk.period, path, FPS, progress=True)
 
-    written = write_simulation(given, walk_table(walk), plot, film)
+    written = write_simulation(given, walks.walk_table(walk), plot, film)
     about = {"setting": _content(setting), "files": written}
-    status = OK if walk.status.name in WHOLE else NOTHING_FOUND
-    return Content({"summary": summary, "events": event_table(walk)}, about, status=status)
+    status = OK if walk.status.name in walks.WHOLE else NOTHING_FOUND
+    return Content({"summary": summary, "events": walks.event_table(walk)}, about, status=status)
 
 
-def law_of(given: Namespace) -> Torque | Rates:
+def law_of(given: Namespace) -> walks.Torque | walks.Rates:
     """What moves the crank. ValueError for neither or both of --torque and --rate."""
     if (given.torque is None) == (given.rate is None):
         raise ValueError("accepted: one of --torque TORQUE and --rate RATE")
@@ -103,7 +92,7 @@ def law_of(given: Namespace) -> Torque | Rates:
         return torque_of(given.torque)
     if given.crank_rate is not None:
         raise ValueError("--crank-rate with --rate, which begins the walk; accepted: one of them")
-    return Rates(rate_of(str(given.rate)))
+    return walks.Rates(rate_of(str(given.rate)))
 
 
 def _law_in_words(given: Namespace) -> str:
@@ -152,7 +141,7 @@ def _content(setting: Setting) -> dict[str, str | float | None]:
     return {**found, "step": None if exact else setting.dt, "dtype": setting.dtype}
 
 
-def frames_of(walk: Walk) -> BipedFrame:
+def frames_of(walk: walks.Walk) -> BipedFrame:
     """The walk's numbers at every state; at the start there are no forces yet."""
     states, contacts, along = walk.trajectory.states, walk.trajectory.contacts, walk.along
     torques, slid = walk.trajectory.torques, np.asarray(contacts.slide_distance, float)
