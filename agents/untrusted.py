@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from stickslip.dynamics.checks import require_choice, require_kind, require_known, shown
+from stickslip.dynamics import checks
 
 if TYPE_CHECKING:
     import numpy as np
@@ -140,7 +140,7 @@ def require_format(content: Json, form: str, version: int, kind: str) -> dict[st
     if not isinstance(content, dict) or content.get("format") != form:
         raise RefusedError(f"it does not say that it is {kind}")
     if (found := content.get("version")) != version or isinstance(found, bool):
-        raise RefusedError(f"its version is {shown(found)}, this is version {version}")
+        raise RefusedError(f"its version is {checks.shown(found)}, this is version {version}")
     return content
 
 
@@ -185,29 +185,25 @@ class Rule:
         if value is None and self.optional:
             return None
         if self.choices:
-            require_choice(name, value, self.choices)
+            checks.require_choice(name, value, self.choices)
         elif self.kind is bool or self.kind is str:
-            require_kind(name, value, self.kind, self.accepted)
+            checks.require_kind(name, value, self.kind, self.accepted)
         elif self.kind is int:
-            from stickslip.dynamics.checks import require_integer  # rules are read without JAX
-
             low, high = int(max(self.low, -MOST)), int(min(self.high, MOST))
-            return require_integer(name, value, low=low, high=high, accepted=self.accepted)
+            return checks.require_integer(name, value, low=low, high=high, accepted=self.accepted)
         else:
             return self._range(name, value) if self.kind == "range" else self._number(name, value)
         return value
 
     def _number(self, name: str, value: Any) -> float:
-        from stickslip.dynamics.checks import require_number
-
-        require_kind(name, value, (int, float), self.accepted)
+        checks.require_kind(name, value, (int, float), self.accepted)
         limits = {"low": self.low, "high": self.high, "strict": self.strict}
-        require_number(name, value, **limits, accepted=self.accepted)
+        checks.require_number(name, value, **limits, accepted=self.accepted)
         return float(value)
 
     def _range(self, name: str, value: Any) -> tuple[float, float]:
         pair = isinstance(value, tuple | list) and len(value) == 2
-        require_kind(name, value, (tuple, list) if pair else (), self.accepted)
+        checks.require_kind(name, value, (tuple, list) if pair else (), self.accepted)
         low, high = (self._number(name, end) for end in value)
         if low > high:
             raise ValueError(f"{name} = {(low, high)} has low > high; accepted: {self.accepted}")
@@ -217,7 +213,7 @@ class Rule:
 def require_entries(content: Mapping[str, Json], rules: Mapping[str, Rule]) -> dict[str, Any]:
     """The entries, if they are all of the rules' names and no others, each as its rule has it."""
     try:
-        require_known(content, rules)
+        checks.require_known(content, rules)
         if missing := [name for name in rules if name not in content]:
             raise RefusedError(f"it lacks {', '.join(missing)}")
         return {name: rule.require(name, content[name]) for name, rule in rules.items()}
@@ -280,5 +276,5 @@ def arrays_and_metadata(raw: bytes, largest: int = LARGEST) -> tuple[dict[str, n
     arrays = arrays_in(raw, largest)
     text = arrays.pop(METADATA, None)
     if text is None or text.shape != () or text.dtype.kind != "U":
-        raise RefusedError(f"no {METADATA} among its entries ({shown(sorted(arrays))})")
+        raise RefusedError(f"no {METADATA} among its entries ({checks.shown(sorted(arrays))})")
     return arrays, parse_json(str(text), f"its {METADATA}")

@@ -110,7 +110,9 @@ def collect(
     with ThreadPoolExecutor(count) as pool:
         run = partial(_collect, program, params, policy_params)
         found = list(pool.map(lambda part: jax.block_until_ready(run(part)), parts))
-    return _joined(found)
+    after = jax.tree.map(lambda *each: jnp.concatenate(each), *[part.progress for part in found])
+    rows = jax.tree.map(lambda *each: jnp.concatenate(each, 1), *[part[:4] for part in found])
+    return Collected._make((*rows, after))
 
 
 class _Program(NamedTuple):
@@ -204,9 +206,3 @@ def _bytes_of_a_step(program: _Program, structure: Any, shapes: tuple[Any, ...])
     now = Progress(state, obs, data)
     rows = jax.eval_shape(partial(_one_step, program), (params, policy_params), now)[1]
     return sum(leaf.size * leaf.dtype.itemsize for leaf in jax.tree.leaves(rows))
-
-
-def _joined(parts: list[Collected]) -> Collected:
-    after = jax.tree.map(lambda *each: jnp.concatenate(each), *[part.progress for part in parts])
-    rows = jax.tree.map(lambda *each: jnp.concatenate(each, 1), *[part[:4] for part in parts])
-    return Collected._make((*rows, after))

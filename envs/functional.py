@@ -153,7 +153,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         not finite.
         """
         self.check_params(params)
-        return _jit_step(self, key, state, self.check_action(action), params)
+        return _jit_step(self, key, state, jnp.asarray(self.check_action(action)), params)
 
     def check_params(self, params: object, name: str = "params") -> None:
         """Raise ValueError for parameters of another environment. name: what the message says."""
@@ -199,8 +199,7 @@ def with_keywords_of(
         keywords = inspect.signature(function).parameters.values()
         given = [one for one in keywords if one.kind is one.KEYWORD_ONLY]
         own = inspect.signature(method)
-        parameters = [own.parameters["self"], *given]
-        method.__signature__ = own.replace(parameters=parameters)
+        method.__signature__ = own.replace(parameters=[own.parameters["self"], *given])
         return method
 
     return decorate
@@ -209,17 +208,6 @@ def with_keywords_of(
 @partial(jax.jit, static_argnums=0)
 def _jit_reset(env: FunctionalEnv[State, Params], key: Array, params: Params):
     return env.reset_env(key, params)
-
-
-@partial(jax.jit, static_argnums=0)
-def _jit_step(
-    env: FunctionalEnv[State, Params],
-    key: Array,
-    state: State,
-    action: Array | Lists,
-    params: Params,
-):
-    return pure_step(env, key, state, jnp.asarray(action), params)
 
 
 def bare_step(
@@ -266,6 +254,7 @@ def _step_env(
 pure_step = fused(bare_step, fixed=1)
 """`FunctionalEnv.step` without checks, for use inside a trace: `pure_step(env, key, state, action,
 params)`, one kernel of a processor (see `fused`)."""
+_jit_step = jax.jit(pure_step, static_argnums=0)
 
 
 Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] | None

@@ -188,7 +188,12 @@ def mjcf(
     root.append(ElementTree.Comment(ABOUT))
     least = {"boundmass": 1e-9, "boundinertia": 1e-12}  # MuJoCo moves no body without mass
     add(root, "compiler", angle="radian", autolimits="true", **least)
-    _options(root, machine, settings)
+    gravity = np.array([0.0, -float(machine.gravity)])
+    chosen = {"cone": "elliptic", "solver": "Newton", "iterations": "20", "tolerance": 1e-12}
+    timing = {"timestep": settings.timestep, "integrator": settings.integrator}
+    option = add(root, "option", **timing, gravity=gravity, **chosen)
+    # refsafe would raise the time constants silently
+    add(option, "flag", refsafe="disable", eulerdamp="disable")
     world = add(root, "worldbody")
     add(world, "light", pos=(0.0, -2.0, 3.0), dir=(0.0, 0.6, -1.0), directional="true")
     elements = {"1": (_body(world, machine, "1", np.zeros(2), np.zeros(2)), np.zeros(2))}
@@ -238,22 +243,6 @@ def _ground(
 def joint_of(body: str) -> str:
     """Name of the hinge by which a body hangs on the tree."""
     return f"{name_of(body)}_pin"
-
-
-def _options(root: Element, machine: Mechanism, settings: Settings) -> None:
-    option = add(
-        root,
-        "option",
-        timestep=settings.timestep,
-        integrator=settings.integrator,
-        gravity=np.array([0.0, -float(machine.gravity)]),
-        cone="elliptic",
-        solver="Newton",
-        iterations="20",
-        tolerance=1e-12,
-    )
-    # refsafe would raise the time constants silently
-    add(option, "flag", refsafe="disable", eulerdamp="disable")
 
 
 def _body(

@@ -18,14 +18,12 @@ from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Floor, Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
-from stickslip.envs.biped.state import BipedEnvState, drawn_robot
+from stickslip.envs.biped.state import HOLDS, BipedEnvState, drawn_robot
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
 
-AMPLE = 10.0
-"""Coefficient of friction on a floor without slip [-]."""
 FALLEN = 0.5
 """Angle of the supporting foot from the floor beyond which the biped has toppled [rad]."""
 ON_CONE = 0.99
@@ -171,7 +169,7 @@ def engine_of(machine: files.Mechanism) -> Engine:
 def friction_at(floor: Floor, place: float) -> float:
     """Static coefficient of friction at a place of the floor [m]."""
     if isinstance(floor, Grip):
-        return AMPLE
+        return HOLDS
     if not isinstance(floor, Patches):
         return float(floor.mu_static)
     return float(floor.mu_static[np.searchsorted(floor.edges, place, side="right")])

@@ -20,6 +20,7 @@ from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
     from jaxtyping import Array
+    from numpy.typing import ArrayLike
 
     from stickslip.agents.evaluation.rollout import AnyRollout
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
@@ -77,13 +78,14 @@ def from_start(values: Array | np.ndarray) -> np.ndarray:
 def panel(
     title: str,
     unit: str,
-    values: np.ndarray | Mapping[str, np.ndarray],
+    values: ArrayLike | Mapping[str, ArrayLike],
     limits: tuple[float, ...] = (),
     steps: bool = False,
 ) -> Panel:
     """A panel of one line, or of several by name."""
     lines = values if isinstance(values, Mapping) else {title: values}
-    return Panel(title, unit, tuple(Line(*one) for one in lines.items()), limits, steps)
+    named = tuple(Line(name, np.asarray(of)) for name, of in lines.items())
+    return Panel(title, unit, named, limits, steps)
 
 
 def beside(
@@ -205,8 +207,7 @@ HEADROOM = 0.3
 
 def plot_episode(episode: Episode, path: str | Path, title: str) -> Path:
     """Plot all panels of an episode over its axis; return the path. Slips are shaded."""
-    time = episode.period * np.arange(episode.samples)
-    below, x = episode.axis or ("time [s]", time)
+    below, x = episode.axis or ("time [s]", episode.period * np.arange(episode.samples))
     return plot_panels(episode.panels, x, below, path, title, episode.slips)
 
 

@@ -68,5 +68,4 @@ def no_policy(name: str) -> str:
 
 def short_name(path: Path) -> str:
     """The name of a policy's file, without a version where it is the latest."""
-    latest = {one: name for name, one in _latest(path.parent).items()}
-    return latest.get(path, path.stem)
+    return {one: name for name, one in _latest(path.parent).items()}.get(path, path.stem)

@@ -79,15 +79,10 @@ def cases_named(
         raise ValueError(
             f"{len(places)} tasks: {labels}; accepted: policies of one task, or --task NAME for all"
         )
-    (place,) = places
-
-    def player(name: str, env: AnyEnv) -> AnyPlayer:
-        return named[name].player(env, place.params)
-
-    found = [
-        Case.of(machine, axes, place.label, name, env, place.params, player(name, env))
-        for name, env in place.who.items()
-    ]
+    (place,), found = places, []
+    for name, env in place.who.items():
+        player = named[name].player(env, place.params)
+        found.append(Case.of(machine, axes, place.label, name, env, place.params, player))
     return found, place.line()
 
 

@@ -13,6 +13,7 @@ import io
 import json
 import math
 import os
+import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -172,7 +173,7 @@ def write_checkpoint(
     final = directory / f"{state.timesteps:012d}"
     partial = directory / (final.name + files.PARTIAL)
     if partial.exists():
-        files.discard(partial)
+        shutil.rmtree(partial)
     partial.mkdir(parents=True)
     files.write_whole(partial / MODEL, untrusted.pack(model))
     save(partial / POLICY)
@@ -190,12 +191,10 @@ def list_checkpoints(directory: Path) -> list[Path]:
 
 def drop_checkpoints(directory: Path, keep: Iterable[Path]) -> None:
     """Delete all but those to keep, and what an interrupted run left half written."""
-    kept = set(keep)
-    for path in list_checkpoints(directory):
-        if path not in kept:
-            files.discard(files.put_aside(path))
     for path in directory.glob("[0-9]*" + files.PARTIAL):
-        files.discard(path)
+        shutil.rmtree(path)
+    for path in set(list_checkpoints(directory)).difference(keep):
+        shutil.rmtree(path.replace(path.with_name(path.name + files.PARTIAL)))  # gone at once
 
 
 def read_state(folder: Path) -> TrainState:

@@ -308,8 +308,7 @@ def improve(
     losses = {name: values.mean() for name, values in about.items()}
     error = jnp.var(every.advantage) / jnp.maximum(jnp.var(every.value), 1e-12)
     losses["explained_variance"] = 1 - error
-    after = Learner(actor, critic, optimiser, add_moments(learner.seen, every.obs))
-    return after, losses
+    return Learner(actor, critic, optimiser, add_moments(learner.seen, every.obs)), losses
 
 
 class PPOTrainer(Trainer):

@@ -18,8 +18,6 @@ from stickslip.agents.training.configuration import Configuration
 from stickslip.dynamics.checks import shown
 
 if TYPE_CHECKING:
-    from jaxtyping import Array
-
     from stickslip.agents.policy.network import MLPPolicy
     from stickslip.agents.protocol import AnyEnv
 
@@ -103,12 +101,9 @@ class Trainer(ABC):
 
 def arrays_of(tree: object) -> dict[str, np.ndarray]:
     """A tree's arrays by their paths; random keys as plain numbers."""
-    leaves = jax.tree.leaves_with_path(tree)
-    return {jax.tree_util.keystr(path): _plain(leaf) for path, leaf in leaves}
-
-
-def _plain(leaf: Array) -> np.ndarray:
-    return np.asarray(jax.random.key_data(leaf) if _is_key(leaf) else leaf)
+    plain = jax.tree.map(lambda leaf: jax.random.key_data(leaf) if _is_key(leaf) else leaf, tree)
+    leaves = jax.tree.leaves_with_path(plain)
+    return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
 
 
 def _is_key(leaf: object) -> bool:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim import PostureResult
-    from stickslip.optim.posture.problem import PostureProblem
 
 
 UGVPlayer: TypeAlias = (
@@ -204,17 +203,12 @@ class RecedingHorizon:
         horizon = min(self.horizon, steps)
         taken = [np.asarray(problem.start_angles, float)]
         for k in range(steps - horizon + 1):
-            plan = self._plan(problem, k, k + horizon, taken[-1])
+            ahead = replace(problem, x=problem.x[k : k + horizon + 1], start_angles=taken[-1])
+            plan = solve(ahead, "dp", polish=False, least=self.angles).leg_angles
             if plan is None:
                 break
             taken.extend(plan[1:] if k == steps - horizon else plan[1:2])
         return _follow(np.stack(taken), state, params)
-
-    def _plan(
-        self, problem: PostureProblem, first: int, last: int, start: Float[np.ndarray, "2"]
-    ) -> Float[np.ndarray, "k 2"] | None:
-        part = replace(problem, x=problem.x[first : last + 1], start_angles=start)
-        return solve(part, "dp", polish=False, least=self.angles).leg_angles
 
 
 def _follow(

@@ -13,7 +13,7 @@ from typing import IO
 import numpy as np
 
 from stickslip.dynamics.lazily import require
-from stickslip.records.files import writing
+from stickslip.records.files import require_suffix, writing
 
 MP4 = ".mp4"
 FORMATS = {".gif": "GIF", ".png": "PNG", ".webp": "WEBP"}
@@ -60,12 +60,11 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
 
 def require_format(path: Path) -> None:
     """Raise ValueError for a suffix that is none of SUFFIXES, and for .mp4 without ffmpeg."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise ValueError(f"{path} ends in {path.suffix!r}; accepted: {', '.join(SUFFIXES)}")
-    if path.suffix.lower() != MP4:
+    require_suffix(path, SUFFIXES)
+    if path.suffix.lower() == MP4:
+        find_ffmpeg()
+    else:
         require("PIL.Image")
-        return
-    find_ffmpeg()
 
 
 def find_ffmpeg() -> str:

@@ -96,7 +96,11 @@ class Page:
 
 def page_text(page: Page) -> str:
     """The page as HTML. Names are text in it, whatever characters they hold."""
-    return html_of(page.title, page.lead, _script_text({"episodes": page.episodes}))
+    plain = jsonable({"episodes": page.episodes}, _packed)
+    text = json.dumps(plain, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    for one in "&<>":  # which could end the script or begin a comment in it
+        text = text.replace(one, f"\\u{ord(one):04x}")
+    return html_of(page.title, page.lead, text)
 
 
 def html_of(title: str, lead: str, data: str) -> str:
@@ -136,13 +140,6 @@ def _policy(*scripts: str) -> str:
         f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
         "base-uri 'none'; form-action 'none'"
     )
-
-
-def _script_text(value: object) -> str:
-    """JSON that may stand within a <script>: no character that could end it or begin a comment."""
-    plain = jsonable(value, _packed)
-    text = json.dumps(plain, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
 def _packed(array: np.ndarray) -> dict[str, object]:

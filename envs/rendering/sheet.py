@@ -61,6 +61,7 @@ STYLE: dict[str, Any] = {
 """matplotlib's settings for every plot of the package, the benchmarks and the documentation."""
 LEVEL: dict[str, Any] = {"color": theme.MUTED, "lw": 0.9, "ls": (0, (4, 3)), "zorder": 1}
 """Limits and other dashed lines."""
+TITLE: dict[str, Any] = {"x": 0.012, "ha": "left"}
 
 
 def styled(draw: Callable[P, T]) -> Callable[P, T]:
@@ -92,7 +93,7 @@ def make_sheet(
     figure = require("matplotlib.figure").Figure(figsize=size, layout="constrained")
     require("matplotlib.backends.backend_agg").FigureCanvasAgg(figure)
     if title:
-        _set_title(figure, title)
+        figure.suptitle(title, **TITLE)
     grid = figure.subplots(rows, columns, sharex=sharex, squeeze=False, height_ratios=heights)
     return figure, grid.ravel().tolist()
 
@@ -124,7 +125,7 @@ def family(
 def png(figure: Figure, title: str = "") -> bytes:
     """The figure as a PNG file, with a title."""
     if title:
-        _set_title(figure, title)
+        figure.suptitle(title, **TITLE)
     file = io.BytesIO()
     figure.savefig(file, format="png")
     return file.getvalue()
@@ -133,7 +134,3 @@ def png(figure: Figure, title: str = "") -> bytes:
 def save_sheet(figure: Figure, path: str | Path) -> Path:
     """Write the figure as PNG atomically, replacing the file there; return the path."""
     return write_whole(path, png(figure))
-
-
-def _set_title(figure: Figure, title: str) -> None:
-    figure.suptitle(title, x=0.012, ha="left")

@@ -184,9 +184,9 @@ def known_of(task: TaskDefinition) -> Known | None:
         planners=tuple(map(earned_in, content["planners"])),
         best=earned_in(content["best"]),
         how=content["how"],
-        bound=_bound(content["bound"]),
+        bound=content["bound"] and Bound(**content["bound"]),
         learned=None if learned is None else Learned(learned["how"], tuple(learned["returns"])),
-        assumed=_bound(content.get("assumed")),
+        assumed=content.get("assumed") and Bound(**content["assumed"]),
     )
 
 
@@ -200,10 +200,6 @@ def threshold(task: TaskDefinition) -> float | None:
 def read_known(path: Path = FILE) -> Entries:
     """The measured tasks of a file by name."""
     return json.loads(path.read_text(encoding="utf-8"))["tasks"]
-
-
-def _bound(content: Entries | None) -> Bound | None:
-    return None if content is None else Bound(content["value"], content["reason"])
 
 
 def earned_in(content: Entries) -> Earned:

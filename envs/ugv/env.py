@@ -197,8 +197,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         self, key: Array, params: UGVEnvParams
     ) -> tuple[Float[Array, " obs"], episode.UGVEnvState]:
         drawn, angles = episode.draw(key, params)
-        dtype = angles.dtype
-        zero = jnp.zeros((), dtype)
+        zero = jnp.zeros((), angles.dtype)
         nothing = episode.UGVTotals(*[zero] * len(episode.UGVTotals._fields))
         station, attitude = self._stand(params.waypoint(0), angles, drawn, params)
         state = episode.UGVEnvState(

@@ -113,22 +113,18 @@ def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
     hinge, centre, place = frame.hinges, frame.wheels("centre"), frame.wheels("point")
     body = np.column_stack([hinge[:, 0], frame.placed.pitch])
     turned = np.concatenate([centre, frame.turned[..., None]], axis=-1)
-    tangent, slipping = frame.wheels("tangent"), frame.slipping
-    slope = np.arctan2(tangent[..., 1], tangent[..., 0])
+    tangent = frame.wheels("tangent")
     friction, normal, mu = np.moveaxis(frame.forces, -1, 0)
-    normal = np.where(normal > 0, normal, np.nan)
-    contacts = tuple(
-        GroundContact(
-            place=place[:, i],
-            slope=slope[:, i],
-            friction=friction[:, i],
-            normal=normal[:, i],
-            mu_static=mu[:, i],
-            mu_kinetic=mu[:, i],
-            slips=slipping[:, i],
-        )
-        for i in (0, 1)
+    both = GroundContact(
+        place=place,
+        slope=np.arctan2(tangent[..., 1], tangent[..., 0]),
+        friction=friction,
+        normal=np.where(normal > 0, normal, np.nan),
+        mu_static=mu,
+        mu_kinetic=mu,
+        slips=frame.slipping,
     )
+    contacts = (GroundContact(*(of[:, i] for of in vars(both).values())) for i in (0, 1))
     ground, stretches = _ground(frame)
     seen = frame.preview if frame.preview.shape[1] else None
     words = {} if seen is None else {"motor": "motors; ground seen ahead"}
@@ -136,7 +132,7 @@ def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
         points=np.stack([hinge[:, 0], centre[:, 0], hinge[:, 1], centre[:, 1]], axis=1),
         bodies=np.concatenate([body[:, None], turned], axis=1),
         parts=_parts(length, radius),
-        contacts=contacts,
+        contacts=tuple(contacts),
         ground=ground,
         stretches=stretches,
         focus=place.mean(axis=1),

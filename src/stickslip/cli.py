@@ -10,8 +10,8 @@ import argparse
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from contextlib import redirect_stdout
-from typing import IO, Any
+from contextlib import ExitStack, redirect_stdout
+from typing import IO
 
 from stickslip.commands import (
     COMMANDS,
@@ -152,22 +152,17 @@ def _run(given: argparse.Namespace) -> int:
     """Run the command that was named; with --json all that it prints for people is left out."""
     flags = vars(given)
     name, as_json = flags.pop("command"), flags.pop("json", False)
-    if not as_json:
-        found = _found(COMMANDS[name], flags)
-        return OK if found is None else found.status
-    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
-        found = _found(COMMANDS[name], flags)
-    print(found.json(name), end="")
-    return found.status
-
-
-def _found(command: Command, flags: dict[str, Any]) -> Any:
-    """What a command returns: a Content, or None."""
-    run = command.run.format(part=flags.get("machine"))
-    if not command.compiles:
-        return function_of(run)(flags)
-    with compiled_programs(keep=flags.pop("keep_programs")):
-        return function_of(run)(flags)
+    command = COMMANDS[name]
+    with ExitStack() as stack:
+        if as_json:
+            nowhere = stack.enter_context(open(os.devnull, "w", encoding="utf-8"))
+            stack.enter_context(redirect_stdout(nowhere))
+        if command.compiles:
+            stack.enter_context(compiled_programs(keep=flags.pop("keep_programs")))
+        found = function_of(command.run.format(part=flags.get("machine")))(flags)
+    if as_json:
+        print(found.json(name), end="")
+    return OK if found is None else found.status
 
 
 def prepare_streams() -> None:

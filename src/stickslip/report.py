@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -11,14 +12,7 @@ from stickslip.dynamics.lazily import require
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
-from stickslip.records.files import (
-    require_folder,
-    require_makeable,
-    require_new,
-    require_suffix,
-    require_writable,
-    write_whole,
-)
+from stickslip.records import files as paths
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -35,11 +29,11 @@ def require_files(given: Namespace, seconds: float) -> None:
     """Refuse paths and films that cannot be written; seconds: of the film."""
     table, *others = Path(given.out), given.plot, given.film
     plot, film = (None if one is None else Path(one) for one in others)
-    require_suffix(table, (".csv",))
+    paths.require_suffix(table, (".csv",))
     if table.is_dir():
         raise ValueError(f"{table} is a directory; accepted: the path of a file")
     if plot is not None:
-        require_suffix(plot, (".png",))
+        paths.require_suffix(plot, (".png",))
         require("matplotlib.figure")
     if film is not None:
         require_format(film)
@@ -48,34 +42,34 @@ def require_files(given: Namespace, seconds: float) -> None:
         if film == plot:
             raise ValueError(f"--film {film} with --plot {plot}; accepted: two files")
     written = [one for one in (table, plot, film) if one is not None]
-    require_new(written, given.overwrite)
-    require_writable(written)
+    paths.require_new(written, given.overwrite)
+    paths.require_writable(written)
 
 
 def require_picture(path: Path, overwrite: bool) -> None:
     """Refuse a .png that cannot be drawn or written."""
-    require_suffix(path, (".png",))
-    require_new([path], overwrite)
-    require_writable([path])
+    paths.require_suffix(path, (".png",))
+    paths.require_new([path], overwrite)
+    paths.require_writable([path])
     require("matplotlib.figure")
 
 
 def write_simulation(given: Namespace, table: Table, plot: Maker, film: Maker) -> list[str]:
     """Write the rows and the pictures that are asked for; return their names."""
-    makers = (lambda path: write_whole(path, table.csv(), overwrite=given.overwrite), plot, film)
-    pairs = zip((given.out, given.plot, given.film), makers, strict=True)
+    rows = partial(paths.write_whole, content=table.csv(), overwrite=given.overwrite)
+    pairs = zip((given.out, given.plot, given.film), (rows, plot, film), strict=True)
     return write_files({Path(name): make for name, make in pairs if name is not None})
 
 
 def result_folder(path: str, overwrite: bool) -> Path:
     """The folder for a result; ValueError if something is there and may not be replaced."""
     out = Path(path)
-    require_folder(out)
+    paths.require_folder(out)
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
     if not overwrite and out.is_dir() and any(out.iterdir()):
         raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
-    require_makeable(out)
+    paths.require_makeable(out)
     return out
 
 
@@ -90,7 +84,7 @@ def write_result(
         (out / name).unlink(missing_ok=True)
 
     def maker(make: Callable[[], bytes | str]) -> Maker:
-        return lambda path: write_whole(path, make(), overwrite=overwrite)
+        return lambda path: paths.write_whole(path, make(), overwrite=overwrite)
 
     return write_files({out / name: maker(make) for name, make in files.items()})
 

@@ -202,8 +202,7 @@ def slope_friction(vehicle: UGVParams, slope: float, limit: float | None) -> flo
         stands &= np.abs(np.asarray(found.torque)) <= limit
     wheels = (found.F_rear, found.N_rear), (found.F_front, found.N_front)
     rear, front = (friction_uses(np.asarray(F), np.asarray(N)) for F, N in wheels)
-    needed = np.maximum(rear, front)
-    return float(np.min(needed[stands], initial=np.inf))
+    return float(np.min(np.maximum(rear, front)[stands], initial=np.inf))
 
 
 def steepest(needed: np.ndarray, mu: float) -> float | None:

@@ -82,8 +82,7 @@ def draw_ground(survey: Survey) -> Figure:
     change.axhline(0.0, **LEVEL)
     height.legend()
     most, rms = (survey.changes[f"{name}_change"] for name in ("largest", "rms"))
-    counts = f"{len(x)} points read, {len(at)} used"
-    name_panel(height, "height [m]", counts)
+    name_panel(height, "height [m]", f"{len(x)} points read, {len(at)} used")
     note = f"of points that were kept: at most {most:.3g}, root mean square {rms:.3g}"
     name_panel(change, "used less read [m]", note, "x [m]")
     return figure

@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stickslip.agents.pictures.episodes import panel as curves
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.problem import refined
-from stickslip.paper.result import Claim, Result, claim, curves
+from stickslip.paper.result import Claim, Result, claim
 
 STEP = 10
 """Between the angles of all pairs, over the vehicle's whole range [degrees]."""

@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.envs.rendering.page import Line, Panel
+from stickslip.envs.rendering.page import Panel
 from stickslip.envs.rendering.sheet import LEVEL, WIDTH, family, make_sheet, name_panel, styled
 from stickslip.records.table import Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from numpy.typing import ArrayLike
 
 HEIGHT = 2.6
 """Of a panel [inches]."""
@@ -61,14 +60,6 @@ class Result:
         axes[-1].set_xlabel(self.axis)
         axes[-1].set_xlim(self.x[0], self.x[-1])
         return figure
-
-
-def curves(
-    title: str, unit: str, values: Mapping[str, ArrayLike], limits: tuple[float, ...] = ()
-) -> Panel:
-    """A panel of curves by name."""
-    lines = tuple(Line(name, np.asarray(of)) for name, of in values.items())
-    return Panel(title, unit, lines, limits)
 
 
 def claim(figure: str, name: str, measured: str) -> Claim:

@@ -11,12 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stickslip.agents.pictures.episodes import panel as curves
 from stickslip.dynamics import biped
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
 from stickslip.optim.progress import say_stage
-from stickslip.paper.result import Claim, Result, claim, curves, each
+from stickslip.paper.result import Claim, Result, claim, each
 from stickslip.paper.steady import TIME, alike, phases, poses
 
 PERIODS = 4
@@ -76,8 +77,9 @@ class Walk:
             start, end = max(one.start, float(step)), min(one.end, step + 1.0)
             reached = origin + one.displacement
             if end - start > SAME_INSTANT:
-                left = origin if start == one.start else self._at(start)
-                right = reached if end == one.end else self._at(end)
+                here, there = np.interp((start, end), self.time, self.place)
+                left = origin if start == one.start else float(here)
+                right = reached if end == one.end else float(there)
                 parts.append(Slide(start, end, right - left))
             origin = reached
         return tuple(parts)
@@ -85,10 +87,6 @@ class Walk:
     def distance(self, step: int) -> float:
         """Distance slid within a step, forwards and backwards added up [m]."""
         return sum(abs(one.displacement) for one in self.within(step))
-
-    def _at(self, time: float) -> float:
-        """The foot's place at an exchange of support, where a sample is [m]."""
-        return float(np.interp(time, self.time, self.place))
 
 
 def walk(

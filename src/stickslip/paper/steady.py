@@ -11,11 +11,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.pictures.episodes import panel as curves
 from stickslip.dynamics import biped
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
-from stickslip.paper.result import Claim, Result, claim, curves, each
+from stickslip.paper.result import Claim, Result, claim, each
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -86,7 +87,7 @@ def speeds(params: biped.BipedParams, samples: int) -> Result:
         claim("fig11", "hardly", f"largest gap to {about}, of its range: {gaps} rad/s"),
         claim("fig11", "same_shape", f"correlation with {about}: {shapes} rad/s"),
     ]
-    return Result(TIME, _time(samples), [panel], claims)
+    return Result(TIME, np.linspace(0, 1, samples + 1), [panel], claims)
 
 
 def loads(params: biped.BipedParams, samples: int) -> Result:
@@ -115,7 +116,7 @@ def loads(params: biped.BipedParams, samples: int) -> Result:
     claims = [claim("fig12", "slightly", slightly), claim("fig12", "level", level)]
     named = {f"{m:g} kg": curve for m, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
-    return Result(TIME, _time(samples), [panel], claims)
+    return Result(TIME, np.linspace(0, 1, samples + 1), [panel], claims)
 
 
 def _gaps(torques: Mapping[float, np.ndarray]) -> dict[float, float]:
@@ -126,10 +127,6 @@ def _gaps(torques: Mapping[float, np.ndarray]) -> dict[float, float]:
 
 def _percent(shares: Mapping[float, float]) -> str:
     return each("{:.0f} % at {:g}", {x: 100 * share for x, share in shares.items()})
-
-
-def _time(samples: int) -> np.ndarray:
-    return np.linspace(0.0, 1.0, samples + 1)
 
 
 Forces = Mapping[str, np.ndarray]
@@ -160,7 +157,7 @@ def forces(params: biped.BipedParams, samples: int) -> Result:
         for link, of in far.items()
     )
     pinned = claim("fig15", "pinned", f"over a step, from the foot's second pin {shown}")
-    return Result(TIME, _time(samples), panels, [pinned])
+    return Result(TIME, np.linspace(0, 1, samples + 1), panels, [pinned])
 
 
 def foot_forces(motion: biped.InverseDynamics) -> Forces:

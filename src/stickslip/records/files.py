@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 import secrets
-import shutil
 import tempfile
 from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -63,20 +62,6 @@ def is_remains(name: str, of: Container[str] | None = None) -> bool:
     """True if a file's name is one that a killed `write_whole` leaves; of: of these files alone."""
     found = REMAINS.fullmatch(name)
     return found is not None and (of is None or found.group(1) in of)
-
-
-def put_aside(folder: Path) -> Path:
-    """Rename a folder, so that it is gone at once, to be deleted; return where it is."""
-    aside = folder.with_name(folder.name + PARTIAL)
-    if aside.exists():
-        discard(aside)
-    os.replace(folder, aside)
-    return aside
-
-
-def discard(folder: Path) -> None:
-    """Delete a folder of a run with all that is in it; a link is not followed."""
-    shutil.rmtree(folder)
 
 
 def _put(name: Path, path: Path, overwrite: bool) -> None:

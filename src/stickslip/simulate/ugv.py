@@ -40,8 +40,6 @@ COLUMNS = (
     ColumnSpec(ugv.FRONT_LEG, "rad", ("front",)),
 )
 OF_OPTIMISE = f"{ugv.STATIONS} of `stickslip optimise ugv`, its directory, or "
-SPACING = 0.1
-"""Default spacing of waypoints [m]."""
 FPS, SPEED = 25.0, 1.0
 """Pictures a second of a film, and the speed of a drive in it [m/s]; its statics know no time."""
 
@@ -90,7 +88,7 @@ def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
                 raise ValueError(f"{name} with --posture, which has waypoints of its own")
         x, angles = read_posture(given.posture)
         return PostureProblem(vehicle, survey.track, x, **limits), angles.reshape(-1), survey
-    spacing = SPACING if given.spacing is None else given.spacing
+    spacing = ugv.SPACING if given.spacing is None else given.spacing
     limits |= {"params": vehicle, "spacing": spacing} | places
     problem = PostureProblem.along(survey.track, **limits)
     return problem, np.tile(_held(given.angles or (), problem), len(problem.x)), survey
@@ -161,5 +159,4 @@ def film_drive(problem: PostureProblem, x: np.ndarray, path: Path) -> Path:
     with jax.enable_x64(True):
         frames = station_frames(stations, largest, *ground, start=float(fine.x[0]))
     draw = partial(paint, ugv_picture(frames, problem.params, "largest torque", "N m"))
-    period = length / SPEED / last
-    return write_pictures(draw, last, period, path, FPS, progress=True)
+    return write_pictures(draw, last, length / SPEED / last, path, FPS, progress=True)
