@@ -40,17 +40,6 @@ class TrainingTask(NamedTuple, Generic[Env, Params]):
     """Parameters in the policy's file."""
 
 
-class _DefinedIn(NamedTuple):
-    """A method that is a module's function, which does not take the machine."""
-
-    module: str
-    name: str
-
-    def __get__(self, machine: object, kind: type) -> object:
-        """The function; its module is imported at the first call."""
-        return resolve_name(f"{self.module}:{self.name}")
-
-
 class Machine(ABC, Generic[Env, Params, Config]):
     """One machine, registered by name (see `register`).
 
@@ -98,7 +87,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     def __init_subclass__(cls) -> None:
         for module, names in cls.functions.items():
             for name in names:
-                setattr(cls, name, _DefinedIn(module, name))
+                place = f"{module}:{name}"  # imported when it is used
+                setattr(cls, name, property(lambda _, place=place: resolve_name(place)))
 
     # Tasks.
 

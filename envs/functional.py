@@ -193,9 +193,7 @@ def with_keywords_of(
 ]:
     """Give a method that takes any keywords the signature of the function that it calls."""
 
-    def decorate(
-        method: Callable[Concatenate[Env, ...], Result],
-    ) -> Callable[Concatenate[Env, Keywords], Result]:
+    def decorate(method: Any) -> Any:
         keywords = inspect.signature(function).parameters.values()
         given = [one for one in keywords if one.kind is one.KEYWORD_ONLY]
         own = inspect.signature(method)
@@ -203,11 +201,6 @@ def with_keywords_of(
         return method
 
     return decorate
-
-
-@partial(jax.jit, static_argnums=0)
-def _jit_reset(env: FunctionalEnv[State, Params], key: Array, params: Params):
-    return env.reset_env(key, params)
 
 
 def bare_step(
@@ -254,6 +247,7 @@ def _step_env(
 pure_step = fused(bare_step, fixed=1)
 """`FunctionalEnv.step` without checks, for use inside a trace: `pure_step(env, key, state, action,
 params)`, one kernel of a processor (see `fused`)."""
+_jit_reset = jax.jit(lambda env, key, params: env.reset_env(key, params), static_argnums=0)
 _jit_step = jax.jit(pure_step, static_argnums=0)
 
 

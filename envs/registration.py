@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -136,11 +135,8 @@ class _Watch:
         """The other finders' spec, with a loader that runs `act` after the package."""
         if name != self.package:
             return None
-        sys.meta_path.remove(self)
-        try:
-            spec = find_spec(name)
-        finally:
-            sys.meta_path.insert(0, self)
+        others = (one.find_spec(name, path, target) for one in sys.meta_path if one is not self)
+        spec = next(filter(None, others), None)
         loader: Any = None if spec is None else spec.loader
 
         def load(module: ModuleType) -> None:

@@ -10,15 +10,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.players import common_task, machine_of, places_of, read_named
-from stickslip.agents.evaluation.rollout import (
-    AnyRollout,
-    planned,
-    require_places,
-    rollout,
-    validated,
-    without_resets,
-)
 from stickslip.agents.machine import AnyMachine, machine_of_env
 from stickslip.agents.pictures.episodes import scale_of, write_film
 from stickslip.agents.policy.file import policy_path
@@ -85,9 +78,9 @@ def show(
     named: Mapping[str, Player[State, Params]]
     named = players if isinstance(players, Mapping) else {type(players).__name__: players}
     _require_players(len(named))
-    require_places(env, {"params": params})
-    named = {name: validated(f"players[{name!r}]", one) for name, one in named.items()}
-    alone, label = without_resets(env), type(env).__name__
+    rollout.require_places(env, {"params": params})
+    named = {name: rollout.validated(f"players[{name!r}]", one) for name, one in named.items()}
+    alone, label = rollout.without_resets(env), type(env).__name__
     played = [_play(name, label, alone, one, params, seed) for name, one in named.items()]
     return View(_page(machine_of_env(env), played, task))
 
@@ -99,13 +92,13 @@ class Played(NamedTuple):
     label: str
     env: AnyEnv
     params: Timed
-    rollout: AnyRollout
+    episode: rollout.AnyRollout
 
 
 def _play(
     name: str, label: str, env: AnyEnv, player: AnyPlayer, params: Timed, seed: int
 ) -> Played:
-    found = rollout(env, planned(env, player, params, seed), params, seed)
+    found = rollout.rollout(env, rollout.planned(env, player, params, seed), params, seed)
     return Played(name, label, env, params, found)
 
 
@@ -145,7 +138,7 @@ def view_command(given: Options) -> None:
         one = played[0]
         say_stage(f"drawing {path}")
         about = (machine.frames, given["seconds"], True)
-        write_film(one.env, one.rollout, one.params, path, *about)
+        write_film(one.env, one.episode, one.params, path, *about)
     print("\n".join(lead))
     print(f"Written: {path}")
 
@@ -180,7 +173,7 @@ def _page(
     episodes = []
     for one in played:
         name = one.name if names.count(one.name) == 1 else f"{one.name} on {one.label}"
-        episode = machine.as_episode(one.rollout, one.env, one.params, name, scale_of(task))
+        episode = machine.as_episode(one.episode, one.env, one.params, name, scale_of(task))
         if len(labels) > 1:
             episode = replace(episode, facts=(("on", one.label), *episode.facts))
         episodes.append(episode)

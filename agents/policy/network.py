@@ -17,6 +17,7 @@ from stickslip.envs.functional import POSITIVE
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
+    from stickslip.agents.protocol import Action, Obs
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
 SQUASHES = ("clip", "tanh")
@@ -71,12 +72,8 @@ class MLPPolicy(Memoryless):
         return self
 
     def act(
-        self,
-        memory: None,
-        obs: Float[Array, " obs"],
-        env_state: object = None,
-        env_params: object = None,
-    ) -> tuple[None, Float[Array, " act"]]:
+        self, memory: None, obs: Obs, env_state: object = None, env_params: object = None
+    ) -> tuple[None, Action]:
         """See Controller. Observations may have leading batch axes here."""
         return memory, self(obs)
 

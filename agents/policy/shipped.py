@@ -27,10 +27,8 @@ def policy_name(task: str) -> str:
 
 def _latest(folder: Path) -> dict[str, Path]:
     """The file of the latest version by the name without it."""
-    found = {}
-    for path in sorted(folder.glob(f"*{SUFFIX}"), key=lambda one: (len(one.stem), one.stem)):
-        found[path.stem.rpartition("-v")[0]] = path
-    return found
+    paths = sorted(folder.glob(f"*{SUFFIX}"), key=lambda one: (len(one.stem), one.stem))
+    return {path.stem.rpartition("-v")[0]: path for path in paths}
 
 
 def shipped_names(folder: Path = FOLDER) -> tuple[str, ...]:

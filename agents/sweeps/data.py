@@ -238,16 +238,16 @@ def _drawn(found: SweepArrays, view: Sequence[str], panels: Sequence[Panel], tas
     names = [str(one) for one in found.coordinates["policy"][: len(COLOURS)]]
     units = (found.units.get(name, "-") for name in view)
     titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view, units, strict=True)]
-    lines = len(titles) == 1
+    values, lines = [found.coordinates[name] for name in view], len(titles) == 1
     columns = 1 if lines else len(names)
     size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(panels))
     figure, axes = make_sheet(len(panels), columns, size, task)
     for row, panel in enumerate(panels):
         mine = axes[row * columns : (row + 1) * columns]
         if lines:
-            _lines(mine[0], found, view, panel, names)
+            _lines(mine[0], panel, names, *values)
         else:
-            _maps(figure, mine, found, view, panel)
+            _maps(figure, mine, panel, *values)
             mine[0].set_ylabel(titles[1])
     if lines:
         axes[0].legend()
@@ -259,10 +259,7 @@ def _drawn(found: SweepArrays, view: Sequence[str], panels: Sequence[Panel], tas
     return figure
 
 
-def _lines(
-    axis: Axes, found: SweepArrays, view: Sequence[str], panel: Panel, names: Sequence[str]
-) -> None:
-    x = found.coordinates[view[0]]
+def _lines(axis: Axes, panel: Panel, names: Sequence[str], x: np.ndarray) -> None:
     order = np.argsort(x)
     for p, name in enumerate(names):
         y = panel.values[p][order]
@@ -274,11 +271,8 @@ def _lines(
     _scale(axis, "x", x)
 
 
-def _maps(
-    figure: Figure, axes: Sequence[Axes], found: SweepArrays, view: Sequence[str], panel: Panel
-) -> None:
+def _maps(figure: Figure, axes: Sequence[Axes], panel: Panel, x: np.ndarray, y: np.ndarray) -> None:
     """A map of values [x, y] for each policy, in one scale of colours."""
-    x, y = (found.coordinates[name] for name in view)
     rows, columns = np.argsort(x), np.argsort(y)
     known = panel.values[np.isfinite(panel.values)]
     low, high = np.percentile(known, (OUTLIERS, 100 - OUTLIERS)) if known.size else (0, 1)

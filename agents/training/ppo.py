@@ -327,9 +327,8 @@ class PPOTrainer(Trainer):
         self._learner: Learner = begin_learning(*given)
         self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
-    def begin_stretch(self, timesteps: int) -> None:
+    def begin_stretch(self) -> None:
         """See Trainer. Episodes and random numbers are in the state, so they go on."""
-        self.timesteps = timesteps
 
     def advance(self, goal: int) -> None:
         while self.timesteps < goal and not self.stopped:
@@ -349,6 +348,8 @@ class PPOTrainer(Trainer):
         self.stopped = self.stop()
         if self.stopped:
             return
+        over = np.asarray(found.terminated | found.truncated)
+        ended = {name: np.asarray(found.kept[name])[over] for name in self._infos}
         self._learner, self._progress = learner, found.progress
         self.timesteps += self._sizes.samples
         self.report(
@@ -356,7 +357,7 @@ class PPOTrainer(Trainer):
                 timesteps=self.timesteps,
                 learning_rate=float(now[0]),
                 noise=float(now[1]),
-                ended=ended_in(found, self._infos),
+                ended=ended if over.any() else {},
                 losses={name: float(losses[name]) for name in self.losses},
             )
         )
@@ -373,9 +374,3 @@ class PPOTrainer(Trainer):
 
     def is_finite(self) -> bool:
         return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))
-
-
-def ended_in(found: Collected, names: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Last infos of the episodes that ended in a rollout; {} without any."""
-    over = np.asarray(found.terminated) | np.asarray(found.truncated)
-    return {name: np.asarray(found.kept[name])[over] for name in names} if over.any() else {}

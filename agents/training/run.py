@@ -140,7 +140,7 @@ class _Training:
         self._say("compiling the update ...")
         total, interval = self.config.timesteps, self.config.checkpoint_interval
         while (at := self.trainer.timesteps) < total and not self.trainer.stopped:
-            self.trainer.begin_stretch(at)
+            self.trainer.begin_stretch()
             self.since = time.monotonic()
             self.trainer.advance(min((at // interval + 1) * interval, total))
             self._lap()

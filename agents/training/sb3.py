@@ -154,13 +154,14 @@ class SB3Trainer(Trainer):
         self._model.policy.log_std.data.fill_(logarithm)
         return math.exp(logarithm)
 
-    def begin_stretch(self, timesteps: int) -> None:
-        self.timesteps, self.share = timesteps, timesteps / self.config.timesteps
-        first, second = np.random.SeedSequence([self.config.seed, timesteps]).generate_state(2)
+    def begin_stretch(self) -> None:
+        self.share = self.timesteps / self.config.timesteps
+        key = [self.config.seed, self.timesteps]
+        first, second = np.random.SeedSequence(key).generate_state(2)
         set_random_seed(int(first))
         self._model.action_space.seed(int(first))
         self._envs.seed(int(second) % 2**30)
-        self._model.num_timesteps = timesteps
+        self._model.num_timesteps = self.timesteps
         self._model._last_obs = None  # so that learn() resets the environments
 
     def advance(self, goal: int) -> None:

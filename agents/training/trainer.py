@@ -74,7 +74,7 @@ class Trainer(ABC):
         """Make what learns, from nothing."""
 
     @abstractmethod
-    def begin_stretch(self, timesteps: int) -> None:
+    def begin_stretch(self) -> None:
         """Restart all random generators and episodes that the state does not hold from the seed and
         the steps so far."""
 

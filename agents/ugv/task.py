@@ -12,12 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import Parts, TrainingTask
-from stickslip.agents.policy.task import (
-    numbers_in_words,
-    own_machine,
-    require_numbers,
-    same_numbers,
-)
+from stickslip.agents.policy import task as tasks
 from stickslip.agents.protocol import Options, Task
 from stickslip.agents.ugv.machine import FIXED, TRACK_NAMES, USUAL, UGVTrainConfig, require_ground
 from stickslip.dynamics.names import RANDOM_TRACKS
@@ -100,7 +95,7 @@ def training_task(config: UGVTrainConfig) -> TrainingTask[UGVEnv, UGVEnvParams]:
             track=ground_by_name(config.tracks),
             randomisation=UGVRandomisation(friction=config.random_friction),
             start_angles=(np.radians(config.start_angle),) * 2,
-            **own_machine(UGVParams, "vehicle", config.vehicle),
+            **tasks.own_machine(UGVParams, "vehicle", config.vehicle),
             **{name: getattr(config, name) for name in GIVEN},
         )
     scale = config.reward_scale or 1 / USUAL[env.criterion]
@@ -123,7 +118,7 @@ def with_options(task: UGVTask, options: Options, scene: str | None, viewed: boo
     path = options["vehicle"]
     if path is None and options.get("changes"):
         path = vehicle_text(vars(task.params.vehicle))
-    own = own_machine(UGVParams, "vehicle", path, options.get("changes"))
+    own = tasks.own_machine(UGVParams, "vehicle", path, options.get("changes"))
     given["vehicle"] = own.pop("vehicle", given["vehicle"])
     numbers |= own
     if scene is not None:
@@ -144,7 +139,7 @@ def label(task: UGVTask, scene: str | None) -> str:
         words.append("random friction")
     elif np.float32(params.friction) != np.float32(FRICTION):
         words.append(f"mu {float(params.friction):g}")
-    if not same_numbers(params.vehicle, UGVParams()):
+    if not tasks.same_numbers(params.vehicle, UGVParams()):
         mass = params.vehicle.weight / params.vehicle.gravity
         words.append(f"vehicle of {float(mass):.3g} kg")
     return ", ".join(words)
@@ -153,15 +148,16 @@ def label(task: UGVTask, scene: str | None) -> str:
 def _ground_words(params: UGVEnvParams) -> str:
     """The name of a ground where it is that one, else "other" and the kind of its shape."""
     if (drawn := params.randomisation.track) is not None:
-        same = (one for one in RANDOM_TRACKS if same_numbers(RandomTrack.named(one), drawn))
+        same = (one for one in RANDOM_TRACKS if tasks.same_numbers(RandomTrack.named(one), drawn))
         return next(same, "random")
-    same = (one for one in FIXED if same_numbers(Track.named(one), params.track))
+    same = (one for one in FIXED if tasks.same_numbers(Track.named(one), params.track))
     return next(same, f"other {type(params.track.shape).__name__.lower()}")
 
 
 def details(task: UGVTask) -> str:
     """The numbers of the task in a line."""
-    words = numbers_in_words(parts(task.env, task.params)["numbers"], task.params.randomisation)
+    numbers = parts(task.env, task.params)["numbers"]
+    words = tasks.numbers_in_words(numbers, task.params.randomisation)
     criterion = task.env.criterion.replace("_", " ")
     return f"{criterion}, preview of {task.env.preview} points, {words}"
 
@@ -191,7 +187,7 @@ def build(
 
     numbers: None for the default of start, end and failure_penalty.
     """
-    require_numbers(numbers, NUMBERS, LIMITS)
+    tasks.require_numbers(numbers, NUMBERS, LIMITS)
     # Evenly spaced already: rounding must not add a step.
     spaced = {**numbers, "spacing": numbers["spacing"] * (1 + 1e-6)}
     params = env.make_params(

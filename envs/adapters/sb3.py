@@ -55,10 +55,10 @@ class SB3VecEnv(Compiled, VecEnv):
         seed = require_integer("seed", seed, low=0, high=MOST_SEED)
         self._compile(env, params, num_envs, render_mode)
         num_envs = self._envs.num_envs
-        self._seeds_given: list[int | None] = [seed + i for i in range(num_envs)]
         self._actions: np.ndarray | None = None
         self._begun = time.time()
         super().__init__(num_envs, *self._spaces())
+        self.seed(seed)
         self.metadata = {**self.metadata, "render_fps": self._frame_rate()}
 
     def reset(self) -> np.ndarray:
@@ -68,11 +68,7 @@ class SB3VecEnv(Compiled, VecEnv):
         params = self._episode_params(self._options[0])
         if any(options != self._options[0] for options in self._options):
             raise ValueError("options differ; accepted: a dict, for all environments")
-        if any(seed is not None for seed in self._seeds):
-            self._seeds_given = list(self._seeds)
-        if any(seed is not None for seed in self._seeds_given):
-            self._envs.seed(self._seeds_given)
-        self._seeds_given = [None] * self.num_envs
+        self._envs.seed(self._seeds)
         self._reset_seeds()
         self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]

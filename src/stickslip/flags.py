@@ -69,7 +69,7 @@ def train_flags(parser: Parser, machine: str) -> None:
     add("--config FILE", about)
     kind = machine_by_name(machine).configuration
     add_fields(parser, kind)
-    parser.add_parts("changes", kind.PARTS)
+    parser.add_parts(kind.PARTS)
 
 
 def add_fields(parser: Parser, kind: type[Configuration]) -> None:
@@ -147,7 +147,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     group.add_argument("--scene", metavar="NAME", help="another floor or ground, see below")
     for option, how in machine.options.items():
         group.add_argument(flag_of(option), **how)
-    parser.add_parts("changes", machine.configuration.PARTS)
+    parser.add_parts(machine.configuration.PARTS)
     axes = {**machine.axes, "PART.NAME": "any other number, see docs/sweeps.md"}
     parser.tables = {"values": AXIS_VALUES, f"axes of the {machine.title}": axes}
     parser.tables |= _names_of([machine])
@@ -186,7 +186,7 @@ def export_flags(parser: Parser, _: object) -> None:
     add("--urdf FILE", "a robot as URDF: a tree, whose loops are cut")
     add("--mu", "friction of the floor for MuJoCo, static and kinetic (default: 0.5)", type=float)
     add("--overwrite", "replace the files", action="store_true")
-    parser.add_parts("changes", ("robot", "bars", "motor"))
+    parser.add_parts(("robot", "bars", "motor"))
     parser.tables = {"policies": shipped_titles()}
 
 
@@ -201,7 +201,7 @@ def reproduce_flags(parser: Parser, _: object) -> None:
     add("--samples N", "points a step; of fig24 along the bump", type=int, default=240)
     for name in ("robot", "vehicle"):
         add(f"--{name} FILE", f"a {name} of one's own, for its figures")
-    parser.add_parts("changes", ("robot", "bars", "vehicle"))
+    parser.add_parts(("robot", "bars", "vehicle"))
     parser.tables = {"figures": {name: one.title for name, one in FIGURES.items()}}
 
 
@@ -217,8 +217,8 @@ def _add_scene(parser: Parser, many: bool) -> None:
         type=lambda text: text.split(",") if many else [text],
     )
     parts = [part for machine in every for part in machine.configuration.PARTS]
-    parser.add_parts("changes", parts)
-    parser.numbers = "numbers"
+    parser.add_parts(parts)
+    parser.numbers = True
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")
         for option, how in machine.options.items():
@@ -239,7 +239,7 @@ def robot_flags(parser: Parser, _: object) -> None:
     add("--mu", about, nargs="+", type=float, default=[0.1, 0.3, 0.6])
     add("--out PNG", "the picture (default: FILE with .png)")
     add("--overwrite", "replace the picture", action="store_true")
-    parser.add_parts("changes", ("robot", "bars", "vehicle", "motor"))
+    parser.add_parts(("robot", "bars", "vehicle", "motor"))
 
 
 def identify_flags(parser: Parser, _: object) -> None:
@@ -325,7 +325,7 @@ def _add_track(parser: Parser) -> None:
 def add_machine(parser: Parser, name: str, *parts: str) -> None:
     """A machine of one's own, and changes of it. parts: of its file besides its own and motor."""
     parser.add(f"--{name}", f"file in TOML; --set {name}.NAME=VALUE changes a number")
-    parser.add_parts("changes", (name, *parts, "motor"))
+    parser.add_parts((name, *parts, "motor"))
 
 
 def optimise_flags(parser: Parser, machine: str) -> None:

@@ -36,16 +36,15 @@ class Parser(argparse.ArgumentParser):
     """Raises ValueError where argparse would print the usage and exit, and for shortened flags.
 
     tables: names and meanings at the end of the help, by title. settings: by name, the actions that
-    read their values. parts: destinations of `--set PART.NAME=VALUE`. numbers: destination of
-    `--set NAME=VALUE` with any other name.
+    read their values. parts: of `--set PART.NAME=VALUE`, which `changes` holds. numbers: whether
+    `--set NAME=VALUE` may have any other name, which `numbers` holds.
     """
 
     def __init__(self, **options: Any):
         super().__init__(**{"formatter_class": _Help, "allow_abbrev": False} | options)
         self.tables: dict[str, Mapping[str, str]] = {}
         self.settings: dict[str, argparse.Action] = {}
-        self.parts: dict[str, str] = {}
-        self.numbers = ""
+        self.parts, self.numbers = set[str](), False
 
     def add(self, name: str, about: str, **options: Any) -> None:
         """Add a flag, as "--out DIR" with its value's name, by the options of `add_argument`."""
@@ -60,10 +59,10 @@ class Parser(argparse.ArgumentParser):
         if action.default is not argparse.SUPPRESS:
             self.set_defaults(**{name: action.default})
 
-    def add_parts(self, name: str, parts: Iterable[str]) -> None:
-        """Take `--set PART.NAME=VALUE` for these parts, as texts by dotted names under `name`."""
+    def add_parts(self, parts: Iterable[str]) -> None:
+        """Take `--set PART.NAME=VALUE` for these parts, as texts by dotted names in `changes`."""
         self._add_set()
-        self.parts |= dict.fromkeys(parts, name)
+        self.parts |= set(parts)
 
     def _add_set(self) -> None:
         if "--set" not in self._option_string_actions:
@@ -80,35 +79,35 @@ class Parser(argparse.ArgumentParser):
         found, unknown = super().parse_known_args(args, namespace)
         if unknown:
             name = unknown[0].partition("=")[0]
-            self.error(f"unrecognized arguments: {name[:200]}{self._nearest(name)}")
+            flags = {flag_of(one): f"--set {one}=VALUE" for one in self.settings}
+            near = nearest(name, [*self._option_string_actions, *flags])
+            near = f"; accepted: {flags[name]}" if name in flags else near
+            self.error(f"unrecognized arguments: {name[:200]}{near}")
         if self.settings or self.parts:
             self._set(found, vars(found).pop("set"))
         return found, unknown
 
-    def _nearest(self, name: str) -> str:
-        flags = {flag_of(one): f"--set {one}=VALUE" for one in self.settings}
-        if name in flags:
-            return f"; accepted: {flags[name]}"
-        return nearest(name, [*self._option_string_actions, *flags])
-
     def _set(self, found: argparse.Namespace, words: Iterable[str]) -> None:
         """Store each `name=value`."""
-        for destination in filter(None, {*self.parts.values(), self.numbers}):
-            setattr(found, destination, {})
+        changes, numbers = dict[str, str](), dict[str, float]()
         for word in words:
             name, equals, text = word.partition("=")
             if not equals:
                 self.error(f"--set: {shown(word)}; accepted: NAME=VALUE")
             name = name.replace("-", "_")
-            if (part := name.partition(".")[0]) in self.parts:
-                getattr(found, self.parts[part])[name] = text
+            if name.partition(".")[0] in self.parts:
+                changes[name] = text
             elif self.numbers:
-                getattr(found, self.numbers)[name] = self._number(name, text)
+                numbers[name] = self._number(name, text)
             else:
                 if flag_of(name) in self._option_string_actions:
                     self.error(f"--set {name} is a flag; accepted: {flag_of(name)} VALUE")
                 require_known([name], self.settings, "setting")
                 setattr(found, name, self._value(self.settings[name], text))
+        if self.parts:
+            found.changes = changes
+        if self.numbers:
+            found.numbers = numbers
 
     def _number(self, name: str, text: str) -> float:
         try:

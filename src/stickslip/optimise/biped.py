@@ -11,13 +11,14 @@ import numpy as np
 
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
+from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.lazily import require
 from stickslip.optim import GaitProblem, GaitResult, Replay, best_transfer, replay
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optimise.machine import finite, own_files
+from stickslip.optimise.machine import finite
 from stickslip.optimise.picture import draw_gait
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
@@ -50,7 +51,10 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     replays, found = _replays(problem, result, given), result.gait is not None
     tables = {"summary": gait_summary(problem, result)}
     limits = {name: getattr(problem, name) for name in MOTOR}
-    files: dict[str, Any] = dict(own_files(given, problem.params, limits))
+    files: dict[str, Any] = {}
+    if given.robot is not None or given.changes:
+        motor = {name: value for name, value in limits.items() if value is not None}
+        files[ROBOT] = lambda: robot_text(vars(problem.params), motor)
     if found:
         tables["replays"] = replay_table(replays)
         files[NODES] = gait_table(result.best).csv

@@ -1,22 +1,19 @@
-"""Robot, vehicle and track as flags give them."""
+"""Vehicle and ground of a drive as flags give them."""
 
 from __future__ import annotations
 
 import json
 import math
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from stickslip.dynamics.biped import BipedParams
-from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.machine_file import quantity
 from stickslip.dynamics.ugv import TRACKS, Track, UGVParams
-from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.track_file import Survey, read_survey
@@ -43,20 +40,6 @@ def vehicle_on_track(given: Namespace) -> tuple[UGVParams, Survey, dict[str, Any
 def finite(limit: float) -> float | None:
     """A limit, None where it is infinite."""
     return None if limit == math.inf else limit
-
-
-def own_files(
-    given: Namespace, machine: BipedParams | UGVParams, motor: Mapping[str, float | None]
-) -> dict[str, Callable[[], str]]:
-    """The file of a machine that is not the default one. motor: its numbers, None for no limit."""
-    biped = isinstance(machine, BipedParams)
-    path = getattr(given, "robot" if biped else "vehicle")
-    if path is None and not given.changes:
-        return {}
-    if biped:
-        own = {name: value for name, value in motor.items() if value is not None}
-        return {"robot.toml": lambda: robot_text(vars(machine), own)}
-    return {"vehicle.toml": lambda: vehicle_text(vars(machine), motor["max_torque"])}
 
 
 def survey_of(

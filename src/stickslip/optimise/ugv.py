@@ -15,10 +15,11 @@ from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.lazily import require
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver
+from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.posture.evaluate import tolerated
 from stickslip.optim.problem import methods_of, options_of_method
-from stickslip.optimise.machine import ground_table, own_files, track_options_of, vehicle_on_track
+from stickslip.optimise.machine import ground_table, track_options_of, vehicle_on_track
 from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
@@ -72,8 +73,10 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         require("cma", "the method 'cma'", "optim")  # before anything is computed in vain
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
     summary, tables, x = result_summary(problem, result), {}, result.x
-    motor = {"max_torque": problem.max_torque}
-    files = own_files(given, problem.params, motor) | _drive_files(given, problem, result)
+    files: dict[str, Any] = {}
+    if given.vehicle is not None or given.changes:
+        files[VEHICLE] = lambda: vehicle_text(vars(problem.params), problem.max_torque)
+    files |= _drive_files(given, problem, result)
     if x is not None:
         tables["criteria"] = criteria_table(problem, x)
     if given.ground:
