@@ -1,7 +1,7 @@
 """Optimisers by name: functions of an objective and a seed, ended by the objective's budget.
 
 Local searches start in the middle of the bounds with seed 0, at uniform random points else, and
-restart until the budget ends. Libraries are imported when a method runs.
+restart until the budget ends. Optional libraries are imported when a method runs.
 """
 
 from __future__ import annotations
@@ -13,9 +13,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
+from scipy.optimize import minimize
 
 from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.dynamics.lazily import require
+from stickslip.optim.instances import exports
+from stickslip.optim.problem import solve
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -76,8 +79,6 @@ def random_search(objective: Objective, seed: int) -> None:
 
 def dynamic_programming(objective: Objective, seed: int) -> None:
     """Evaluate the grid's best trajectory, without polishing."""
-    from stickslip.optim.problem import solve
-
     found = solve(objective.problems[0], "dp", polish=False)
     if found.x is None:
         raise RuntimeError(found.message or found.status.value)
@@ -93,14 +94,10 @@ def conic(objective: Objective, seed: int) -> None:
 
 def scipy_local(method: str, options: dict[str, float], objective: Objective, seed: int) -> None:
     """Restart a method of scipy.optimize.minimize; COBYLA begins with a fifth of the bounds."""
-    from scipy.optimize import minimize
-
-    from stickslip.optim.instances.exports import as_scipy
-
     if method == "COBYLA":
         options = options | {"rhobeg": SIGMA * float(np.mean(np.subtract(*objective.bounds[::-1])))}
     for start in _starts(objective, seed):
-        given = as_scipy(objective, start)
+        given = exports.as_scipy(objective, start)
         if method == "COBYLA":
             given.pop("jac", None)
             given.get("constraints", {}).pop("jac", None)
@@ -111,10 +108,8 @@ def scipy_local(method: str, options: dict[str, float], objective: Objective, se
 def cma(objective: Objective, seed: int) -> None:
     """Restart the package cma on the penalised objective."""
     library = require("cma", "this method", "optimisers")
-    from stickslip.optim.instances.exports import as_cma
-
     for number, start in enumerate(_starts(objective, seed)):
-        given = as_cma(objective, seed=10_000 * seed + number)
+        given = exports.as_cma(objective, seed=10_000 * seed + number)
         strategy = library.CMAEvolutionStrategy(
             objective.to_unit(start), given["sigma0"], given["options"]
         )
@@ -126,11 +121,9 @@ def cma(objective: Objective, seed: int) -> None:
 
 def nsga2(objective: Objective, seed: int) -> None:
     """Run pymoo's NSGA-II."""
-    from stickslip.optim.instances.exports import as_pymoo
-
     algorithm = require("pymoo.algorithms.moo.nsga2", "this method", "optimisers").NSGA2
-    minimize = require("pymoo.optimize", "this method", "optimisers").minimize
-    minimize(as_pymoo(objective), algorithm(pop_size=40), ("n_gen", MANY), seed=seed + 1)
+    run = require("pymoo.optimize", "this method", "optimisers").minimize
+    run(exports.as_pymoo(objective), algorithm(pop_size=40), ("n_gen", MANY), seed=seed + 1)
 
 
 def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:

@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 from stickslip.agents import untrusted
 from stickslip.dynamics.checks import require_known, require_memory, shown
+from stickslip.envs.tasks.definition import TASKS, task_by_name
 
 T = TypeVar("T")
 Config = TypeVar("Config", bound="Configuration")
@@ -241,8 +242,6 @@ def content_of(text: str) -> dict[str, untrusted.Json]:
 
 def own_task(name: str, machine: str) -> str:
     """The task's plain name. ValueError for an unknown task, and for one of another machine."""
-    from stickslip.envs.tasks.definition import TASKS, task_by_name
-
     task = task_by_name(name)
     if task.machine != machine:
         own = [one.name for one in TASKS.values() if one.machine == machine]

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import SCORES, scored
+from stickslip.agents.evaluation.evaluate import SCORES, scored, task_in_words, unit_of
 from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, AnyMeasures, row_of_test
 from stickslip.agents.machine import AnyMachine, machine_by_name
@@ -288,8 +288,6 @@ def train_command(given: Options) -> None:
 
 def _say_best(trained: Trained[Any], name: str) -> None:
     """Print the best evaluation of a run on a named task, and what its scores mean."""
-    from stickslip.agents.evaluation.evaluate import task_in_words, unit_of
-
     (steps, earned), task = best_evaluation(trained.directory), task_by_name(name)
     known = known_of(task)
     score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
