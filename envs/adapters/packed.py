@@ -315,9 +315,7 @@ class PackedEnvs:
         return np.where(self._pending[:, None], self._seeded, own)
 
 
-@jax.jit
-def _chains(numbers: Integer[Array, " n"]) -> Integer[Array, "n words"]:
-    return jax.vmap(lambda number: jax.random.key_data(jax.random.key(number)))(numbers)
+_chains = jax.jit(jax.vmap(lambda number: jax.random.key_data(jax.random.key(number))))
 
 
 @partial(jax.jit, static_argnums=0)

@@ -54,10 +54,9 @@ class SB3VecEnv(Compiled, VecEnv):
         require_autoreset(env, "same_step", "as SB3 expects")
         seed = require_integer("seed", seed, low=0, high=MOST_SEED)
         self._compile(env, params, num_envs, render_mode)
-        num_envs = self._envs.num_envs
         self._actions: np.ndarray | None = None
         self._begun = time.time()
-        super().__init__(num_envs, *self._spaces())
+        super().__init__(self._envs.num_envs, *self._spaces())
         self.seed(seed)
         self.metadata = {**self.metadata, "render_fps": self._frame_rate()}
 

@@ -58,13 +58,9 @@ class StepOutcome(NamedTuple):
 
     def info(self, period: Float[Array, ""]) -> dict[str, Array]:
         """Entries of info."""
-        return {
-            "walking_speed": self.walked / period,
-            "walked": self.walked,
-            "slid": self.slid,
-            "positive_work": self.positive_work,
-            "copper_loss": self.copper_loss,
-        }
+        names = ("walked", "slid", "positive_work", "copper_loss")
+        speed = {"walking_speed": self.walked / period}
+        return speed | {name: getattr(self, name) for name in names}
 
 
 class Totals(NamedTuple):

@@ -281,9 +281,8 @@ def _placed(
             wheel.slope_angle - odometer.distance(wheel.x) / vehicle.wheel_radius
             for wheel in (placed.rear, placed.front)
         ]
-        points, seen = (
-            jnp.stack([x, track.height(x)], -1) for x in (at.x + about, at.x + ahead.astype(kind))
-        )
+        places = at.x + about, at.x + ahead.astype(kind)
+        points, seen = (jnp.stack([x, track.height(x)], -1) for x in places)
         surface = track.surface
         mu = None if surface is None else surface.mu(friction, surface.at(at.x + about))
         return placed, jnp.stack(turned), points, seen, mu

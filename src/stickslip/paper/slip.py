@@ -124,10 +124,8 @@ def slides_of(trajectory: biped.Trajectory, period: float) -> tuple[Slide, ...]:
 
     Between two slides the foot rests, so each starts where the one before it ended.
     """
-    events = trajectory.events()
-    times, places = (
-        np.asarray(of) for of in (trajectory.states.time, trajectory.states.foot_position)
-    )
+    events, states = trajectory.events(), trajectory.states
+    times, places = np.asarray(states.time), np.asarray(states.foot_position)
     slips, stops = ([time for time, of, _ in events if of == kind] for kind in ("slip", "stick"))
     slides, place = [], float(places[0])
     following = [*slips[1:], np.inf]

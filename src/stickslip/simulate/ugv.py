@@ -50,11 +50,8 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     problem, x, survey = drive_of(given)
     require_files(given, float(problem.x[-1] - problem.x[0]) / SPEED)
     stations, found = problem.stations(x), problem.evaluate(x)
-    summary, criteria = (
-        drive_summary(problem, stations, found.feasible),
-        ugv.criteria_table(problem, x),
-    )
-    tables = {"summary": summary, "criteria": criteria}
+    tables = {"summary": drive_summary(problem, stations, found.feasible)}
+    tables["criteria"] = ugv.criteria_table(problem, x)
     tables |= {"ground": ground_table(survey)} if given.ground else {}
     show(*tables.values())
     for name, by in found.residuals.items():

@@ -178,9 +178,8 @@ def walk_table(walk: Walk) -> Table:
     ends there. slid: the foot's path during it, either direction; foot position: how far it has
     slid in all, forwards positive. What belongs to the period before is empty in the first row.
     """
-    states, torques, contacts = (
-        getattr(walk.trajectory, name) for name in ("states", "torques", "contacts")
-    )
+    path = walk.trajectory
+    states, torques, contacts = path.states, path.torques, path.contacts
     held = [None, *torques] if walk.law is not None else [*torques, *torques[-1:]]
     at_ends: dict[Column, object] = {
         Column("time", "s"): states.time,
