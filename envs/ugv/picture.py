@@ -71,6 +71,11 @@ class UGVFrame:
         return np.stack([getattr(side, name) for side in (self.placed.rear, self.placed.front)], 1)
 
     @property
+    def hinges(self) -> np.ndarray:
+        """Hinges of both legs [n, 2, 2] m."""
+        return np.stack([self.placed.rear_hinge, self.placed.front_hinge], axis=1)
+
+    @property
     def forces(self) -> np.ndarray:
         """Friction along the ground, normal force [N] and mu of both wheels [n, 2, 3]."""
         return np.stack([np.stack(of, axis=-1) for of in self.at.wheels], axis=1)
@@ -105,8 +110,7 @@ def ugv_drawing(frame: UGVFrame, vehicle: UGVParams) -> Drawing:
     """The drawing of one vehicle's drive."""
     length, radius = float(vehicle.body_length), float(vehicle.wheel_radius)
     reach = length + 2 * float(vehicle.leg_length)
-    hinge = np.stack([frame.placed.rear_hinge, frame.placed.front_hinge], axis=1)
-    centre, place = frame.wheels("centre"), frame.wheels("point")
+    hinge, centre, place = frame.hinges, frame.wheels("centre"), frame.wheels("point")
     body = np.column_stack([hinge[:, 0], frame.placed.pitch])
     turned = np.concatenate([centre, frame.turned[..., None]], axis=-1)
     tangent = frame.wheels("tangent")
