@@ -20,7 +20,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -139,6 +139,16 @@ def clock(time: Scalar, step: Scalar) -> Scalar:
     count = jnp.round(time / step)
     counts = (jnp.abs(count * step - time) <= epsilon * jnp.abs(time)) & (count < 0.25 / epsilon)
     return plain + jax.lax.stop_gradient(jnp.where(counts, (count + 1) * step - plain, 0.0))
+
+
+def is_key(leaf: object) -> TypeGuard[Array]:
+    """True of random keys."""
+    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
+
+
+def as_plain(leaf: Any) -> Array:
+    """A number, or an array of numbers or of random keys, as an array of numbers."""
+    return jax.random.key_data(leaf) if is_key(leaf) else jnp.asarray(leaf)
 
 
 def compensated(sums: Tree, rests: Tree, terms: Tree) -> tuple[Tree, Tree]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from stickslip.agents.training.configuration import Configuration
 from stickslip.dynamics.checks import shown
+from stickslip.dynamics.pytrees import is_key
 
 if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy
@@ -101,13 +102,9 @@ class Trainer(ABC):
 
 def arrays_of(tree: object) -> dict[str, np.ndarray]:
     """A tree's arrays by their paths; random keys as plain numbers."""
-    plain = jax.tree.map(lambda leaf: jax.random.key_data(leaf) if _is_key(leaf) else leaf, tree)
+    plain = jax.tree.map(lambda leaf: jax.random.key_data(leaf) if is_key(leaf) else leaf, tree)
     leaves = jax.tree.leaves_with_path(plain)
     return {jax.tree_util.keystr(path): np.asarray(leaf) for path, leaf in leaves}
-
-
-def _is_key(leaf: object) -> bool:
-    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
 
 
 def filled(tree: Tree, given: Mapping[str, object]) -> Tree:
@@ -121,7 +118,7 @@ def filled(tree: Tree, given: Mapping[str, object]) -> Tree:
         if not isinstance(array, np.ndarray) or _kind(array) != _kind(own):
             raise ValueError(f"{UNFIT} ({name} is {_kind(array)}, not {_kind(own)})")
         numbers = jnp.asarray(array)
-        arrays.append(jax.random.wrap_key_data(numbers) if _is_key(leaf) else numbers)
+        arrays.append(jax.random.wrap_key_data(numbers) if is_key(leaf) else numbers)
     return jax.tree.unflatten(jax.tree.structure(tree), arrays)
 
 

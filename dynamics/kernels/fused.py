@@ -26,6 +26,7 @@ import jax.numpy as jnp
 from jax.core import ShapedArray, Tracer
 from jax.extend.core import ClosedJaxpr, JaxprEqn, Primitive, jaxpr_as_fun
 
+from stickslip.dynamics import pytrees
 from stickslip.dynamics.kernels import jax_interface
 from stickslip.dynamics.kernels.grouping import SWITCH, as_one_kernel, run_as_one_kernel
 
@@ -81,9 +82,9 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     def run(constants: tuple[Hashable, ...], arguments: tuple[object, ...]) -> Result:
         traced = traced_once.trace(*constants, *arguments)
         leaves = jax.tree.leaves(arguments)
-        keys = tuple(map(jax_interface.is_key, leaves))
+        keys = tuple(map(pytrees.is_key, leaves))
         kernel = _kernel(traced.jaxpr, keys, os.environ.get(SWITCH))
-        found = kernel_p.bind(*map(jax_interface.as_plain, leaves), kernel=kernel)
+        found = kernel_p.bind(*map(pytrees.as_plain, leaves), kernel=kernel)
         return jax.tree.unflatten(jax.tree.structure(traced.out_info), found)
 
     @run.defjvp

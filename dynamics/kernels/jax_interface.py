@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from operator import eq
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeGuard, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeGuard, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -22,6 +22,8 @@ from jax.extend import core
 from jax.extend.core import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var
 from jax.interpreters import ad, batching, mlir
 from jax.interpreters.partial_eval import dce_jaxpr, dce_rules
+
+from stickslip.dynamics.pytrees import as_plain
 
 if TYPE_CHECKING:
     from jax.core import ShapedArray
@@ -130,16 +132,6 @@ def _mark(tree: object) -> Array:
     """Nothing [0]: an array that has a batch where an entry of the tree has one."""
     leaves = [as_plain(leaf) for leaf in jax.tree.leaves(tree)]
     return jnp.concatenate([jnp.ravel(leaf)[:0].astype(bool) for leaf in leaves])
-
-
-def is_key(leaf: object) -> TypeGuard[Array]:
-    """True of random keys."""
-    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)
-
-
-def as_plain(leaf: Any) -> Array:
-    """A number, or an array of numbers or of random keys, as an array of numbers."""
-    return jax.random.key_data(leaf) if is_key(leaf) else jnp.asarray(leaf)
 
 
 def _in_front(leaf: Array, *mark: Array) -> Array:
