@@ -30,8 +30,8 @@ class SB3VecEnv(Compiled, VecEnv):
     Seeds and episodes are those of the Gymnasium adapters: environment i has seed `seed` + i. At an
     episode's end its info holds `terminal_observation`, `TimeLimit.truncated` (true only where the
     time limit and nothing else ended it), `episode` (return r, length l, wall time t) and the
-    functional environment's info of the last step; other infos are empty, which is what makes
-    stepping cheap. Observations and rewards are fresh, writable float32 arrays.
+    functional environment's info of the last step; other infos hold the step's `cost` alone, which
+    is what makes stepping cheap. Observations and rewards are fresh, writable float32 arrays.
 
     `episode` is what SB3's Monitor puts there, so `env_is_wrapped(Monitor)` is true:
     `evaluate_policy` takes its numbers and does not warn, and no Monitor is needed. With
@@ -84,7 +84,10 @@ class SB3VecEnv(Compiled, VecEnv):
             raise ValueError("step_wait without actions; accepted: after step_async")
         results, self._actions = self._envs.step(self._actions), None
         dones = results.terminated | results.truncated
+        costs = results.info.get("cost")
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
+        if costs is not None:
+            infos = [{"cost": cost} for cost in costs.tolist()]
         for i in np.flatnonzero(dones):
             last = results.info_of(int(i))
             infos[i] = last | {

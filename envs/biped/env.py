@@ -118,9 +118,10 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     s).
 
     ## Info
-    Of the step: status, torque [N m], walking_speed [m/s], walked (by the centre of mass) and slid
-    [m], positive_work and copper_loss [J], friction_force and normal_force [N], zmp [m from the
-    ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
+    Of the step: cost, what a constraint limits, no part of the reward: slid [m], and 1 more if it
+    ends in a fall; status, torque [N m], walking_speed [m/s], walked (by the centre of mass) and
+    slid [m], positive_work and copper_loss [J], friction_force and normal_force [N], zmp [m from
+    the ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
     episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
     Static choices: autoreset, see_friction, see_patch; shield, a margin (0.02) with which the
@@ -251,6 +252,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         terminated = status > Status.SLIP_ONSET
         info = terms | {"status": status, "torque": torque, **outcome.info(period)}
         info |= episode.ground_force(contact, status) | safety
+        info["cost"] = episode.cost_of(outcome.slid, status)
         reward = self.reward_of(state, action, info, params)
         added = episode.Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
         totals, rests = compensated(state.totals, state.rests, added)

@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
+FALL_COST = 1.0
+"""Cost of a fall in info["cost"]: as much as that of a slide over so many metres."""
 
 
 class StepOutcome(NamedTuple):
@@ -225,6 +227,11 @@ def outcome_of(
 def fell(status: Int[Array, ""]) -> Bool[Array, ""]:
     """True if an episode ends in a failure."""
     return (status > Status.SLIP_ONSET) & (status != Status.STEP_COMPLETE)
+
+
+def cost_of(slid: Array, status: Int[Array, ""]) -> Float[Array, ""]:
+    """Cost of a step or an episode, apart from its reward: slid [m], and FALL_COST for a fall."""
+    return slid + FALL_COST * fell(status).astype(slid.dtype)
 
 
 def reward_terms(

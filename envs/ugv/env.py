@@ -131,7 +131,8 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
     Of the station reached (of the one before, if the step failed): status, x [m], rear_angle,
     front_angle, pitch [rad], torque [N m], friction_force (of the front wheel; with rolling
     resistance the rear one's differs), N_rear, N_front, grip (the lesser margin) [N], clearance
-    [m]. Of the step: wheel_work, total_work: put in by the motors (electrical energy where the
+    [m]. Of the step: cost, what a constraint limits, 1 if it failed, else 0 (not the criterion,
+    see episode_cost); wheel_work, total_work: put in by the motors (electrical energy where the
     vehicle has efficiencies), and with the legs [J]; final_obs, autoreset. Of the episode so far:
     episode_return, episode_length [steps], episode_cost (the criterion), episode_distance [m],
     episode_wheel_energy, episode_total_energy [J].
@@ -252,7 +253,8 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
             rests=rests,
         )
         work = {"wheel_work": wheel_work, "total_work": total_work}
-        info = {"status": status, **work, **episode.info_of(state, params)}
+        info = {"status": status, "cost": failed.astype(dtype), **work}
+        info |= episode.info_of(state, params)
         return self._observe(state, params), state, reward, failed, done & ~failed, info
 
     def pictures(

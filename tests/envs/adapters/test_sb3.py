@@ -10,6 +10,8 @@ from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecMonitor
 
+from stickslip.dynamics import Scene
+from stickslip.envs import BipedEnv, GymVectorEnv
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 from tests.envs.toy import Toy, ToyParams
 from tests.extras import SB3
@@ -63,6 +65,17 @@ def test_the_last_observation_and_the_reason_of_the_end_are_kept():
         assert obs[i, 0] != last[i, 0]
         assert type(info["right"]) is bool
         assert type(info["place"]) is float
+
+
+def test_every_info_holds_the_cost_of_its_step():
+    env, push = BipedEnv(), np.full((2, 1), 0.25, np.float32)
+    params = env.make_params(scene=Scene.uniform(0.02, 0.015))
+    stable, vector = SB3VecEnv(env, params, 2), GymVectorEnv(env, params, 2, "same_step")
+    stable.reset(), vector.reset()
+    for _ in range(20):
+        infos = stable.step(push)[3]
+        assert [info["cost"] for info in infos] == vector.step(push)[4]["cost"].tolist()
+    assert infos[0]["cost"] > 0
 
 
 def test_seeds_are_counted_up_and_go_on_until_seeded_again():
