@@ -187,28 +187,41 @@ def ground_forces(
     the rolling resistance, 0 where it is None.
     """
     rear, front = placed.rear, placed.front
-    W = params.weight
-    cos = dot(rear.tangent, front.tangent)
-    sin = cross(rear.tangent, front.tangent)
-    between = front.point - rear.point
-    lever_F = cross(between, front.tangent)
-    lever_N = dot(between, front.tangent)
+    W, between = params.weight, front.point - rear.point
+    turned = dot(rear.tangent, front.tangent), cross(rear.tangent, front.tangent)
+    levers = cross(between, front.tangent), dot(between, front.tangent)
     G = weight_moment(params, placed, rear.point[..., 0])
-    along = W * rear.tangent[..., 1] + difference
-    of_F, of_N = 1 + cos, sin
-    if (c := params.rolling_resistance) is not None:
-        level, cr = W * rear.tangent[..., 0], c * params.wheel_radius
-        of_F, of_N = of_F + c * sin, sin - c * of_F
-        lever_F, lever_N = lever_F - cr * sin, lever_N + cr * (1 - cos)
-        along, G = along + c * level, G - cr * level
-    det = of_F * lever_N + of_N * lever_F
-    F_front = (along * lever_N + of_N * G) / det
-    N_front = (of_F * G - along * lever_F) / det
-    N_rear = W * rear.tangent[..., 0] - F_front * sin - N_front * cos
+    weight = W * rear.tangent[..., 1] + difference, W * rear.tangent[..., 0]
+    F_front, N_front, N_rear = solved(params, weight, turned, levers, G)
     F_rear = F_front - difference
-    if c is not None:
+    if (c := params.rolling_resistance) is not None:
         F_rear += c * (N_front - N_rear)
     return Forces(F_rear, N_rear, F_front, N_front)
+
+
+def solved(
+    params: UGVParams,
+    weight: tuple[Any, Any],
+    turn: tuple[Any, Any],
+    levers: tuple[Any, Any],
+    G: Any,
+) -> tuple[Any, Any, Any]:
+    """F_front, N_front and N_rear by the equations of `ground_forces`, for any numbers that know
+    +, -, * and /.
+
+    weight: along the ground at the rear contact, and across it [N]. turn: cos D and sin D. levers:
+    d x t_f and d x n_f [m].
+    """
+    (along, across), (cos, sin), (lever_F, lever_N) = weight, turn, levers
+    of_F, of_N = cos + 1.0, sin
+    if (c := params.rolling_resistance) is not None:
+        r = params.wheel_radius
+        of_F, of_N = of_F + sin * c, sin - of_F * c
+        lever_F, lever_N = lever_F - sin * c * r, lever_N + (-cos + 1.0) * c * r
+        along, G = along + across * c, G - across * c * r
+    det = of_F * lever_N + of_N * lever_F
+    F, N = (along * lever_N + of_N * G) / det, (of_F * G - along * lever_F) / det
+    return F, N, across - F * sin - N * cos
 
 
 def split_family(params: UGVParams, placed: Pose) -> tuple[Forces, Forces]:

@@ -21,7 +21,6 @@ from stickslip.dynamics.ugv.wheel import NEWTON
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
-    from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float, Int, Real
 
 
@@ -168,6 +167,7 @@ def station_of(
     shape, dtype = placed.wheelbase.shape, placed.wheelbase.dtype
     angles = jnp.broadcast_to(jnp.asarray(leg_angles, dtype), (*shape, 2))
     lags = wheel_lags(params, odometer, placed, angles)
+    wide = jax.tree.map(lambda of: jnp.broadcast_to(jnp.asarray(of, dtype), shape), mu)
     return Station(
         x=placed.origin[..., 0] + placed.front.x,
         leg_angles=angles,
@@ -179,21 +179,12 @@ def station_of(
         N_rear=held.N_rear,
         F_front=held.F_front,
         N_front=held.N_front,
-        friction=_by_wheel(mu, shape, dtype),
+        friction=jnp.stack(wide, -1) if isinstance(wide, tuple) else wide,
         grip=jnp.where(held.grip_rear < held.grip_front, held.grip_rear, held.grip_front),
         clearance=held.clearance,
         wheel_clearance=held.wheel_clearance,
         status=held.status,
     )
-
-
-def _by_wheel(
-    mu: Real[Array, "..."] | float | tuple[Array, Array], shape: tuple[int, ...], dtype: DTypeLike
-) -> Array:
-    """mu of both wheels [...], or of each [..., 2]."""
-    if isinstance(mu, tuple):
-        return jnp.stack([jnp.broadcast_to(jnp.asarray(of, dtype), shape) for of in mu], -1)
-    return jnp.broadcast_to(jnp.asarray(mu, dtype), shape)
 
 
 def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... m"]:
@@ -290,9 +281,8 @@ def _load(a: Station) -> Array:
 
 
 def _demand(a: Station) -> Array:
-    rear = a.F_rear / jnp.maximum(a.N_rear, LEAST_NORMAL)
-    front = a.F_front / jnp.maximum(a.N_front, LEAST_NORMAL)
-    return jnp.stack([rear, -rear, front, -front], -1)
+    shares = [F / jnp.maximum(N, LEAST_NORMAL) for F, N, _ in a.wheels]
+    return jnp.stack([sign * share for share in shares for sign in (1, -1)], -1)
 
 
 def _torque_size(a: Station, before: Station) -> Array:

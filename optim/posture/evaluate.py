@@ -116,15 +116,9 @@ class Posture:
 
 
 def _station(
-    solver: PoseSolver,
-    free_split: bool,
-    params: UGVParams,
-    odometer: Odometer,
-    x: Float[Array, "..."],
-    angles: Float[Array, "... 2"],
-    friction: Float[Array, "..."],
+    solver: PoseSolver, free_split: bool, params: UGVParams, odometer: Odometer, *given: Array
 ) -> Station:
-    return station(params, odometer.track, odometer, x, angles, friction, solver, free_split)
+    return station(params, odometer.track, odometer, *given, solver, free_split)
 
 
 class Sloped(NamedTuple):
@@ -424,12 +418,7 @@ def natural(problem: PostureData) -> float:
 
 
 def below(problem: PostureData, value: float) -> float:
-    """A number that the exact value is not below, where `value` was computed."""
-    return value - slack(problem, value)
-
-
-def slack(problem: PostureData, value: float) -> float:
-    """Rounding error of a drive's computed value, in the criterion's unit."""
+    """A number that the exact value of a drive is not below, where `value` was computed."""
     absolute = ROUNDINGS * natural(problem)
     if problem.criterion.unit == "N^2 m":
         # Of a sum of (dM)^2 / dx, each M being off by `torque`, by Cauchy and Schwarz.
@@ -440,4 +429,4 @@ def slack(problem: PostureData, value: float) -> float:
         absolute = (2 * np.sqrt(abs(value) * length) + rest) * torque / least_step
     elif problem.criterion.unit == "-":
         absolute *= 1 + value * value
-    return RELATIVE * abs(value) + float(absolute)
+    return value - (RELATIVE * abs(value) + float(absolute))

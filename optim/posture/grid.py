@@ -60,6 +60,7 @@ class PostureGrid:
     began: float
     rear: Float[np.ndarray, "R"]
     front: Float[np.ndarray, "F"]
+    pairs: Float[np.ndarray, "N 2"]
     layers: Sequence[Layer]
     method: str
 
@@ -102,13 +103,14 @@ class PostureGrid:
             "more angles or wider spacing of the waypoints would let them."
         )
 
+    def choices(self, k: int) -> Float[np.ndarray, "n 2"]:
+        """Leg angles of the nodes of waypoint k [rad]."""
+        given = self.problem.given_at(k)
+        return self.pairs if given is None else given[None]
+
     def angles_at(self, nodes: Sequence[int]) -> Float[np.ndarray, "K 2"]:
-        rear, front = np.divmod(np.asarray(nodes), len(self.front))
-        found = np.stack([self.rear[rear], self.front[front]], axis=1)
-        for k, pair in ((0, self.problem.start_angles), (-1, self.problem.end_angles)):
-            if pair is not None:
-                found[k] = pair
-        return found
+        """Leg angles of a choice at each waypoint [rad]."""
+        return np.stack([self.choices(k)[node] for k, node in enumerate(nodes)])
 
     def moves(self, step: int) -> Int[np.ndarray, "moves 2"]:
         """Moves of the rear and the front leg in a step, in grid steps, the shortest first; filled
@@ -124,7 +126,7 @@ class PostureGrid:
 
     def near(self, step: int) -> Bool[np.ndarray, "tails heads"]:
         """Mask of the moves of a step from or to a given pair."""
-        a, b = (self.layers[k].stations.leg_angles for k in (step, step + 1))
+        a, b = (self.choices(k) for k in (step, step + 1))
         return np.max(np.abs(b - a[:, None]), -1) <= self.limits[step] * (1 + ROUNDING)
 
     def why_stuck(self, k: int) -> str:
@@ -201,7 +203,7 @@ def build_grid(problem: PostureProblem, angles: Any, least: int, method: str = "
     began = time.perf_counter()
     rear, front = grid_angles(problem, angles, least, CHUNK)
     pairs = np.stack(np.meshgrid(rear, front, indexing="ij"), -1).reshape(-1, 2)
-    return PostureGrid(problem, began, rear, front, Layers(problem, pairs), method)
+    return PostureGrid(problem, began, rear, front, pairs, Layers(problem, pairs), method)
 
 
 AGREEMENT, NOTHING = 1e-8, 1e-12

@@ -55,10 +55,11 @@ class Layers(Sequence[Layer]):
         self._rows = min(max(1, CHUNK // len(pairs)), len(problem.x))
         self._blocks: dict[int, Future[list[Layer]]] = {}
         self._thread = ThreadPoolExecutor(1)
-        self._ends: dict[int, Layer] = {}
-        for k, pair in ((0, problem.start_angles), (len(self) - 1, problem.end_angles)):
-            if pair is not None:
-                self._ends[k] = _evaluate(problem, np.array([k]), pair[None])[0]
+        self._ends = {
+            k: _evaluate(problem, np.array([k]), pair[None])[0]
+            for k in (0, len(self) - 1)
+            if (pair := problem.given_at(k)) is not None
+        }
 
     def __len__(self) -> int:
         return len(self._problem.x)
@@ -165,20 +166,13 @@ def _back(grid: Any, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
     """Nodes of the path with the least sum; of equal ones those with the shortest moves."""
     nodes = [int(np.argmin(totals[-1]))]
     for k in range(len(totals) - 1, 0, -1):
-        here, there = (_pairs(grid, j, len(totals[j])) for j in (k, k - 1))
+        here, there = (grid.choices(j) for j in (k, k - 1))
         move = np.max(np.abs(there - here[nodes[-1] if len(here) > 1 else 0]), axis=1)
         near = move <= grid.limits[k - 1] * (1 + ROUNDING)
         least = np.min(totals[k - 1], where=near, initial=np.inf)
         best = near & (totals[k - 1] <= least)
         nodes.append(int(np.argmin(np.where(best, move, np.inf))))
     return nodes[::-1]
-
-
-def _pairs(grid: Any, k: int, count: int) -> Float[np.ndarray, "N 2"]:
-    """Leg angles of the nodes of waypoint k [rad]."""
-    if count == 1:
-        return grid.angles_at(np.zeros(len(grid.layers), int))[[k]]
-    return np.stack(np.meshgrid(grid.rear, grid.front, indexing="ij"), -1).reshape(-1, 2)
 
 
 def _misses(problem: PostureProblem, angles: np.ndarray) -> dict[str, tuple[float, float]]:

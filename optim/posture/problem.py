@@ -190,12 +190,9 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
             block = found[groups[name]].reshape(K, slope.shape[1], K, 2)
             block[np.arange(K), :, np.arange(K)] = slope
         if self.leg_rate is not None:
-            step, per_angle = np.arange(K - 1), 1 / (self.leg_rate * np.diff(self.x))
-            block = found[groups["leg_rate"]].reshape(K - 1, 2, 2, K, 2)
-            for leg in range(2):
-                for row, sign in enumerate((-1, 1)):
-                    block[step, row, leg, step, leg] = -sign * per_angle
-                    block[step, row, leg, step + 1, leg] = sign * per_angle
+            share = np.diff(np.eye(K), axis=0) / (self.leg_rate * np.diff(self.x))[:, None]
+            of_legs = np.kron(share, np.eye(2)).reshape(K - 1, 2, self.n)
+            found[groups["leg_rate"]] = np.hstack([-of_legs, of_legs]).reshape(-1, self.n)
         return found
 
     @cached_property
@@ -302,9 +299,8 @@ def evaluate_finer(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> dict[s
     """Fields of PostureResult of a drive between its waypoints, FACTOR times finer; less where
     that makes too many. The value is infinite where there are no forces."""
     factor = max(min(FACTOR, MOST // len(problem.x)), 1)
-    fine = finer(problem, factor)
-    angles = _between(problem.angles(x), factor)
-    count = len(fine.x)
+    fine, x = refined(problem, x, factor)
+    angles, count = fine.angles(x), len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
     at = evaluate.stations(fine.posture, angles)
     whole = at.map(lambda of: evaluate.padded(of, size))

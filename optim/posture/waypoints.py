@@ -63,6 +63,10 @@ class PostureData:
         """Length of the decision vector, 2K."""
         return 2 * len(self.x)
 
+    def given_at(self, k: int) -> Float[np.ndarray, "2"] | None:
+        """The pair of angles that is given at waypoint k [rad]; None where it is to be chosen."""
+        return {0: self.start_angles, len(self.x) - 1: self.end_angles}.get(k)
+
     @cached_property
     def min_wheel_clearance(self) -> float:
         """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay

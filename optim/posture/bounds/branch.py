@@ -249,8 +249,7 @@ def _cells_at(
     if before:
         return surveyor.halved(k, before[k]) if worth[k] else before[k]
     problem = surveyor.problem
-    pair = {0: problem.start_angles, len(problem.x) - 1: problem.end_angles}.get(k)
-    if pair is None:
+    if (pair := problem.given_at(k)) is None:
         return surveyor.first(k, *(first_axis(problem, leg, cells) for leg in (0, 1)))
     return surveyor.first(k, *(given_axis(float(of)) for of in pair))
 

@@ -11,10 +11,11 @@ derivatives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
+from stickslip.dynamics.ugv.statics import solved
 from stickslip.optim.intervals import Interval, Jet, hull, interval
 
 if TYPE_CHECKING:
@@ -272,9 +273,12 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     sin_d = cos_r * sin_f - sin_r * cos_f
     lever_F = at.height * cos_f - at.behind * sin_f
     lever_N = -(at.behind * cos_f + at.height * sin_f)
-    F, drive, F_front, N_rear, N_front = _forces(
-        v, (cos_r, sin_r), (cos_d, sin_d), (lever_F, lever_N), moment
-    )
+    weight = weight_of(v)
+    weight = sin_r * weight, cos_r * weight
+    F_front, N_front, N_rear = solved(v, weight, (cos_d, sin_d), (lever_F, lever_N), moment)
+    F = drive = F_front  # of the motor: -torque / r
+    if (c := v.rolling_resistance) is not None:
+        F, drive = F_front + (N_front - N_rear) * c, F_front + N_front * c
 
     carried = (interval(v.wheel_mass) + interval(v.leg_mass) * 0.5) * g
     vx, vy = (C * cr + S * sr) * l, (S * cr - C * sr) * l
@@ -288,32 +292,6 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     pitch = (S / C).arctan()
     turn = at.slope.arctan() - pitch * 2.0 + rear_angle - front_angle - at.rolled / r
     return Held(drive * (-r), turn, leg_rear, leg_front, F, F_front, N_rear, N_front)
-
-
-def _forces(
-    v: UGVParams, slope: tuple[Z, Z], between: tuple[Z, Z], lever: tuple[Z, Z], moment: Z
-) -> tuple[Any, Any, Any, Any, Any]:
-    """F_rear, -torque / r, F_front, N_rear, N_front, Z each: see `ground_forces`.
-
-    slope, between: cosine and sine of the slope at the rear contact, and from there to the front
-    one; lever: of F_front and N_front about it; moment: of the weights.
-    """
-    (cos_r, sin_r), (cos_d, sin_d), (lever_F, lever_N) = slope, between, lever
-    r, weight = v.wheel_radius, weight_of(v)
-    along, of_F, of_N = sin_r * weight, cos_d + 1.0, sin_d
-    if (c := v.rolling_resistance) is not None:  # see ground_forces
-        level = cos_r * weight
-        of_F, of_N = of_F + sin_d * c, sin_d - of_F * c
-        lever_F, lever_N = lever_F - sin_d * c * r, lever_N + (-cos_d + 1.0) * c * r
-        along, moment = along + level * c, moment - level * c * r
-    det = of_F * lever_N + of_N * lever_F
-    F_front = (along * lever_N + of_N * moment) / det
-    N_front = (of_F * moment - along * lever_F) / det
-    N_rear = cos_r * weight - F_front * sin_d - N_front * cos_d
-    F = drive = F_front
-    if c is not None:
-        F, drive = F_front + (N_front - N_rear) * c, F_front + N_front * c
-    return F, drive, F_front, N_rear, N_front
 
 
 def angle_jets(angles: Interval) -> tuple[Jet, Jet]:
