@@ -118,15 +118,13 @@ def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
 
 def _events(frames: BipedFrame) -> tuple[Event, ...]:
     """Slips, stops and exchanges of support by the control step, and an early end."""
-    events, slips = [], frames.slips
-    for i in range(1, len(slips)):
-        if frames.steps[i] != frames.steps[i - 1]:
-            events.append(Event(i, "support", f"step {frames.steps[i]}: the legs change support"))
-        if slips[i] and not slips[i - 1]:
-            where = "forwards" if frames.slide[i] > frames.slide[i - 1] else "backwards"
-            events.append(Event(i, "slip", f"slips {where}"))
-        if slips[i - 1] and not slips[i]:
-            events.append(Event(i, "stick", "sticks"))
-    if frames.ended:
-        events.append(Event(len(slips) - 1, "end", f"ended: {frames.ended}"))
-    return tuple(events)
+    steps, slide = frames.steps, frames.slide
+    exchanges = (
+        Event(i, "support", f"step {steps[i]}: the legs change support")
+        for i in (np.flatnonzero(np.diff(steps)) + 1).tolist()
+    )
+
+    def begins(i: int) -> str:
+        return f"slips {'forwards' if slide[i] > slide[i - 1] else 'backwards'}"
+
+    return episodes.slip_events(frames.slips, begins, "sticks", frames.ended, *exchanges)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -363,24 +363,21 @@ def gaits_of(
     rates: Sequence[float],
     objective: str | Mapping[str, float] = "friction",
     *,
-    mu: float | None = None,
-    torque_limit: float | None = None,
-    zmp: bool = False,
     steps: int = CELLS,
+    **limits: Any,
 ) -> GaitTable:
     """The best gaits for each of the mean crank rates [rad/s] for which there is one.
 
-    Else as GaitProblem.periodic. ValueError where there is none for any of them.
+    steps, limits: as of GaitProblem.periodic. ValueError where there is none for any of them.
     """
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.problem import solve
 
     found, said = [], ""
     for rate in rates:
-        problem = GaitProblem.periodic(
-            robot, objective, mu=mu, torque_limit=torque_limit, mean_rate=rate, zmp=zmp, steps=steps
+        result = solve(
+            GaitProblem.periodic(robot, objective, mean_rate=rate, steps=steps, **limits)
         )
-        result = solve(problem)
         if result.gait is None or not result.status.solved:
             said = result.message
             continue

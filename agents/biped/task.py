@@ -11,12 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.machine import Parts, TrainingTask
-from stickslip.agents.policy.task import (
-    numbers_in_words,
-    own_machine,
-    require_numbers,
-    same_numbers,
-)
+from stickslip.agents.policy import task as tasks
 from stickslip.agents.protocol import Options, Task
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
 from stickslip.dynamics.biped.robot_file import BARS, NAMES, ROBOT, bars_of, robot_text
@@ -84,7 +79,7 @@ def training_task(config: TrainConfig) -> TrainingTask[BipedEnv, BipedEnvParams]
         scene = Scene.uniform(config.mu_static, config.mu_kinetic)
     scene = replace(scene, payload=config.payload).validate()
     given: Parts = {"randomisation": drawn, "scene": scene, "mean_rate": config.mean_rate}
-    rest = env.make_params(**given, **own_machine(BipedParams, "robot", config.robot))
+    rest = env.make_params(**given, **tasks.own_machine(BipedParams, "robot", config.robot))
     return TrainingTask(env, _training(config, rest), from_anywhere(rest), rest)
 
 
@@ -112,9 +107,9 @@ def with_options(task: BipedTask, options: Options, scene: str | None, viewed: b
         given["scene"] = replace(given["scene"], floor=Scene.named(scene).floor)
         drawn = replace(drawn, friction=None)
     path, changes, bare = options["robot"], options.get("changes"), given["robot"]
-    if path is None and changes and not same_numbers(bare, BipedParams.from_bars()):
+    if path is None and changes and not tasks.same_numbers(bare, BipedParams.from_bars()):
         path = robot_text(vars(bare))
-    own = own_machine(BipedParams, "robot", path, changes)
+    own = tasks.own_machine(BipedParams, "robot", path, changes)
     given["robot"] = own.pop("robot", bare)
     given |= {"numbers": given["numbers"] | own, "randomisation": drawn}
     env, params = build(**given)
@@ -143,7 +138,7 @@ def label(task: BipedTask, scene: str | None) -> str:
     names = [one for one, ends in vars(params.randomisation).items() if ends is not None]
     drawn = [name for name in names if name not in ("phase", "crank_rate")]
     words += [f"random {', '.join(drawn).replace('_', ' ')}"] if drawn else []
-    if not same_numbers(params.robot.bare, BipedParams.from_bars()):
+    if not tasks.same_numbers(params.robot.bare, BipedParams.from_bars()):
         words.append(f"robot of {float(params.robot.bare.total_mass):.3g} kg")
     return ", ".join(words)
 
@@ -151,7 +146,7 @@ def label(task: BipedTask, scene: str | None) -> str:
 def details(task: BipedTask) -> str:
     """The numbers of the task in a line."""
     floor, numbers = vars(task.params.scene.floor), parts(task.env, task.params)["numbers"]
-    words = numbers_in_words({**floor, **numbers}, task.params.randomisation)
+    words = tasks.numbers_in_words({**floor, **numbers}, task.params.randomisation)
     return words if floor else f"no slip, {words}"
 
 
@@ -159,7 +154,7 @@ def floor_words(scene: Scene) -> str:
     """A scene's name where the floor is that of one, else its numbers."""
     floor = scene.floor
     for name in SCENES:
-        if same_numbers(Scene.named(name).floor, floor):
+        if tasks.same_numbers(Scene.named(name).floor, floor):
             return name
     if isinstance(floor, Uniform):
         return f"mu {float(floor.mu_static):g}/{float(floor.mu_kinetic):g}"
@@ -195,15 +190,9 @@ def build(
     numbers: Parts,
 ) -> BipedTask:
     """The task of its parts. ValueError for parts that will not do."""
-    require_numbers(numbers, NUMBERS, OPTIONAL)
-    params = env.make_params(
-        robot=robot,
-        scene=scene,
-        randomisation=randomisation,
-        dtype=jax.dtypes.canonicalize_dtype(dtype),
-        **numbers,
-    )
-    return Task(env, params)
+    tasks.require_numbers(numbers, NUMBERS, OPTIONAL)
+    kind, own = jax.dtypes.canonicalize_dtype(dtype), {"robot": robot, "scene": scene}
+    return Task(env, env.make_params(**own, randomisation=randomisation, dtype=kind, **numbers))
 
 
 def swept() -> Swept:

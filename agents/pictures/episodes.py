@@ -121,6 +121,20 @@ def reward_panels(
     return tuple(panels)
 
 
+def slip_events(
+    slips: np.ndarray, begins: Callable[[int], str], ends: str, ended: str, *others: Event
+) -> tuple[Event, ...]:
+    """Slips and stops by the sample among the other events, and an early end. slips: [n], whether
+    it slips by then; begins: a slip in words, by its sample."""
+    found = [*others]
+    for i in (np.flatnonzero(np.diff(slips.astype(int))) + 1).tolist():
+        found.append(Event(i, "slip", begins(i)) if slips[i] else Event(i, "stick", ends))
+    found.sort(key=lambda one: one.sample)
+    if ended:
+        found.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
+    return tuple(found)
+
+
 def scale_of(task: str | None) -> Scale | None:
     """Scale of a named task's scores; None without one, or where nothing was measured."""
     known = None if task is None else known_of(task_by_name(task))

@@ -21,7 +21,7 @@ from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.page import Page, page_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.optim.progress import say_stage
-from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
+from stickslip.records.files import require_suffix, require_writable, write_whole
 
 if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State, Timed
@@ -122,8 +122,7 @@ def view_command(given: Options) -> None:
         require_format(path)
         if count > 1:
             raise ValueError(f"{path} of {count} episodes; accepted: several in an .html")
-    require_new([path], given["overwrite"])
-    require_writable([path])
+    require_writable([path], given["overwrite"])
     lead = [place.line() for place in places] if task is None else [task_by_name(task).headline]
     played = []
     for place in places:

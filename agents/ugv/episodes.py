@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stickslip.agents.pictures import episodes
-from stickslip.envs.rendering.page import Episode, Event, Line, Panel
+from stickslip.envs.rendering.page import Episode, Line, Panel
 from stickslip.envs.ugv.picture import UGVFrame, ugv_frames, ugv_picture
 
 if TYPE_CHECKING:
@@ -54,7 +54,9 @@ def as_episode(
             episodes.panel(criterion, unit, cost),
             *episodes.reward_panels(played, {}, unit, scale),
         ),
-        events=_events(frame.slips, shown.ended),
+        events=episodes.slip_events(
+            frame.slips, lambda _: "a wheel slips", "both wheels grip", shown.ended
+        ),
         facts=(*whole, *_drawn(played.start_state.drawn)),
         axis=("front wheel [m]", np.asarray(frame.at.x)),
     )
@@ -82,14 +84,3 @@ def _panels(frame: UGVFrame, played: Rollout[UGVEnvState], spacing: float) -> tu
         episodes.beside("friction used", "-", used, "friction there is", frame.mu),
         episodes.panel("margin of grip", "kN", np.asarray(frame.at.grip) / 1000, limits=(0.0,)),
     )
-
-
-def _events(slips: np.ndarray, ended: str) -> tuple[Event, ...]:
-    found = []
-    for i in range(1, len(slips)):
-        if slips[i] != slips[i - 1]:
-            kind = "slip" if slips[i] else "stick"
-            found.append(Event(i, kind, "a wheel slips" if slips[i] else "both wheels grip"))
-    if ended:
-        found.append(Event(len(slips) - 1, "end", f"ended: {ended}"))
-    return tuple(found)

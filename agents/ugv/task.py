@@ -190,13 +190,8 @@ def build(
     tasks.require_numbers(numbers, NUMBERS, LIMITS)
     # Evenly spaced already: rounding must not add a step.
     spaced = {**numbers, "spacing": numbers["spacing"] * (1 + 1e-6)}
-    params = env.make_params(
-        vehicle=vehicle,
-        track=track,
-        randomisation=randomisation,
-        dtype=jax.dtypes.canonicalize_dtype(dtype),
-        **spaced,
-    )
+    kind, own = jax.dtypes.canonicalize_dtype(dtype), {"vehicle": vehicle, "track": track}
+    params = env.make_params(**own, randomisation=randomisation, dtype=kind, **spaced)
     if numbers["start"] is not None:
         kept = ("spacing", "start", "end", "start_angles")
         params = params.replace(**{name: numbers[name] for name in kept})

@@ -150,7 +150,10 @@ class BipedModel:
 
     def unit_inertia(self) -> Inertia:
         """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
-        return _derive(self.fidelity, _unit_mass(self.bare))[0]
+        nothing = jnp.zeros_like(jnp.asarray(self.bare.mass))
+        one = jnp.ones_like(jnp.asarray(self.bare.payload))
+        bare = replace(self.bare, mass=nothing, inertia=jnp.zeros_like(nothing), payload=one)
+        return _derive(self.fidelity, bare)[0]
 
     def replace(self, **changes: Any) -> BipedModel:
         """The model of a robot with some fields of BipedParams changed, prepared for stepping."""
@@ -251,13 +254,6 @@ def load(
     """
     extra = None if unit is None else jnp.asarray(payload)
     return pytrees.rebuilt(model, load=Load(jnp.asarray(mass_factor), extra), unit=unit)
-
-
-def _unit_mass(params: BipedParams) -> BipedParams:
-    """The linkage without mass but for 1 kg at the hip's centre."""
-    nothing = jnp.zeros_like(jnp.asarray(params.mass))
-    one = jnp.ones_like(jnp.asarray(params.payload))
-    return replace(params, mass=nothing, inertia=jnp.zeros_like(nothing), payload=one)
 
 
 def with_payload(params: BipedParams, payload: pytrees.Numeric | None) -> BipedParams:

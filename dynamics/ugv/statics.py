@@ -91,15 +91,9 @@ def _equilibrium(solver: PoseSolver, *given: Any) -> Equilibrium:
     return over_poses(_held, (solver,), *given)
 
 
-def _held(
-    solver: PoseSolver,
-    params: UGVParams,
-    track: Track,
-    x_front: Real[Array, "..."],
-    leg_angles: Real[Array, "... 2"],
-    friction: Real[Array, "..."],
-) -> Equilibrium:
-    placed = stand(params, track, x_front, leg_angles, solver)
+def _held(solver: PoseSolver, params: UGVParams, track: Track, *given: Array) -> Equilibrium:
+    *place, friction = given
+    placed = stand(params, track, *place, solver=solver)
     forces = balance(params, placed, friction_under(track, placed, friction))
     return forces._replace(pose=forces.pose.in_world())
 

@@ -17,6 +17,7 @@ from stickslip.dynamics.ugv import PoseSolver, place
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.drawing import Drawing, GroundContact, Part, Picture, Stretch
 from stickslip.envs.ugv.state import UGVEnvState, ground, places_ahead
+from stickslip.optim.gait.gait import friction_uses
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -89,9 +90,7 @@ class UGVFrame:
     def demand(self) -> np.ndarray:
         """The greater |F| / N of both wheels [n]; infinite without a load."""
         friction, normal, _ = np.moveaxis(self.forces, -1, 0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            each = np.where(normal > 0, np.abs(friction) / normal, np.inf)
-        return each.max(axis=1)
+        return np.max(friction_uses(friction, normal), axis=1)
 
     @property
     def slips(self) -> np.ndarray:

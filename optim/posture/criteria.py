@@ -319,15 +319,17 @@ def criterion_by_name(criterion: str | Criterion) -> Criterion:
 
 def step_cost(criterion: Criterion, a: Station, b: Station) -> Float[Array, "..."]:
     """Cost of the step from a to b, for criteria whose kind is "sum"."""
-    terms = criterion.terms(a, b)
+    return jnp.sum(paid(criterion, criterion.terms(a, b)), -1)
+
+
+def paid(criterion: Criterion, terms: Float[Array, "... m"]) -> Float[Array, "... m"]:
+    """What each term of a step adds to a sum."""
     if criterion.outer == "square":
-        each = jnp.square(terms)
-    elif criterion.rates is None:
-        each = larger(terms, 0)
-    else:
-        up, down = same_rank(*criterion.rates, terms)[:2]
-        each = larger(up * terms, down * terms)
-    return jnp.sum(each, -1)
+        return jnp.square(terms)
+    if criterion.rates is None:
+        return larger(terms, 0)
+    up, down = same_rank(*criterion.rates, terms)[:2]
+    return larger(up * terms, down * terms)
 
 
 def station_cost(criterion: Criterion, a: Station) -> Float[Array, "..."]:

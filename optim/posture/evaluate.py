@@ -118,7 +118,7 @@ class Posture:
 def _station(
     solver: PoseSolver, free_split: bool, params: UGVParams, odometer: Odometer, *given: Array
 ) -> Station:
-    return station(params, odometer.track, odometer, *given, solver, free_split)
+    return station(params, odometer.track, odometer, *given, solver=solver, free_split=free_split)
 
 
 class Sloped(NamedTuple):
@@ -129,19 +129,12 @@ class Sloped(NamedTuple):
     status: Array
 
 
-def _sloped(
-    solver: PoseSolver,
-    free_split: bool,
-    params: UGVParams,
-    odometer: Odometer,
-    x: Float[Array, "..."],
-    angles: Float[Array, "... 2"],
-    friction: Float[Array, "..."],
-) -> Sloped:
-    """Stations with their slopes."""
+def _sloped(*given: Any) -> Sloped:
+    """Stations with their slopes; given: as of `_station`."""
+    *before, angles, friction = given
 
     def numbers(angles: Array) -> tuple[tuple[Array, ...], Array]:
-        at = _station(solver, free_split, params, odometer, x, angles, friction)
+        at = _station(*before, angles, friction)
         return at.numbers, at.status
 
     def along(angle: Array) -> tuple[tuple[Array, ...], tuple[Array, ...], Array]:

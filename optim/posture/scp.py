@@ -25,14 +25,14 @@ import scipy.sparse as sp
 from stickslip.dynamics.checks import require_integer, require_memory
 from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.posture import evaluate
-from stickslip.optim.posture.criteria import Criterion, Station, steps
+from stickslip.optim.posture.criteria import Criterion, Station, paid, steps
 from stickslip.optim.posture.evaluate import PostureResult, each_angle, pushed
 from stickslip.optim.posture.waypoints import CONVEX
 from stickslip.optim.problem import COUNT, OptimStatus, require_scalar, solve_quietly
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Array, Float
 
     from stickslip.optim.posture.problem import PostureProblem
 
@@ -68,19 +68,14 @@ def linearised(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Linear:
     # In SMOOTH's order, which a solver's last digits depend on.
     names = [name for name in SMOOTH if name in margins]
     kept = [{name: of[name] for name in names} for of in (margins, slopes)]
-    return Linear(outer(criterion, terms) if sound else np.inf, terms, term_slopes, *kept)
+    value = float(outer(criterion, terms)) if sound else np.inf
+    return Linear(value, terms, term_slopes, *kept)
 
 
-def outer(criterion: Criterion, terms: np.ndarray) -> float:
+@float64_program
+def outer(criterion: Criterion, terms: Float[Array, "rows m"]) -> Float[Array, ""]:
     """The criterion's value, from all its terms."""
-    if criterion.kind == "max":
-        return float(np.max(terms))
-    if criterion.outer == "square":
-        return float(np.sum(terms**2))
-    if criterion.rates is None:
-        return float(np.sum(np.maximum(terms, 0)))
-    up, down = criterion.rates
-    return float(np.sum(np.maximum(up * terms, down * terms)))
+    return jnp.max(terms) if criterion.kind == "max" else jnp.sum(paid(criterion, terms))
 
 
 @float64_program
@@ -240,7 +235,7 @@ class _Search:
     def __init__(self, problem: PostureProblem, x: np.ndarray, tolerance: float):
         self.problem, self.x, self.tolerance = problem, x, tolerance
         self.at, self.evaluations = linearised(problem, x), 1
-        small = outer(problem.posture.criterion, np.abs(self.at.terms))
+        small = float(outer(problem.posture.criterion, np.abs(self.at.terms)))
         self.scale = max(abs(self.at.value), 1e-3 * small, 1e-12)
         self.penalty = self.radius = 0.0
         self.predicted, self.steps, self.failed = np.inf, 0, False

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.agents.policy.file import existing_path, read_policy
-from stickslip.records.files import require_new, require_suffix, require_writable, write_whole
+from stickslip.records.files import require_suffix, require_writable, write_whole
 
 KINDS = {"out": (".onnx", ".npz"), "mjcf": (".xml", ".mjcf"), "urdf": (".urdf", ".xml")}
 """Endings of the file that each flag names."""
@@ -34,8 +34,7 @@ def export_policy(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     path, overwrite = paths["out"], flags["overwrite"]
     source = existing_path(flags["who"])
     policy, metadata = read_policy(source)
-    require_new([path], overwrite)
-    require_writable([path])
+    require_writable([path], overwrite)
     if path.suffix.lower() == ".npz":
         write_whole(path, source.read_bytes(), overwrite=overwrite)
     else:
@@ -67,8 +66,7 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
         robot, motor = BipedParams.with_motor(source, changes)
         machine = mechanism(robot)
     limit = motor.get("torque_limit", TORQUE_LIMIT)
-    require_new(list(paths.values()), flags["overwrite"])
-    require_writable(list(paths.values()))
+    require_writable(list(paths.values()), flags["overwrite"])
     texts = {
         "mjcf": lambda: (mjcf(machine, friction=mu, torque_limit=limit), ABOUT),
         "urdf": lambda: (urdf(machine, limit), missing(machine)),

@@ -42,15 +42,13 @@ def require_files(given: Namespace, seconds: float) -> None:
         if film == plot:
             raise ValueError(f"--film {film} with --plot {plot}; accepted: two files")
     written = [one for one in (table, plot, film) if one is not None]
-    paths.require_new(written, given.overwrite)
-    paths.require_writable(written)
+    paths.require_writable(written, given.overwrite)
 
 
 def require_picture(path: Path, overwrite: bool) -> None:
     """Refuse a .png that cannot be drawn or written."""
     paths.require_suffix(path, (".png",))
-    paths.require_new([path], overwrite)
-    paths.require_writable([path])
+    paths.require_writable([path], overwrite)
     require("matplotlib.figure")
 
 

@@ -145,7 +145,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
     grounds = [stages.ground_of(system, *motion) for motion in motions]
     ending = stages.first_ending(system, grounds)
-    event = _event(spec, system, walk, begun, first, samples, ending, taken)
+    event = _event(spec, system, _Tried(walk, begun, first, samples, ending, taken))
     reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
     status = stages.status_at(system, walk, first, grounds[0], step, reached)
     if isinstance(spec, EventExact):
@@ -194,18 +194,21 @@ def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> 
     return stages.Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
-def _event(
-    spec: RK4Split | EventExact,
-    system: System,
-    walk: Walk,
-    begun: stages.Beginning,
-    first: Motion,
-    samples: stages.Samples,
-    ending: stages.Ending,
-    taken: stages.Taken,
-) -> stages.Event:
+class _Tried(NamedTuple):
+    """A step whose events are looked for."""
+
+    walk: Walk
+    begun: stages.Beginning
+    first: Motion
+    samples: stages.Samples
+    ending: stages.Ending
+    taken: stages.Taken
+
+
+def _event(spec: RK4Split | EventExact, system: System, tried: _Tried) -> stages.Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    kind, crossing = _first_event(spec, system, begun, walk, first, samples, ending, taken)
+    walk, begun, _, samples, ending, taken = tried
+    kind, crossing = _first_event(spec, system, tried)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
     if isinstance(spec, EventExact) and not isinstance(system.scene.floor, Grip):
         at_once |= is_noise(system, walk, begun, samples, taken)
@@ -215,17 +218,9 @@ def _event(
     return stages.Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
-def _first_event(
-    spec: RK4Split | EventExact,
-    system: System,
-    begun: stages.Beginning,
-    walk: Walk,
-    first: Motion,
-    samples: stages.Samples,
-    ending: stages.Ending,
-    taken: stages.Taken,
-):
+def _first_event(spec: RK4Split | EventExact, system: System, tried: _Tried):
     """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
+    walk, begun, first, samples, ending, taken = tried
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.crank_rate, taken.end

@@ -85,8 +85,10 @@ def require_new(paths: Sequence[Path], overwrite: bool) -> None:
             raise ValueError(f"{path} exists; accepted: a new path, or --overwrite to replace it")
 
 
-def require_writable(paths: Sequence[Path]) -> None:
-    """Raise OSError naming the file where it cannot be written, before anything is computed."""
+def require_writable(paths: Sequence[Path], overwrite: bool = True) -> None:
+    """Raise OSError naming the file where it cannot be written, before anything is computed;
+    overwrite: as of `require_new`."""
+    require_new(paths, overwrite)
     for folder, path in {path.parent: path for path in paths}.items():
         require_makeable(folder, path)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import nearest, require_number, shown
-from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, read_columns, read_text
+from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, is_number, read_columns, read_text
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -91,13 +91,9 @@ class Recorded:
 def torque_of(text: str) -> float | Expression | Recorded:
     """A number [N m], what is in a file, or arithmetic; ValueError for what is none of these."""
     path = Path(text)
-    try:
-        number = float(text)
-    except ValueError:
-        number = None
-    if number is not None:
-        require_number("torque", number, accepted="a finite torque [N m]")
-        return number
+    if is_number(text):
+        require_number("torque", float(text), accepted="a finite torque [N m]")
+        return float(text)
     if not text.strip():
         raise ValueError(f"the torque is empty; accepted: a number [N m], a file, or {ACCEPTED}")
     if path.suffix.lower() == ".csv":
@@ -224,18 +220,15 @@ Rate = float | Recorded | PhaseRates
 
 def rate_of(text: str) -> Rate:
     """A number [rad/s], or what is in a file. ValueError for what is neither."""
-    try:
-        number = float(text)
-    except ValueError:
-        path = Path(text)
-        if path.suffix.lower() != ".csv":
-            raise ValueError(
-                f"rate {shown(text)}; accepted: a number [rad/s], or a .csv of crank rates over "
-                "time or crank angle"
-            ) from None
-        return _read(path)
-    require_number("rate", number, accepted="a finite crank rate [rad/s]")
-    return number
+    if is_number(text):
+        require_number("rate", float(text), accepted="a finite crank rate [rad/s]")
+        return float(text)
+    if Path(text).suffix.lower() != ".csv":
+        raise ValueError(
+            f"rate {shown(text)}; accepted: a number [rad/s], or a .csv of crank rates over "
+            "time or crank angle"
+        )
+    return _read(Path(text))
 
 
 def _read(path: Path) -> Recorded | PhaseRates:
