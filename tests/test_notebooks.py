@@ -55,11 +55,6 @@ def test_there_are_notebooks_and_what_is_made_less_stands_in_one_of_them():
     assert [sum(much in text for text in texts) for much in FEWER] == [1] * len(FEWER)
 
 
-def first_code(path: Path) -> str:
-    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
-    return next("".join(cell["source"]) for cell in cells if cell["cell_type"] == "code")
-
-
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
 @pytest.mark.parametrize("wheel", ["stickslip-0.2.0-py3-none-any.whl", None])
 @pytest.mark.parametrize("there", [True, False])
@@ -73,7 +68,8 @@ def test_the_first_cell_installs_what_is_missing(
     asked: list[list[str]] = []
     monkeypatch.setattr("importlib.util.find_spec", lambda name: name if there else None)
     monkeypatch.setattr("subprocess.run", lambda words, check: asked.append(words))
-    exec(first_code(path), {})
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    exec(next("".join(one["source"]) for one in cells if one["cell_type"] == "code"), {})
     assert [words[-1].partition("[")[0] for words in asked] == [wheel or "stickslip"] * (not there)
     extras = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
     for words in asked:

@@ -25,14 +25,11 @@ pytestmark = pytest.mark.usefixtures("empty_directory")
 @pytest.fixture
 def still(tmp_path: Path) -> str:
     """A policy file: no torque at all."""
-    return str(write_policy(tmp_path / "still.npz", BipedEnv()))
-
-
-def write_policy(path: Path, env: BipedEnv) -> Path:
+    env, path = BipedEnv(), tmp_path / "still.npz"
     params = env.default_params
     size = len(env.observation_bounds(params)[0])
     policy = MLPPolicy((jnp.zeros((size, 1)),), (jnp.zeros(1),), jnp.zeros(size), jnp.ones(size))
-    return save_policy(policy, path, describe_environment(env, params))
+    return str(save_policy(policy, path, describe_environment(env, params)))
 
 
 def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

@@ -30,11 +30,6 @@ def rows(content):
     return content["promise"]
 
 
-def most_over(count: int) -> int:
-    """So many of `count` independent poses may exceed the promised quantile."""
-    return int(stats.binom.ppf(1 - RARE, count, 1 - poses.QUANTILE))
-
-
 def test_a_promise_is_the_bound_of_the_worse_half_s_order():
     n = 10_000
     off = np.arange(n, dtype=float)[::-1] + 1
@@ -78,7 +73,8 @@ def test_promises_hold_on_the_poses_held_out(rows):
     for row in kept:
         assert min(row["poses"], row["held_out"]) > 15_000
         # Torque and contact each may exceed their own bound.
-        assert row["held_out_over"] <= 2 * most_over(row["held_out"])
+        most = int(stats.binom.ppf(1 - RARE, row["held_out"], 1 - poses.QUANTILE))
+        assert row["held_out_over"] <= 2 * most
         assert row["held_out_wrong"] <= 3
 
 

@@ -71,11 +71,6 @@ def fields_of(value: Any) -> tuple[str, ...]:
     return tuple(type(value).__dataclass_fields__)
 
 
-def track_plan(name: str) -> Plan:
-    make = getattr(ugv.Track, name)
-    return Plan(make, {}, () if name == "rough" else fields_of(make().shape))
-
-
 def quick_plans() -> dict[str, Plan]:
     """Constructors that compile little."""
     walker, driver = envs.BipedEnv().make_params(), envs.UGVEnv().make_params()
@@ -130,7 +125,11 @@ def long_plans() -> dict[str, Plan]:
         "Paper": Plan(biped.Paper),
         "RK4Split": Plan(biped.RK4Split),
         "UGVParams.replace": Plan(ugv.UGVParams().replace, {}, fields_of(ugv.UGVParams())),
-        **{name: track_plan(name) for name in ugv.TRACKS},
+        **{
+            name: Plan(make, {}, () if name == "rough" else fields_of(make().shape))
+            for name in ugv.TRACKS
+            if (make := getattr(ugv.Track, name))
+        },
         "Track.resampled": Plan(flat.resampled, {"start": 0.0, "end": 1.0, "pieces": 4}),
         "Odometer.along": Plan(ugv.Odometer.along, {"track": flat}),
         "pose": Plan(ugv.pose, placed),

@@ -69,11 +69,6 @@ def same_but(chosen: np.ndarray, one: Any, other: Any) -> None:
         assert kept[0].tobytes() == kept[1].tobytes()
 
 
-def tell(what: str, status: np.ndarray) -> None:
-    counts = Counter(Status(int(word)).name for word in status)
-    print(f"\n{what}: {len(status)} | {dict(counts.most_common())}")
-
-
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize(("name", "floor"), CASES)
 def test_random_steps_are_sound_or_marked_and_leave_each_other_alone(name, floor, dtype):
@@ -83,8 +78,9 @@ def test_random_steps_are_sound_or_marked_and_leave_each_other_alone(name, floor
         run = partial(stepping(name, floor), robots(dtype))
         first = CASES.index((name, floor)) * 2 + DTYPES.index(dtype)
         seeds = range(first, first + 100 * rounds, 100)
-        found = [sound_and_alone(run, dtype, seed) for seed in seeds]
-        tell(f"step {name} {floor} {dtype}", np.concatenate(found))
+        status = np.concatenate([sound_and_alone(run, dtype, seed) for seed in seeds])
+    counts = dict(Counter(Status(int(word)).name for word in status).most_common())
+    print(f"\nstep {name} {floor} {dtype}: {len(status)} | {counts}")
 
 
 def sound_and_alone(run: Any, dtype: str, seed: int) -> np.ndarray:

@@ -41,13 +41,9 @@ def column(found: list[dict[str, str]], name: str) -> np.ndarray:
     return np.array([float(row[name]) for row in found if row[name] != ""])
 
 
-def found_in_json(capsys: pytest.CaptureFixture[str]) -> dict:
-    return json.loads(capsys.readouterr().out)
-
-
 def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     assert main([*WALK, f"--torque={LAW}", "--json"]) == OK
-    told = found_in_json(capsys)
+    told = json.loads(capsys.readouterr().out)
     found = rows("walk.csv")
     robot = prepare(BipedParams.from_bars(), fidelity=PRESETS["balanced"].fidelity)
     start, period = BipedState(crank_rate=3.0).astype(jnp.float32), 0.3 / 30

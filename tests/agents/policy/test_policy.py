@@ -178,16 +178,13 @@ def sb3_zip(path):
         archive.writestr("policy.pth", pickle.dumps(Bomb()))
 
 
-def with_text(path, text):
-    rewrite(path, metadata=np.array(text))
-
-
 def many_entries(path):
     with zipfile.ZipFile(path, "a") as archive:
         for index in range(3000):
             archive.writestr(f"{index}.npy", b"")
 
 
+MANY_LISTS = "[" + "[]," * 2 * 10**5 + "[[]]]"
 SPOILT = {
     "pickle inside": (
         lambda path: rewrite(path, weight_0=np.array([Bomb()], dtype=object)),
@@ -202,8 +199,8 @@ SPOILT = {
     "sizes": (lambda path: with_metadata(path, layer_sizes=[7, 5, 3, 1]), "it says"),
     "NaN": (lambda path: rewrite(path, bias_2=np.full(1, np.nan, np.float32)), "bias_2.*finite"),
     "huge clip": (lambda path: with_metadata(path, observation_clip=10**400), "observation_clip"),
-    "many lists": (lambda path: with_text(path, "[" + "[]," * 2 * 10**5 + "[[]]]"), "not say"),
-    "many entries": (lambda path: many_entries(path), "more than 1024 entries"),
+    "many lists": (lambda path: rewrite(path, metadata=np.array(MANY_LISTS)), "not say"),
+    "many entries": (many_entries, "more than 1024 entries"),
     "an entry less": (lambda path: rewrite(path, bias_2=None), "its entries are"),
 }
 

@@ -40,7 +40,7 @@ def random_robots(seed: int = 0) -> biped.BipedParams:
         payload=jnp.asarray(rng.uniform(0.0, 10.0, many)),
         gravity=spread("gravity", 0.3, 2.0),
     )
-    margin = np.asarray(_margins(robots))
+    margin = np.asarray(jax.jit(jax.vmap(lambda robot: least_closure(robot, 128)[0]))(robots))
     kept = np.flatnonzero(margin > 1e-2)[:COUNT]
     if kept.size < COUNT:
         raise ValueError(f"only {kept.size} of {many} random robots close")
@@ -106,11 +106,6 @@ def by_torque(robots, given):
 def reduced_along(robots, angles):
     """M, dM, P, dP, Y, dY of each robot at its angle."""
     return jax.vmap(biped.reduced_inertia)(robots, angles)
-
-
-@jax.jit
-def _margins(robots: biped.BipedParams) -> jax.Array:
-    return jax.vmap(lambda robot: least_closure(robot, 128)[0])(robots)
 
 
 PLACES = {
@@ -234,16 +229,11 @@ def test_the_grounds_moment_is_that_of_the_reduced_functions(float64):
 STEP = 1e-3
 
 
-@jax.jit
-def by_differences(robots, angles):
-    """The chapter's coefficients, with its differences."""
-    return jax.vmap(lambda params, angle: JointInertia(params, STEP).at(angle))(robots, angles)
-
-
 def test_differences_err_in_the_momenta_and_break_virtual_power(float64):
     robots, given = default_robots(), random_instants()
     exact = reduced_along(robots, given["theta"])
-    found = by_differences(robots, given["theta"])
+    by_differences = jax.vmap(lambda params, angle: JointInertia(params, STEP).at(angle))
+    found = jax.jit(by_differences)(robots, given["theta"])
     assert isinstance(found, DifferencedInertia)
     for name in ("M", "P", "Y"):
         off = jnp.max(jnp.abs(getattr(found, name) - getattr(exact, name)))
@@ -253,13 +243,8 @@ def test_differences_err_in_the_momenta_and_break_virtual_power(float64):
         assert float(jnp.max(jnp.abs(off))) < 1e-12
 
 
-@jax.jit
-def motion_along(params, angles):
-    return jax.vmap(lambda angle: link_motion(params, angle))(angles)
-
-
 @partial(jax.jit, static_argnums=2)
-def differenced_along(params, angles, step):
+def motion_along(params, angles, step=None):
     return jax.vmap(lambda angle: link_motion(params, angle, step))(angles)
 
 
@@ -269,7 +254,7 @@ def test_the_chapters_differences_are_of_first_order_also_where_an_angle_jumps_b
     assert np.any(np.abs(np.diff(exact[0][1], axis=0)) > 6)  # an angle does jump
     off = {}
     for step in (2e-3, 1e-3):
-        gap = jax.tree.map(jnp.subtract, differenced_along(params, angles, step)[1:], exact[1:])
+        gap = jax.tree.map(jnp.subtract, motion_along(params, angles, step)[1:], exact[1:])
         off[step] = [float(jnp.max(jnp.abs(leaf))) for leaf in jax.tree.leaves(gap)]
     assert np.array(off[2e-3]) / np.array(off[1e-3]) == pytest.approx(2.0, abs=0.02)
     assert max(off[1e-3]) < 0.02

@@ -58,15 +58,12 @@ def test_compensated_sums_are_good_to_a_rounding_of_their_own():
     assert compensated(jnp.inf, 0.0, 1.0) == (jnp.inf, 0.0)
 
 
-def feeble(now: BipedState):
-    return 1e-6 * now.time
-
-
 @pytest.mark.parametrize("start", [0.0, 0.013])
 def test_a_walk_of_200_seconds_takes_200_seconds(start):
     scene = replace(Scene.grip(), outputs="state")
     model, state = default_model(dtype="float32"), BipedState(crank_rate=3.0, time=start)
-    walk = simulate(model, scene, state, feeble, 200.0, 0.02, integrator="euler")
+    feeble = (lambda now: 1e-6 * now.time), 200.0, 0.02
+    walk = simulate(model, scene, state, *feeble, integrator="euler")
     assert int(walk.status) == 0
     assert walk.final.time.dtype == np.float32
     exact = start + np.arange(COUNT + 1) * np.float64(np.float32(0.02))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 
 import jax
 import jax.numpy as jnp
@@ -22,17 +21,11 @@ HASTY = Setting("table", EventExact(rtol=1e-6, max_steps=2))
 STILL, PUSH, BACK = constant(0, 0, 0, 0), constant(1, 1, 1, 1), constant(-1, -1, -1, -1)
 
 
-@lru_cache
-def with_feet(length: float):
-    """The default task on a robot with feet of another length, in crank lengths."""
-    biped = BipedParams.from_bars(heel=length, toe=length)
-    return task()[0].make_params(robot=biped)
-
-
 def ending(status: Status):
     """Task, parameters and actions that lead to a terminal status."""
     env, params = task()
-    long, strong = with_feet(800.0), {"torque_limit": 30.0, "max_crank_rate": 1e6}
+    long = env.make_params(robot=BipedParams.from_bars(heel=800.0, toe=800.0))
+    strong = {"torque_limit": 30.0, "max_crank_rate": 1e6}
     robot = params.robot
     sticky = Scene.uniform(5.0, 5.0)
     cases = {

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -107,14 +106,6 @@ def shapes(env: BipedEnv, params: BipedEnvParams):
     return obs, state, jax.eval_shape(env.step, key, state, action, params)
 
 
-def env_of(name: str) -> BipedEnv:
-    return BipedEnv(**{key: value for key, value in options(name).items() if "see" in key})
-
-
-def numbers_of(name: str) -> dict[str, Any]:
-    return {key: value for key, value in options(name).items() if "see" not in key}
-
-
 FLOORS = {
     "grip": Scene.grip(),
     "uniform": Scene.uniform(0.3),
@@ -143,8 +134,10 @@ def test_sight_adds_its_entries_only_where_there_is_something_to_see(
 
 @pytest.mark.parametrize("name", ["default", "random", pytest.param("one", marks=pytest.mark.long)])
 def test_everything_is_computed_in_the_type_of_the_robot(dtype, name):
-    env = env_of(name)
-    params = jax.eval_shape(lambda: env.make_params(**numbers_of(name), dtype=dtype))
+    sight = {key: value for key, value in options(name).items() if "see" in key}
+    numbers = {key: value for key, value in options(name).items() if key not in sight}
+    env = BipedEnv(**sight)
+    params = jax.eval_shape(lambda: env.make_params(**numbers, dtype=dtype))
     obs, _, (again, state, reward, terminated, truncated, info) = shapes(env, params)
     assert obs.dtype == again.dtype == reward.dtype == dtype
     assert (reward.shape, terminated.shape, truncated.shape) == ((), (), ())

@@ -43,7 +43,8 @@ def plain_cost(name: str, at: Any, mu: float) -> np.ndarray:
         return sum(_plain_step(name, at, k) for k in range(1, K))
     worst = []
     for k in range(K):
-        wheels = [(of[0][..., k], of[1][..., k]) for of in _wheels(at)]
+        pairs = (at.F_rear, at.N_rear), (at.F_front, at.N_front)
+        wheels = [(F[..., k], N[..., k]) for F, N in pairs]
         if name == "peak_torque":
             worst.append(np.abs(at.torque[..., k]))
         elif name == "grip":
@@ -53,10 +54,6 @@ def plain_cost(name: str, at: Any, mu: float) -> np.ndarray:
         else:
             worst += [np.abs(F) / N for F, N in wheels]
     return np.max(worst, axis=0)
-
-
-def _wheels(at: Any):
-    return (at.F_rear, at.N_rear), (at.F_front, at.N_front)
 
 
 def _plain_step(name: str, at: Any, k: int) -> np.ndarray:

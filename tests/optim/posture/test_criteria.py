@@ -58,7 +58,10 @@ def test_with_moving_legs_wheels_and_legs_together_lift_the_vehicle():
     """And no less than the lift is ever put in, which is not so of the wheels alone."""
     phase = np.linspace(0, 2 * np.pi, FINE)
     angles = np.pi / 2 + 0.3 * np.stack([np.sin(phase), np.cos(2 * phase)], -1)
-    potential, wheels, legs = signed_work(angles)
+    posture = PostureProblem(UGVParams(), TRACK, X, "total_energy").posture
+    with jax.enable_x64(True):
+        potential, terms = map(np.asarray, _drive(posture, jnp.asarray(angles)))
+    wheels, legs = terms[:, 0], terms[:, 1:]
     both = wheels + np.sum(legs, -1)
     np.testing.assert_allclose(both, potential[1:] - potential[:-1], atol=5e-3)
     assert np.max(np.abs(legs)) > 1
@@ -70,16 +73,9 @@ FINE = 257
 X = np.linspace(2.5, 5.5, FINE)
 
 
-def signed_work(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Potential energy [J], and the wheels' and the legs' work in each step [J]."""
-    posture = PostureProblem(UGVParams(), TRACK, X, "total_energy").posture
-    with jax.enable_x64(True):
-        potential, terms = _drive(posture, jnp.asarray(angles))
-    return np.asarray(potential), np.asarray(terms[:, 0]), np.asarray(terms[:, 1:])
-
-
 @jax.jit
 def _drive(posture, angles):
+    """Potential energy, and the work of wheels and legs in each step [J]."""
     placed = place(posture.params, posture.odometer.track, posture.x, angles, PoseSolver(samples=0))
     return placed.potential_energy(posture.params), posture.criterion.terms(
         *steps(posture.stations(angles))

@@ -18,16 +18,12 @@ def energies(states: BipedState) -> np.ndarray:
     return moving + potential
 
 
-def controlled(state: BipedState):
-    """Holds three radians a second, roughly."""
-    return 5.0 * (3.0 - state.crank_rate)
-
-
 @pytest.mark.long
 def test_energy_balance_over_ten_steps_of_walking(float64):
     scene = Scene.grip(outputs="state")
     begin = state_of(crank_rate=3.0)
-    trajectory = simulate(default_model(), scene, begin, controlled, 11.0, 0.001)
+    held = (lambda state: 5.0 * (3.0 - state.crank_rate)), 11.0, 0.001  # at about 3 rad/s
+    trajectory = simulate(default_model(), scene, begin, *held)
     assert int(trajectory.status) == 0
     assert int(trajectory.final.steps) >= 10
     energy = energies(trajectory.states)

@@ -112,13 +112,9 @@ def weights() -> np.ndarray:
     return np.random.default_rng(3).normal(size=len(OUTPUTS) + LOGGED)
 
 
-def derived(*start: jax.Array) -> Derivatives:
-    return jax.tree.map(np.asarray, derivatives(SPEC, jnp.asarray(weights()), *start))
-
-
 @cache
 def of(case: str) -> Derivatives:
-    return derived(*given(case))
+    return jax.tree.map(np.asarray, derivatives(SPEC, jnp.asarray(weights()), *given(case)))
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -40,12 +40,6 @@ def ending(integrator, scene: Scene, state: BipedState, torque, duration, count)
     return np.asarray(outcome(_ending(integrator, default_model(), scene, state, *numbers)))
 
 
-@lru_cache
-def exact_ending(mu: float, rate: float, torque: float, duration: float) -> np.ndarray:
-    scene = Scene.uniform(mu, mu * 0.8)
-    return ending(EXACT, scene, state_of(phase=2.0, crank_rate=rate), torque, duration, 10)
-
-
 @pytest.mark.parametrize("index", range(6))
 def test_event_exact_meets_every_reference_trajectory(float64, reference, index):
     case = reference["trajectories"][index]
@@ -66,8 +60,8 @@ def test_event_exact_meets_every_reference_trajectory(float64, reference, index)
 
 
 def test_event_exact_s_error_follows_its_tolerance(float64):
-    exact = exact_ending(0.06, 3.0, 0.0, 1.2)
     state = state_of(phase=2.0, crank_rate=3.0)
+    exact = ending(EXACT, Scene.uniform(0.06, 0.06 * 0.8), state, 0.0, 1.2, 10)
     errors = []
     for rtol in (1e-5, 1e-7, 1e-9):
         spec = EventExact(rtol=rtol, atol=rtol * 1e-3, max_turn=1.0)

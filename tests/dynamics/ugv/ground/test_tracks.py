@@ -19,12 +19,9 @@ POINTS_Y = RNG.normal(0.0, 0.05, 20)
 EVEN_X = np.linspace(-1.0, 9.0, 41)
 
 
-def hills(x):
-    return 0.1 * jnp.sin(1.3 * x) + 0.02 * x**2 / (1 + x**2)
-
-
 MAKERS = {name: getattr(Track, name) for name in TRACKS}
-MAKERS["function"] = lambda: Track.from_function(hills)
+HILLS = lambda x: 0.1 * jnp.sin(1.3 * x) + 0.02 * x**2 / (1 + x**2)  # noqa: E731
+MAKERS["function"] = lambda: Track.from_function(HILLS)
 MAKERS["table"] = lambda: Track.sinusoid().resampled(-1.0, 9.0, 50)
 for kind in INTERPOLATIONS:
     MAKERS[f"{kind} points"] = lambda kind=kind: Track.from_points(POINTS_X, POINTS_Y, kind)

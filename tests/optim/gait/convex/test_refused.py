@@ -11,16 +11,12 @@ from stickslip.optim.gait.convex import grid_problem
 from tests.optim.gait.helpers import periodic, robot, solved, transfer
 
 
-def weakest_motor() -> float:
-    """The constant torque that just lifts the robot over its first step [N m]."""
+def test_a_motor_too_weak_to_start_is_named_with_what_it_takes():
+    """That is the constant torque that just lifts the robot over its first step [N m]."""
     profile = transfer(1, steps=400).on_grid.profiles.nodes
     turned = profile.theta[0] - np.pi / 2
     steps = np.diff(turned) * (profile.fall[0, 1:] + profile.fall[0, :-1]) / 2
-    return float(np.max(np.cumsum(steps) / turned[1:]))
-
-
-def test_a_motor_too_weak_to_start_is_named_with_what_it_takes():
-    needed = weakest_motor()
+    needed = float(np.max(np.cumsum(steps) / turned[1:]))
     assert needed == pytest.approx(0.8403, abs=2e-4)
     found = solve(transfer(1, torque_limit=0.8, steps=100))
     assert found.status is OptimStatus.INFEASIBLE

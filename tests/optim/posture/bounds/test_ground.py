@@ -65,11 +65,7 @@ def test_arc_length_is_held(name: str, float64):
 
 
 def test_ground_given_as_a_function_is_refused_with_the_way_out():
-    track = Track.from_function(_hill)
+    track = Track.from_function(lambda x: 0.01 * x)
     problem = PostureProblem(PostureProblem.along("bump").params, track, np.array([3.0, 3.2, 3.4]))
     with pytest.raises(ValueError, match=r"Function; accepted: .*Track\.resampled"):
         solve(problem, "branch")  # before a drive is looked for
-
-
-def _hill(x):
-    return 0.01 * x
