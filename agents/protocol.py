@@ -16,7 +16,7 @@ from typing import (
     runtime_checkable,
 )
 
-from stickslip.dynamics.checks import require_number
+from stickslip.dynamics.checks import require_integer, require_number
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -99,11 +99,15 @@ class Ruled:
 
     RULES: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     """Keywords of `require_number` by field."""
+    COUNTS: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    """Keywords of `require_integer` by field."""
 
     def validate(self) -> Self:
         """Return self, or raise ValueError naming the field."""
         for name, rule in self.RULES.items():
             require_number(name, getattr(self, name), **rule)
+        for name, limits in self.COUNTS.items():
+            require_integer(name, getattr(self, name), **limits)
         return self
 
 

@@ -257,6 +257,14 @@ def same_rank(*values: Number) -> tuple[jax.Array, ...]:
     return cast("tuple[jax.Array, ...]", found)
 
 
+def where_positive(constant: Array, slope: Array) -> tuple[Array, Array]:
+    """From and to which t, constant + slope t >= 0, of any shape; none is (inf, -inf)."""
+    bound = -constant / jnp.where(slope == 0, 1.0, slope)
+    never = (slope == 0) & (constant < 0)
+    low = jnp.where(never, jnp.inf, jnp.where(slope > 0, bound, -jnp.inf))
+    return low, jnp.where(never, -jnp.inf, jnp.where(slope < 0, bound, jnp.inf))
+
+
 def as_float(value: Any) -> Any:
     """An integer of Python's as a float: traced, one above 2^31 has no type; others as they are."""
     return float(value) if isinstance(value, int) else value

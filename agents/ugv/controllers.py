@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.agents.protocol import Memoryless, Ruled
+from stickslip.dynamics.checks import require_choice, require_kind
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs.functional import NON_NEGATIVE
 from stickslip.envs.ugv.env import UGVEnv
@@ -73,7 +73,7 @@ class FollowPath(Memoryless):
 
 @register_pytree
 @dataclass(frozen=True)
-class FixedPosture:
+class FixedPosture(Ruled):
     """Go to one posture as fast as the legs turn, and keep it: the best on the very track.
 
     At the start of an episode `count` x `count` pairs of angles are driven with to the end, on the
@@ -83,11 +83,7 @@ class FixedPosture:
 
     env: UGVEnv = field(default_factory=UGVEnv, metadata={"static": True})
     count: int = field(default=9, metadata={"static": True})
-
-    def validate(self) -> FixedPosture:
-        """Return self, or raise ValueError naming the field."""
-        require_integer("count", self.count, high=MOST_POSTURES)
-        return self
+    COUNTS: ClassVar = {"count": {"high": MOST_POSTURES}}
 
     def init(self, env_params: UGVEnvParams, env_state: UGVEnvState) -> Float[Array, " 2"]:
         """The posture."""
@@ -149,7 +145,7 @@ class LevelBody(Memoryless):
 
 
 @dataclass(frozen=True)
-class Optimum:
+class Optimum(Ruled):
     """The optimiser's path for the whole episode, by `solve(problem, "dp")`.
 
     angles: least number of the grid's angles, for each leg (see `fitting_grid`). Knows ground and
@@ -159,12 +155,12 @@ class Optimum:
 
     angles: int = 31
     polish: bool = False
+    COUNTS: ClassVar = {"angles": {"low": 2}}
 
     def validate(self) -> Optimum:
         """Return self, or raise ValueError naming the field."""
-        require_integer("angles", self.angles, low=2)
         require_kind("polish", self.polish, bool, "True or False")
-        return self
+        return super().validate()
 
     def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> PostureResult:
         """The result for the episode that begins in `state`."""
@@ -177,7 +173,7 @@ class Optimum:
 
 
 @dataclass(frozen=True)
-class RecedingHorizon:
+class RecedingHorizon(Ruled):
     """At every waypoint plan the next `horizon` steps by dynamic programming and take the first.
 
     Sees the ground that far ahead exactly, and friction. angles: least number of the grid's, for
@@ -189,12 +185,7 @@ class RecedingHorizon:
 
     horizon: int = 15
     angles: int = 21
-
-    def validate(self) -> RecedingHorizon:
-        """Return self, or raise ValueError naming the field."""
-        require_integer("horizon", self.horizon)
-        require_integer("angles", self.angles, low=2)
-        return self
+    COUNTS: ClassVar = {"horizon": {}, "angles": {"low": 2}}
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
         """All moves of the episode that begins in `state`."""

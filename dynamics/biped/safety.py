@@ -9,14 +9,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.dynamics import pytrees
 from stickslip.dynamics.biped.contact import LIFTED, Friction, ankle_moment, moving, sticking
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.state import BipedState
 from stickslip.dynamics.checks import require_kind, require_number
-from stickslip.dynamics.half_lines import where_positive
 from stickslip.dynamics.kernels.fused import fused
-from stickslip.dynamics.pytrees import Number, all_finite, float_type, require_numeric
 from stickslip.dynamics.status import Status
 
 if TYPE_CHECKING:
@@ -55,14 +54,14 @@ class SafeTorque(NamedTuple):
 def safe_torque(
     params: BipedParams | BipedModel,
     state: BipedState,
-    torque: Real[Number, ""],
-    mu_static: Real[Number, ""],
-    margin: Real[Number, ""] = 0.02,
+    torque: Real[pytrees.Number, ""],
+    mu_static: Real[pytrees.Number, ""],
+    margin: Real[pytrees.Number, ""] = 0.02,
     *,
-    duration: Real[Number, ""] = 0.02,
-    torque_limit: Real[Number, ""] = np.inf,
-    mu_kinetic: Real[Number, ""] | None = None,
-    mu_next: Real[Number, ""] | None = None,
+    duration: Real[pytrees.Number, ""] = 0.02,
+    torque_limit: Real[pytrees.Number, ""] = np.inf,
+    mu_kinetic: Real[pytrees.Number, ""] | None = None,
+    mu_next: Real[pytrees.Number, ""] | None = None,
     fidelity: Fidelity = "reduced",
 ) -> SafeTorque:
     """Nearest torque [N m] that keeps the foot at rest and flat on the floor for `duration` [s].
@@ -85,9 +84,9 @@ def safe_torque(
     require_number("mu_static", mu_static, low=0.0, accepted="a finite friction >= 0")
     require_number("margin", margin, low=0.0, high=1.0, accepted="a share from 0 to 1")
     require_number("duration", duration, low=0.0, strict=True, accepted="a finite time > 0 [s]")
-    require_numeric(torque=torque, torque_limit=torque_limit, **vars(state))
+    pytrees.require_numeric(torque=torque, torque_limit=torque_limit, **vars(state))
     model = prepare(params, fidelity=fidelity)
-    dtype = float_type(model, state, torque, mu_static)
+    dtype = pytrees.float_type(model, state, torque, mu_static)
     numbers = (jnp.asarray(value, dtype) for value in (torque, margin, duration, torque_limit))
     mu = [jnp.asarray(mu_static if one is None else one, dtype) for one in (mu_kinetic, mu_next)]
     friction = Friction(jnp.asarray(mu_static, dtype), mu[0])
@@ -119,7 +118,7 @@ def nearest_safe(
     chosen = jnp.where(falls, jnp.clip((flat.low + flat.high) / 2, motor.low, motor.high), chosen)
     status = jnp.where(slides | empty, Status.SLIP_ONSET, Status.OK)
     status = jnp.where(falls, Status.TOPPLE, status)
-    sound = all_finite((state, torque, chosen))
+    sound = pytrees.all_finite((state, torque, chosen))
     status = jnp.where(sound, status, Status.NON_FINITE).astype(jnp.int32)
     found = jax.tree.map(partial(jnp.where, slides), flat, held)
     return SafeTorque(jnp.where(sound, chosen, 0.0), found.low, found.high, status)
@@ -169,7 +168,7 @@ def _safe(idle: Limits, driven: Limits) -> Safe:
     """Torques within limits that are linear in them, from those at 0 and 1 N m."""
     groups = []
     for group in zip(idle, driven, strict=True):
-        within = [Interval(*where_positive(a, b - a)) for a, b in zip(*group, strict=True)]
+        within = [Interval(*pytrees.where_positive(a, b - a)) for a, b in zip(*group, strict=True)]
         groups.append(reduce(both, within))
     return Safe(*groups)
 

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number, require_number
-from stickslip.dynamics.half_lines import where_positive
+from stickslip.dynamics.pytrees import where_positive
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.poses import Pose, over_poses, require_place, stand
 from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot

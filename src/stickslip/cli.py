@@ -34,20 +34,11 @@ LONGEST = 1200
 """Characters of a message."""
 EXHAUSTED = "RESOURCE_EXHAUSTED"
 """XLA's messages about a lack of memory."""
-EXTRAS = {
-    "stable_baselines3": "sb3",
-    "torch": "sb3",
-    "optax": "train",
-    "tqdm": "train",
-    "cma": "optim",
-    "matplotlib": "viz",
-    "PIL": "viz",
-    "pygame": "viz",
-    "pyarrow": "sweep",
-    "filelock": "sweep",
-    "onnx": "onnx",
-    "mujoco": "bench",
-}
+EXTRAS = {"cma": "optim", "onnx": "onnx", "mujoco": "bench"}
+EXTRAS |= dict.fromkeys(("stable_baselines3", "torch"), "sb3")
+EXTRAS |= dict.fromkeys(("optax", "tqdm"), "train")
+EXTRAS |= dict.fromkeys(("matplotlib", "PIL", "pygame"), "viz")
+EXTRAS |= dict.fromkeys(("pyarrow", "filelock"), "sweep")
 """Optional packages and the extra that brings them."""
 
 

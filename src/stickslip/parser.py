@@ -184,6 +184,11 @@ def limit(text: str) -> float:
         raise argparse.ArgumentTypeError(message) from None
 
 
+def finite(limit: float) -> float | None:
+    """A limit, None where it is infinite."""
+    return None if limit == math.inf else limit
+
+
 def tables_text(tables: Tables) -> str:
     """Format tables of names and meanings by title."""
     width = max(60, shutil.get_terminal_size().columns - 2)

@@ -11,7 +11,7 @@ import hashlib
 import os
 import platform
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -42,11 +42,8 @@ def compiled_programs(keep: bool = True) -> Iterator[None]:
     own = bool(config.jax_compilation_cache_dir)
     folder = programs_folder(os.environ) if keep and not own else None
     store = None if folder is None else prepared(folder)
-    if store is None:
+    with nullcontext() if store is None else kept_programs(store):
         yield
-    else:
-        with kept_programs(store):
-            yield
 
 
 def programs_folder(environment: Mapping[str, str]) -> Path | None:

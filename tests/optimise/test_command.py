@@ -11,7 +11,7 @@ import pytest
 
 from stickslip.cli import NOTHING_FOUND, OK, main
 from stickslip.dynamics.ugv import UGVParams
-from stickslip.optimise.machine import survey_of, track_options_of, treatments_of
+from stickslip.optimise.ugv import survey_of, track_options_of, treatments_of
 from tests.agents.test_cli import refusal
 
 pytestmark = pytest.mark.usefixtures("empty_directory")

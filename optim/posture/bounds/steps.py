@@ -89,6 +89,7 @@ def terms_of(criterion: Criterion) -> list[Term]:
     return rated + [Term(leg, None, heat=heat) for leg, heat in heats if heat]
 
 
+LEGS = {"rear": 0, "front": 1}
 FOUR = ((0, 0), (0, 1), (1, 0), (1, 1))
 """A cell's corners: rear and front."""
 
@@ -138,9 +139,15 @@ class Side:
 
 
 def _field(cells: StationCells, name: str, box: tuple[slice, slice]) -> Field:
-    shape = cells.alive[box].shape
-    if name in ("rear", "front"):
-        return _angle(cells, int(name == "front"), box)
+    """A field of the cells, or a leg's angle itself."""
+    leg = LEGS.get(name)
+    nodes = np.meshgrid(cells.rear.nodes, cells.front.nodes, indexing="ij")
+    at = cells.values[name] if leg is None else nodes[leg]
+    corners = [at[i : i + at.shape[0] - 1, j : j + at.shape[1] - 1][box] for i, j in FOUR]
+    values = np.stack(corners, -1).reshape(-1, 4)
+    if leg is not None:
+        over, one = Interval(*values[:, ::3].T), np.repeat(np.eye(2)[:, leg, None], len(values), 1)
+        return Field(values, over, interval(one), interval(0 * one), 0.0)
     counts = (cells.inside.known & cells.alive)[box].ravel()
 
     def row(of: np.ndarray) -> np.ndarray:
@@ -150,23 +157,7 @@ def _field(cells: StationCells, name: str, box: tuple[slice, slice]) -> Field:
     first, second = (cells.inside.derivative(name, order).map(row) for order in (1, 2))
     with np.errstate(invalid="ignore"):
         over = cells.range_of(name).map(row)
-    at = cells.values[name]
-    corners = [at[i : i + at.shape[0] - 1, j : j + at.shape[1] - 1][box] for i, j in FOUR]
-    values = np.stack(corners, -1).reshape(shape[0] * shape[1], 4)
     return Field(values, over, first, second, cells.radii[name])
-
-
-def _angle(cells: StationCells, leg: int, box: tuple[slice, slice]) -> Field:
-    """A leg angle itself."""
-    nodes = (cells.rear, cells.front)[leg].nodes
-    low, high = nodes[:-1][box[leg]], nodes[1:][box[leg]]
-    shape = cells.alive[box].shape
-    along = (slice(None), None) if leg == 0 else (None, slice(None))
-    low, high = (np.broadcast_to(of[along], shape).ravel() for of in (low, high))
-    corners = np.stack([(low, high)[pair[leg]] for pair in FOUR], -1)
-    zero, one = np.zeros(low.size), np.ones(low.size)
-    first = np.stack([one, zero] if leg == 0 else [zero, one])
-    return Field(corners, Interval(low, high), interval(first), interval(0 * first), 0.0)
 
 
 SLACK = 1e-9

@@ -18,8 +18,8 @@ from stickslip.optim import GaitProblem, GaitResult, Replay, best_transfer, repl
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optimise.machine import finite
 from stickslip.optimise.picture import draw_gait
+from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 

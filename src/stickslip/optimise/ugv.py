@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import math
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,14 +15,18 @@ import numpy as np
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.lazily import require
+from stickslip.dynamics.machine_file import quantity
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import PoseSolver
+from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
+from stickslip.optim.columns import is_number
+from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.evaluate import tolerated
+from stickslip.optim.posture.track_file import Survey, read_survey
 from stickslip.optim.problem import methods_of, options_of_method
-from stickslip.optimise.machine import ground_table, track_options_of, vehicle_on_track
 from stickslip.optimise.picture import draw_drive, draw_ground
+from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
 
@@ -95,6 +101,83 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     )
     status = OK if x is not None else NOTHING_FOUND
     return Content({"summary": summary, **tables}, facts | {"files": written}, status=status)
+
+
+ROLLS = 1.1
+"""Radius of the default envelope in wheel radii: at 1 a wheel would touch whole arcs at once."""
+
+
+def vehicle_on_track(given: Namespace) -> tuple[UGVParams, Survey, dict[str, Any]]:
+    """Vehicle, ground and limits of a drive: those that PostureProblem takes by name.
+
+    The motors' torque limit is --max-torque, else that of the vehicle's file.
+    """
+    vehicle, motor = UGVParams.with_motor(given.vehicle, given.changes)
+    treatments = treatments_of(given.ground, vehicle)
+    survey = survey_of(given.track, given.track_options, treatments)
+    torque = motor.get("max_torque", math.inf) if given.max_torque is None else given.max_torque
+    limits = {"leg_rate": finite(given.leg_rate), "max_torque": finite(torque)}
+    return vehicle, survey, {**limits, "friction": given.friction}
+
+
+def survey_of(
+    name: str, options: Iterable[str] = (), treatments: dict[str, Any] | None = None
+) -> Survey:
+    """The named track, or the one in the file of that name with its points. options: "name=value"
+    each, of Track.named, or `interpolation` of a file. treatments: of the file's points."""
+    given, path = track_options_of(options), Path(name)
+    if name in TRACKS:
+        if treatments:
+            raise ValueError(f"--ground with track {name!r}; accepted: with a file of points")
+        try:
+            return Survey(Track.named(name, **given), np.empty((0, 2)), np.empty((0, 2)), {})
+        except TypeError as error:
+            raise ValueError(f"track {name!r} with {given}: {error}") from error
+    if not path.exists():
+        raise ValueError(
+            f"track {name!r} is neither a name nor a file; accepted: {', '.join(TRACKS)}, or a "
+            "file of points (x and y, or GPX)"
+        )
+    unknown = [key for key in given if key != "interpolation"]
+    if unknown:
+        raise ValueError(f"a track in a file has no {unknown[0]!r}; accepted: interpolation")
+    return read_survey(path, **given, **(treatments or {}))
+
+
+def treatments_of(text: str | None, params: UGVParams) -> dict[str, float]:
+    """The lengths [m] in --ground's "name=length,name", by the treatments' names."""
+    found: dict[str, float] = {}
+    defaults = {"merge": 0.0, "envelope": ROLLS * float(params.wheel_radius)}
+    for word in [] if text is None else text.split(","):
+        name, sign, value = map(str.strip, word.partition("="))
+        require_choice("--ground", name, tuple(TREATMENTS))
+        if not sign and name in defaults:
+            found[name] = defaults[name]
+        else:
+            length = float(value) if is_number(value) else value
+            found[name] = quantity(f"--ground {name}", length, "m")
+    return found
+
+
+def ground_table(survey: Survey) -> Table:
+    """One row: what the treatments did to the points."""
+    whole = ("points", "reordered", "dropped", "merged", "filled", "knots")
+    units = {name: "-" if name in whole else "m" for name in survey.changes}
+    return one_row({Column(name, units[name]): of for name, of in survey.changes.items()})
+
+
+def track_options_of(words: Iterable[str]) -> dict[str, Any]:
+    """name=value words as names and numbers or text; the last one counts."""
+    found: dict[str, Any] = {}
+    for word in words:
+        name, sign, value = map(str.strip, word.partition("="))
+        if not (sign and name and value):
+            raise ValueError(f"--track-option {word!r}; accepted: name=value")
+        try:
+            found[name] = json.loads(value)
+        except ValueError:
+            found[name] = value
+    return found
 
 
 def _drive_files(

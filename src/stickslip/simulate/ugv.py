@@ -22,7 +22,6 @@ from stickslip.optim import PostureProblem
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined
 from stickslip.optimise import ugv
-from stickslip.optimise.machine import ground_table, vehicle_on_track
 from stickslip.optimise.picture import draw_drive
 from stickslip.records.files import require_suffix, write_whole
 from stickslip.records.table import Column, Content, Table
@@ -52,7 +51,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
     stations, found = problem.stations(x), problem.evaluate(x)
     tables = {"summary": drive_summary(problem, stations, found.feasible)}
     tables["criteria"] = ugv.criteria_table(problem, x)
-    tables |= {"ground": ground_table(survey)} if given.ground else {}
+    tables |= {"ground": ugv.ground_table(survey)} if given.ground else {}
     show(*tables.values())
     for name, by in found.residuals.items():
         if by > 0 and not found.feasible:
@@ -77,7 +76,7 @@ def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
     """
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
-    vehicle, survey, limits = vehicle_on_track(given)
+    vehicle, survey, limits = ugv.vehicle_on_track(given)
     places = {"start": given.start, "end": given.end}
     if given.posture is not None:
         for name, value in (("spacing", given.spacing), *places.items()):
