@@ -123,7 +123,7 @@ class BipedModel:
         """M, P, Y and the ground moment's functions of the robot as it stands there."""
         if self.load is None:
             return self.fitted
-        return LoadedInertia(self.fitted, self.unit, self.load.mass_factor, self.load.payload)
+        return LoadedInertia(self.fitted, self.unit, self.load)
 
     @property
     def total_mass(self) -> Scalar:
@@ -215,8 +215,7 @@ class LoadedInertia:
 
     empty: Inertia
     unit: Inertia | None
-    mass_factor: Scalar
-    payload: Scalar | None
+    load: Load
 
     def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
         """M, P, Y and slopes at `theta` [rad]."""
@@ -233,11 +232,11 @@ class LoadedInertia:
     def _sum(self, part: str, theta: Scalar) -> Any:
         """Values of a method of the inertia functions."""
         values = getattr(self.empty, part)(theta)
-        scaled = jax.tree.map(lambda value: self.mass_factor * value, values)
+        scaled = jax.tree.map(lambda value: self.load.mass_factor * value, values)
         if self.unit is None:
             return scaled
         unit = getattr(self.unit, part)(theta)
-        return jax.tree.map(lambda a, b: a + self.payload * b, scaled, unit)
+        return jax.tree.map(lambda a, b: a + self.load.payload * b, scaled, unit)
 
 
 def load(

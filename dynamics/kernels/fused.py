@@ -19,7 +19,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import cached_property, lru_cache, partial, wraps
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -388,14 +388,10 @@ def where_needed(
     return run(needed, args, otherwise)
 
 
-class _Lanes(Generic[Args, Carry]):
-    def __init__(
-        self,
-        going: Callable[[Args, Carry], Array],
-        body: Callable[[Args, Carry], Carry],
-        axes: object,
-    ):
-        self.going, self.body, self.axes = going, body, axes
+class _Lanes(NamedTuple, Generic[Args, Carry]):
+    going: Callable[[Args, Carry], Array]
+    body: Callable[[Args, Carry], Carry]
+    axes: object
 
     def finish(self, args: Args, carry: Carry, present: Flags) -> Carry:
         """Run the members that are present to their end."""

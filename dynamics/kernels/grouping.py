@@ -346,10 +346,6 @@ NEVER_IN_A_KERNEL = (
 """Beginnings of the names of primitives for which XLA's CPU backend needs a kernel of their own."""
 
 
-def _as_it_is(*leaves: Array) -> Sequence[Array]:
-    return leaves
-
-
 def as_one_kernel(function: Callable[..., list[Array]]) -> Callable[..., list[Array]]:
     """The function as a call that XLA is asked to compile as one kernel, if that can be."""
 
@@ -360,10 +356,14 @@ def as_one_kernel(function: Callable[..., list[Array]]) -> Callable[..., list[Ar
 
 
 def run_as_one_kernel(
-    traced: ClosedJaxpr, leaves: Sequence[Array], read: Callable[..., Sequence[Array]] = _as_it_is
+    traced: ClosedJaxpr,
+    leaves: Sequence[Array],
+    read: Callable[..., Sequence[Array]] = lambda *leaves: leaves,
 ) -> list[Array]:
-    """A traced function of read(*leaves), where these are no random keys."""
-    if switched_off() or not _can_be_one(unclosed(traced)):
+    """A traced function of read(*leaves), where these are no random keys. No kernel is made where
+    the user wants none: SWITCH is "off" when the function is traced."""
+    switched_off = os.environ.get(SWITCH, "").lower() in ("off", "0", "no", "false")
+    if switched_off or not _can_be_one(unclosed(traced)):
         return list(jaxpr_as_fun(traced)(*read(*leaves)))
     run = grouped(traced)
     inner = jax.jit(partial(_and_first, lambda *leaves: run(*read(*leaves))))
@@ -382,11 +382,6 @@ def _and_first(function: Callable[..., list[Array]], *leaves: Array):
     for leaf in leaves:
         first.setdefault(leaf.dtype, []).append(jnp.ravel(leaf)[:1])
     return function(*leaves), [jnp.concatenate(parts) for parts in first.values()]
-
-
-def switched_off() -> bool:
-    """True if the user wants no kernels: SWITCH is "off" when a function is traced."""
-    return os.environ.get(SWITCH, "").lower() in ("off", "0", "no", "false")
 
 
 def _can_be_one(jaxpr: Jaxpr) -> bool:

@@ -44,10 +44,7 @@ def fused_scan(
         return jax.lax.scan(partial(step, *fixed, shared), carry, length=0)
     size = _steps_of_a_kernel(length)
     count = -(-length // size)
-
-    def one(carry: Carry, wanted: Array) -> tuple[Carry, Row]:
-        return _several(step, fixed, size, length % size == 0, shared, carry, wanted)
-
+    one = partial(_several, step, fixed, size, length % size == 0, shared)
     wanted = jnp.arange(count * size).reshape(count, size) < length
     carry, rows = jax.lax.scan(one, carry, wanted)
     return carry, jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:])[:length], rows)
