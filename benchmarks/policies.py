@@ -148,7 +148,7 @@ def earned_on(task: TaskDefinition, policy: MLPPolicy) -> dict[str, Any]:
     """Return and failures of a policy on the task's own episodes."""
     count = EPISODES[task.machine] if is_random(task.make()[1]) else 1
     played = played_on(task, policy, count)
-    row = entry(policy_name(task.name), played.reward, played.fell)
+    row = entry(task, policy_name(task.name), played)
     return {"episodes": count} | {name: one for name, one in row.items() if name != "policy"}
 
 

@@ -5,12 +5,14 @@
 
 Without --docs: measures the tasks named (default: those of which nothing is known yet) and puts
 what comes out into known.json, which the package carries. --bounds: only what is proved. --docs:
-puts the table of what is known into this page, measuring nothing.
+puts the table of what is known into this page, measuring nothing. On a task with a cost limit
+baselines under the shield are measured, too, which see the floor, and the best known keeps it.
 """
 
 from __future__ import annotations
 
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
@@ -19,8 +21,9 @@ from scipy.optimize import minimize_scalar
 
 from benchmarks.report import markdown, options, put_between
 from stickslip.agents.biped.machine import STOPPING
+from stickslip.agents.evaluation.evaluate import env_with
 from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, play, without_resets
-from stickslip.agents.evaluation.table import StandardEpisodes, keep_of, mean_interval
+from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.file import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path, short_name
@@ -126,6 +129,9 @@ EPISODES = {"biped": 32, "ugv": 64}
 """Episodes of a task whose resets draw; of another task one."""
 PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""
+SHIELDED, SHIELD = ("computed-torque", "optimal-gait"), 0.02
+"""Baselines that are measured under the shield, too, and its margin."""
+UNDER = f" (shield {SHIELD:g})"
 LEFT_OUT = ("receding-horizon",)
 """It plans at every step, for minutes; what it earns lies below the optimum's."""
 DIGITS = 6
@@ -141,24 +147,26 @@ def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
     machine = machine_by_name(task.machine)
     episodes = EPISODES[task.machine] if is_random(params) else 1
 
-    def earned(name: str, player: Any) -> dict[str, Any]:
+    def earned(name: str, player: Any, shield: float | None = None) -> dict[str, Any]:
         print(f"{task.name}: {name}", flush=True)
-        played = played_on(task, player, episodes)
-        return entry(name, played.reward, played.fell)
+        return entry(task, name, played_on(task, player, episodes, shield))
 
     left_out = LEFT_OUT if "mark" in task.parameters else (*LEFT_OUT, STOPPING)
     names = [name for name in machine.baselines if name not in left_out]
     rows = {name: earned(name, machine.baseline(name, env)) for name in names}
-    best = max(rows.values(), key=lambda one: one["return"])
+    if task.cost_limit is not None:
+        for name in SHIELDED:
+            rows[f"{name}{UNDER}"] = earned(f"{name}{UNDER}", machine.baseline(name, env), SHIELD)
+    best = max(filter(partial(keeps, task), rows.values()), key=lambda one: one["return"])
     how = f"the baseline {best['policy']}"
     if before.get("digest") == task.digest and before["best"]["return"] > best["return"]:
         best, how = before["best"], before["how"]
-    planners = [row for name, row in rows.items() if name in PLANNERS]
+    planners = [row for name, row in rows.items() if name in PLANNERS or name.endswith(UNDER)]
     found = {
         "digest": task.digest,
         "episodes": episodes,
         "trivial": earned("idle", Idle(len(env.action_names))),
-        "baselines": [row for name, row in rows.items() if name not in PLANNERS],
+        "baselines": [row for row in rows.values() if row not in planners],
         "planners": planners,
         "best": best,
         "how": how,
@@ -175,8 +183,10 @@ def beside_package(task: TaskDefinition, found: dict[str, Any]) -> dict[str, Any
     record, before = record_of(name), found["best"]
     short = short_name(record.path)
     again = before["policy"] == short  # it was the best known before it was retrained
-    others = [*found["baselines"], *found["planners"], *([] if again else [before])]
-    if record.earned_return <= max(one["return"] for one in others):
+    others = [*found["baselines"], *found["planners"]]
+    others += [] if again or before in others else [before]
+    kept = filter(partial(keeps, task), others)
+    if record.earned_return <= max(one["return"] for one in kept) or not keeps(task, record.earned):
         if again:
             raise ValueError(
                 f"{short} is the best known of {task.name} no more; accepted: `python "
@@ -193,20 +203,31 @@ def beside_package(task: TaskDefinition, found: dict[str, Any]) -> dict[str, Any
     return {**found, "planners": planners, "best": best, "how": how}
 
 
-def played_on(task: TaskDefinition, player: Any, episodes: int) -> StandardEpisodes:
-    """Play episodes 0, 1, ... of a task."""
+def played_on(task: TaskDefinition, player: Any, episodes: int, shield: float | None = None) -> Any:
+    """Play episodes 0, 1, ... of a task; where it has a cost limit, with their costs."""
     env, params = task.make()
-    return play(without_resets(env), player.validate(), params, range(episodes), keep_of)
+    env = without_resets(env_with(env, shield))
+    own = machine_by_name(task.machine).measures(env).keep
+    keep = keep_of if task.cost_limit is None else own
+    return play(env, player.validate(), params, range(episodes), keep)
 
 
-def entry(name: str, rewards: Any, fell: Any) -> dict[str, Any]:
-    """A policy's row: every episode's return, and their mean with its 95 % interval."""
-    mean = mean_interval(rewards)
+def keeps(task: TaskDefinition, row: dict[str, Any]) -> bool:
+    """True for a policy's row within the task's cost limit, if it has one."""
+    return task.cost_limit is None or row["cost"] <= task.cost_limit
+
+
+def entry(task: TaskDefinition, name: str, played: Any) -> dict[str, Any]:
+    """A policy's row: every episode's return, their mean with its 95 % interval, the mean cost
+    where it is limited."""
+    mean, fell, rewards = mean_interval(played.reward), played.fell, played.reward
     ends = {
         end: rounded(value) if np.isfinite(value) else None
         for end, value in (("low", mean.low), ("high", mean.high))
     }
     row = {"policy": name, "return": rounded(mean.value), **ends, "failures": float(np.mean(fell))}
+    if task.cost_limit is not None:
+        row["cost"] = rounded(np.mean(played.cost))
     return row | {"returns": [rounded(one) for one in rewards]}
 
 

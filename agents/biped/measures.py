@@ -17,7 +17,7 @@ from stickslip.agents.evaluation.table import (
     ratio_interval,
 )
 from stickslip.dynamics.status import Status
-from stickslip.envs.biped.state import BipedEnvState, drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, cost_of, drawn_robot
 
 if TYPE_CHECKING:
     from jaxtyping import Array
@@ -62,6 +62,11 @@ class Episodes(NamedTuple):
         """Ended by a status outside the model (topple, lift-off, runaway, ...)."""
         return (self.status > Status.SLIP_ONSET) & (self.status != Status.STEP_COMPLETE)
 
+    @property
+    def cost(self) -> Array | np.ndarray:
+        """Sum of info["cost"] [m]."""
+        return cost_of(jnp.asarray(self.slid), jnp.asarray(self.status))
+
 
 COLUMNS: Columns[Episodes] = {
     "return": (Column("return", "-", 2), lambda e: mean_interval(e.reward)),
@@ -104,4 +109,5 @@ def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
 
 def measures(env: BipedEnv) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:
     """See Machine; the same of every environment."""
-    return Measures(keep_of, COLUMNS, KEPT)
+    cost = Column("cost", "m", 3), lambda e: mean_interval(e.cost)
+    return Measures(keep_of, COLUMNS, KEPT, cost)

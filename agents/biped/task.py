@@ -50,6 +50,7 @@ UNITS = {
     "task.torque_limit": "N m",
     "task.copper_loss": "W/(N m)^2",
     "task.max_power": "W",
+    "task.cost_limit": "m",
     "payload": "kg",
     "robot.mass": "kg",
     "robot.inertia": "kg m^2",
@@ -87,6 +88,8 @@ def _training(config: TrainConfig, params: BipedEnvParams) -> BipedEnvParams:
     """The parameters of training episodes: those of a task but for what the configuration gives."""
     given = {name: getattr(config, name) for name in WEIGHTS} | {"time_limit": config.episode_time}
     changed = {name: one for name, one in given.items() if one is not None}
+    if config.episode_time is not None and params.cost_limit is not None:  # its share of the limit
+        changed["cost_limit"] = params.cost_limit * (config.episode_time / params.time_limit)
     if config.start_rate is not None:
         starts = {"phase": ANY_PHASE, "crank_rate": (0.0, config.start_rate)}
         changed["randomisation"] = replace(params.randomisation, **starts)

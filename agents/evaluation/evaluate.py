@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -12,7 +12,7 @@ from stickslip.agents.evaluation.table import AnyMeasures, Column, Evaluation, R
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import TaskDefinition, task_by_name
-from stickslip.envs.tasks.known import Known, known_of
+from stickslip.envs.tasks.known import UNKNOWN, Interval, Known, known_of
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_folder, require_new, require_writable
 from stickslip.records.table import Content
@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 EPISODES = 32
 SCORES = ("task_score", "gap")
 """Columns of a named task's scores."""
+OVER = "over the limit"
+"""Score of who costs more than the task's limit."""
 
 
 def evaluate(
@@ -63,8 +65,9 @@ def evaluate_task(
 
     episodes: by default those that its best known score was measured on. On these, also on some of
     them, a score compares returns episode by episode, and its interval is of that; on others it
-    compares means over different episodes. shield, program: see `env_with`. ValueError for
-    an unknown task.
+    compares means over different episodes. Where the task has a cost limit, a column has the mean
+    cost, and who costs more is over the limit and has no score. shield, program: see `env_with`.
+    ValueError for an unknown task.
     """
     task = task_by_name(name)
     env, params = task.make()
@@ -92,13 +95,24 @@ def env_with(env: AnyEnv, margin: float | None = None, program: str | None = Non
 def scored(
     measures: AnyMeasures, known: Known, unit: str, seeds: Sequence[int] | None = None
 ) -> AnyMeasures:
-    """The measures with the columns task_score and gap behind the return.
+    """The measures with the columns task_score and gap behind the return, and cost where there is a
+    limit, over which there is neither score nor gap.
 
     unit: of the task's returns. seeds: of the episodes to come; None for others than the task's.
     """
-    score = Column("score", "-", 3), lambda played: known.score(played.reward, seeds)
-    gap = Column("gap", unit, 2), lambda played: known.gap(played.reward, seeds)
+
+    def within(statistic: Callable[..., Interval]) -> Callable[[Any], Interval]:
+        def found(played: Any) -> Interval:
+            cost = None if measures.cost is None else measures.cost[1](played).value
+            return statistic(played.reward, seeds) if known.keeps(cost) else Interval(UNKNOWN)
+
+        return found
+
+    score = Column("score", "-", 3, undefined=OVER), within(known.score)
+    gap = Column("gap", unit, 2), within(known.gap)
     first = {"return": measures.columns["return"], **dict(zip(SCORES, (score, gap), strict=True))}
+    if known.cost_limit is not None and measures.cost is not None:
+        first["cost"] = measures.cost
     return replace(measures, columns=first | dict(measures.columns))
 
 
@@ -195,11 +209,13 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
 def task_in_words(name: str) -> str:
     """Text of the task, and of what the scores 0 and 1 are."""
     task = task_by_name(name)
-    known, unit = known_of(task), unit_of(task)
+    known, unit, head = known_of(task), unit_of(task), task.headline
+    if task.cost_limit is not None:
+        head += f"\n  cost limit: {task.cost_limit:g}, of the mean over the episodes"
     if known is None:
-        return f"{task.headline}\n  nothing is known of it"
+        return f"{head}\n  nothing is known of it"
     return (
-        f"{task.headline}\n  score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; "
+        f"{head}\n  score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; "
         f"1: the best known, {known.best.value:.4g}{unit}; how, and what is proved: "
         f"stickslip tasks {task.name}"
     )

@@ -32,15 +32,16 @@ INTERVALS = ("return", "task_score")
 @dataclass(frozen=True)
 class Column(table.Column):
     """decimals: at most, of the value. percent: the value is a share, shown with both ends of its
-    interval, which is not symmetric."""
+    interval, which is not symmetric. undefined: what is shown for NaN."""
 
     decimals: int = 0
     percent: bool = False
+    undefined: str = "-"
 
     def show(self, given: Interval) -> str:
-        """The estimate and half the width of its interval; "-" if undefined."""
+        """The estimate and half the width of its interval."""
         if not isfinite(given.value):
-            return "-"
+            return self.undefined
         if self.percent:
             ends = "" if not isfinite(given.low) else f" ({given.low:.0%} to {given.high:.0%})"
             return f"{given.value:.0%}{ends}".replace("%", "")
@@ -61,12 +62,14 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
     [episodes]. It has `reward` and says which episodes ended outside the model, `fell`. kept: its
-    entries that a sweep writes, with units.
+    entries that a sweep writes, with units. cost: the mean cost of an episode, a column of tasks
+    with a cost limit.
     """
 
     keep: Callable[[Rollout[State_contra], Params_contra], Kept]
     columns: Columns[Kept]
     kept: Mapping[str, str]
+    cost: tuple[Column, Callable[[Kept], Interval]] | None = None
 
 
 AnyMeasures: TypeAlias = Measures[Any, Any, Any]

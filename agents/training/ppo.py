@@ -8,6 +8,9 @@ An action is mean(obs) + noise * normal numbers, and its probability is that of 
 environment clips it to [-1, 1]. So ratios of probabilities are exact where the clipping acts, too.
 The noise follows a schedule: learnt, it vanishes before anything walks, since standing still is a
 safe local optimum (it takes a large torque at the right phase to get over the first step).
+Where the parameters have a cost_limit, PPO-Lagrangian (Ray, Achiam, Amodei 2019): the reward r of a
+step becomes (r - m c) / (1 + m), of which the critic learns the value; after each update the log of
+the multiplier m > 0 moves by the violation of the limit. The cost is that of the noisy actions.
 Observations are normalised by mean and variance of all that were seen before a rollout: acting and
 learning use the same numbers, which change between updates only.
 """
@@ -28,7 +31,7 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import ModelState, Trainer, Update, arrays_of, filled
 from stickslip.envs.collecting import Collected, Progress, begin, collect
-from stickslip.envs.functional import abstract_step
+from stickslip.envs.functional import abstract_step, horizon
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
@@ -45,6 +48,14 @@ STEEPEST = 0.5
 """Length to which a gradient is shortened."""
 OPTIMISER = optax.chain(optax.clip_by_global_norm(STEEPEST), optax.scale_by_adam(eps=1e-5))
 LOSSES = ("policy_loss", "value_loss", "kl_divergence", "clip_fraction", "explained_variance")
+COST = "cost"
+"""The entry of info that a cost limit is about."""
+FIRST_MULTIPLIER = 0.1
+"""The multiplier at the beginning, when a policy has to learn to move before it learns to be safe:
+where falls are dear from the first step on, it learns to stand."""
+ASCENT = 0.025
+"""Most that the log of the multiplier changes in an update: where the cost is 0, or twice the limit
+or more."""
 
 
 class Sizes(NamedTuple):
@@ -150,6 +161,8 @@ class Learner(NamedTuple):
     optimiser: optax.OptState
     """State of `OPTIMISER` over (actor, critic)."""
     seen: Moments
+    multiplier: Float[Array, ""] | None = None
+    """Log of the cost's multiplier; None without a limit."""
 
 
 class Batch(NamedTuple):
@@ -236,13 +249,28 @@ def log_probability(action: Array, mean: Array, noise: Array) -> Array:
     return -jnp.sum(0.5 * ((action - mean) / noise) ** 2 + jnp.log(noise), axis=-1)
 
 
+def constrained_reward(learner: Learner, found: Collected) -> Float[Array, "steps n"]:
+    """The reward less the cost by its multiplier, on the reward's scale."""
+    if learner.multiplier is None:
+        return found.reward
+    weight = jnp.exp(learner.multiplier)
+    return (found.reward - weight * found.kept[COST]) / (1 + weight)
+
+
+def raised(multiplier: Array, cost: Array, limit: Array | float) -> Float[Array, ""]:
+    """The log of the multiplier after a step of dual ascent on the relative violation."""
+    violation = (cost - limit) / jnp.maximum(limit, 1e-9)
+    return multiplier + ASCENT * jnp.clip(violation, -1.0, 1.0)
+
+
 def samples_of(learner: Learner, found: Collected, noise: Array, rates: Rates) -> Batch:
     """Samples of a rollout for the update."""
     obs, action = found.kept["obs"], found.kept["action"]
     critic = network(learner.critic, learner.seen)
     value, later = (critic.unlimited(found.kept[of])[..., 0] for of in ("obs", "next_obs"))
     ends = found.terminated, found.truncated
-    gain = advantages(found.reward, *ends, value, later, rates.discount, rates.gae_lambda)
+    reward = constrained_reward(learner, found)
+    gain = advantages(reward, *ends, value, later, rates.discount, rates.gae_lambda)
     mean = network(learner.actor, learner.seen).unlimited(obs)
     batch = Batch(obs, action, log_probability(action, mean, noise), gain, value + gain)
     return jax.tree.map(lambda leaf: leaf.reshape(-1, *leaf.shape[2:]), batch)
@@ -278,10 +306,11 @@ def improve(
     rates: Rates,
     now: tuple[Array, Array],
     key: Array,
+    limit: Array | float | None = None,
 ) -> tuple[Learner, dict[str, Array]]:
     """The learner after gradient steps over a rollout, and means over them by `LOSSES`.
 
-    now: learning rate and noise.
+    now: learning rate and noise. limit: of a step's mean cost, for a learner with a multiplier.
     """
     rate, noise = now
     every = samples_of(learner, found, noise, rates)
@@ -308,7 +337,13 @@ def improve(
     losses = {name: values.mean() for name, values in about.items()}
     error = jnp.var(every.advantage) / jnp.maximum(jnp.var(every.value), 1e-12)
     losses["explained_variance"] = 1 - error
-    return Learner(actor, critic, optimiser, add_moments(learner.seen, every.obs)), losses
+    multiplier = learner.multiplier
+    if multiplier is not None and limit is not None:
+        losses |= {COST: found.kept[COST].mean(), "multiplier": jnp.exp(multiplier)}
+        multiplier = raised(multiplier, losses[COST], limit)
+    return Learner(
+        actor, critic, optimiser, add_moments(learner.seen, every.obs), multiplier
+    ), losses
 
 
 class PPOTrainer(Trainer):
@@ -325,6 +360,13 @@ class PPOTrainer(Trainer):
         self._infos = tuple(name for name, one in info.items() if one.ndim == 0)
         given = obs.shape[-1], len(self.env.action_names), self._sizes, jax.random.key(seed)
         self._learner: Learner = begin_learning(*given)
+        limit = getattr(self.params, "cost_limit", None)
+        self._limit = None if limit is None else float(limit) / horizon(self.params)
+        if self._limit is not None:
+            self._learner = self._learner._replace(
+                multiplier=jnp.log(jnp.float32(FIRST_MULTIPLIER))
+            )
+            self.losses = (*LOSSES, COST, "multiplier")
         self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
     def begin_stretch(self) -> None:
@@ -343,7 +385,8 @@ class PPOTrainer(Trainer):
         self.stopped = self.stop()
         if self.stopped:
             return
-        improved = improve(self._learner, found, self._sizes, self._rates, now, key)
+        given = self._learner, found, self._sizes, self._rates, now, key, self._limit
+        improved = improve(*given)
         learner, losses = jax.block_until_ready(improved)
         self.stopped = self.stop()
         if self.stopped:

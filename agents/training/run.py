@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, Options
     from stickslip.agents.training.trainer import Trainer, Update
 
+COST = "cost"
+"""Column of evaluations.csv on a task with a cost limit."""
 PACKAGES = ("filelock", "tqdm")
 """Packages of the extra `train` that every trainer needs."""
 COLUMNS = (
@@ -220,17 +222,25 @@ class _Training:
 
 
 def best_evaluation(directory: Path) -> tuple[int, float]:
-    """Steps and return of a run's best evaluation so far; (0, -inf) before the first."""
+    """Steps and return of a run's best evaluation so far; (0, -inf) before the first.
+
+    Of a task with a cost limit the best that keeps it, or else the one that costs least.
+    """
     rows = runs.read_columns(directory / "evaluations.csv")
-    pairs = zip(rows.get("timesteps", []), rows.get("return", []), strict=True)
-    best = max(pairs, key=lambda pair: (pair[1], pair[0]), default=(0, -math.inf))
-    return int(best[0]), best[1]
+    steps, earned = rows.get("timesteps", []), rows.get("return", [])
+    merits = [(True, one) for one in earned]
+    if COST in rows and SCORES[0] in rows:
+        kept = map(math.isfinite, rows[SCORES[0]])
+        each = zip(kept, earned, rows[COST], strict=True)
+        merits = [(kept, one if kept else -cost) for kept, one, cost in each]
+    best = max(zip(merits, steps, earned, strict=True), default=(None, 0, -math.inf))
+    return int(best[1]), best[2]
 
 
 def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
     """An evaluation in a line."""
     score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
-    given = (name for name in machine.evaluated if name in row)
+    given = (name for name in dict.fromkeys((*machine.evaluated, COST)) if name in row)
     return score + "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in given)
 
 
@@ -240,6 +250,7 @@ def measures_of(machine: AnyMachine, config: Configuration, env: AnyEnv) -> AnyM
     if task and (known := known_of(task)) is not None:
         measures = scored(measures, known, task.unit)
     shown = {*SCORES, *machine.evaluated}
+    shown |= {COST} if task and task.cost_limit is not None else set()
     return replace(
         measures, columns={name: one for name, one in measures.columns.items() if name in shown}
     )
@@ -291,6 +302,8 @@ def _say_best(trained: Trained[Any], name: str) -> None:
     (steps, earned), task = best_evaluation(trained.directory), task_by_name(name)
     known = known_of(task)
     score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+    if task.cost_limit is not None:
+        score = "within the cost limit, or else of least cost: "
     best = f"{score}mean return {earned:.4g}{unit_of(task)}"
     print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
     print(task_in_words(name))

@@ -68,6 +68,12 @@ class Compiled(Generic[State, Params]):
         """Its parameters; fixed, as they are compiled in: make another environment for others."""
         return self._params
 
+    @property
+    def cost_limit(self) -> float | None:
+        """Most that an episode is to cost in the mean, the sum of info["cost"]; None: no limit."""
+        limit = getattr(self._params, "cost_limit", None)
+        return None if limit is None else float(limit)
+
     def _spaces(self) -> tuple[spaces.Box, spaces.Box]:
         """The box of the observation's bounds, and [-1, 1] for every action; float32."""
         low, high = self.functional.observation_bounds(self.params)

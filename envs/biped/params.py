@@ -96,7 +96,8 @@ class BipedEnvParams:
     drives the crank [-], None: 1; what brakes it gives nothing back.
     tracking_weight, slip_weight, energy_weight, fall_penalty: of the reward's terms, see BipedEnv.
     mark: how far ahead of the centre of mass's start it is to stop [m], mark_width: how near to
-    that half of the reward is earned [m]; None: it is to keep a speed.
+    that half of the reward is earned [m]; None: it is to keep a speed. cost_limit: most that an
+    episode is to cost in the mean, the sum of info["cost"] [m]; no step reads it; None: no limit.
     """
 
     robot: BipedModel
@@ -116,6 +117,7 @@ class BipedEnvParams:
     mark_width: Real[pytrees.Number, "..."] | None
     max_power: pytrees.Numeric | None = field(default=None, kw_only=True)
     efficiency: pytrees.Numeric | None = field(default=None, kw_only=True)
+    cost_limit: pytrees.Numeric | None = field(default=None, kw_only=True)
     unit_payload: Inertia | None = field(init=False, repr=False)
 
     def __post_init__(self):
@@ -187,6 +189,7 @@ OPTIONAL: dict[str, functional.Rule] = {
     "mark_width": _WAY,
     "max_power": {"low": 0.0, "strict": True, "accepted": "None, or a finite power > 0 [W]"},
     "efficiency": {"low": 0.0, "strict": True, "high": 1.0, "accepted": "None, or above 0 up to 1"},
+    "cost_limit": {"low": 0.0, "accepted": "None, or a finite cost >= 0 [m]"},
 }
 """Rules of the numbers that may be None."""
 
@@ -239,6 +242,7 @@ def make_params(
     mark_width: Real[pytrees.Number, "..."] | None = None,
     max_power: pytrees.Numeric | None = None,
     efficiency: pytrees.Numeric | None = None,
+    cost_limit: pytrees.Numeric | None = None,
 ) -> BipedEnvParams:
     """Prepare the robot and gather the numbers; see BipedEnvParams for their meaning and units.
 

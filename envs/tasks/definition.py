@@ -82,6 +82,12 @@ class TaskDefinition:
         return UGV_STEPS
 
     @property
+    def cost_limit(self) -> float | None:
+        """Most that an episode may cost in the mean; None without a limit."""
+        limit = self.parameters.get("cost_limit")
+        return limit if isinstance(limit, float) else None
+
+    @property
     def digest(self) -> str:
         """SHA-256 of the definition's canonical JSON, in hexadecimal."""
         own = ("environment", "choices", "parameters", "version")

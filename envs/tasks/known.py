@@ -70,7 +70,8 @@ class Scale:
 class Earned:
     """The mean return of a policy over a task's episodes; low, high: its 95 % interval, None where
     the task has one episode. failures: share of episodes that ended before their time. returns: of
-    every episode, empty where they were not kept."""
+    every episode, empty where they were not kept. cost: mean of an episode, None where there is no
+    limit."""
 
     policy: str
     value: float
@@ -78,11 +79,13 @@ class Earned:
     high: float | None
     failures: float
     returns: tuple[float, ...] = ()
+    cost: float | None = None
 
     @property
     def shown(self) -> str:
-        """The mean return, and the failures if there are any."""
-        return f"{self.value:.4g}" + (f", {self.failures:.0%} fail" if self.failures else "")
+        """The mean return, the failures if there are any, and the cost where there is a limit."""
+        cost = "" if self.cost is None else f" at a cost of {self.cost:.2g}"
+        return f"{self.value:.4g}{cost}" + (f", {self.failures:.0%} fail" if self.failures else "")
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ class Known:
     policy has earned in replay, a score of 1, no proof that no more can be; how: where it came
     from. bound: proved, or None. assumed: proved of policies that meet the assumptions of its
     reason, or None: others may earn more. learned: by training, or None where none was tried.
+    cost_limit: what costs more in the mean has no score, and is no best; None: no limit.
     """
 
     episodes: int
@@ -122,6 +126,7 @@ class Known:
     bound: Bound | None
     learned: Learned | None = None
     assumed: Bound | None = None
+    cost_limit: float | None = None
 
     @property
     def scale(self) -> Scale:
@@ -140,8 +145,15 @@ class Known:
         """Gap to the best known, one - return, in the return's unit; see `score`."""
         return self._of_means(lambda r, zero, one: one - r, returns, seeds)
 
+    def keeps(self, cost: float | None) -> bool:
+        """True where a mean cost is within the limit."""
+        return self.cost_limit is None or (cost is not None and cost <= self.cost_limit)
+
     def score_of(self, earned: Earned) -> Interval:
-        """Score of a measured policy; no interval where its returns were not kept."""
+        """Score of a measured policy, NaN over the cost limit; no interval where its returns were
+        not kept."""
+        if not self.keeps(earned.cost):
+            return Interval(UNKNOWN)
         if len(earned.returns) == self.episodes:
             return self.score(earned.returns, range(self.episodes))
         return Interval(self.scale.score(earned.value))
@@ -161,8 +173,8 @@ class Known:
 
     @property
     def by_hand(self) -> Earned:
-        """The best hand-written baseline."""
-        return max(self.baselines, key=lambda one: one.value)
+        """The best hand-written baseline; first of all it keeps the cost limit."""
+        return max(self.baselines, key=lambda one: (self.keeps(one.cost), one.value))
 
 
 def known_of(task: TaskDefinition) -> Known | None:
@@ -187,6 +199,7 @@ def known_of(task: TaskDefinition) -> Known | None:
         bound=content["bound"] and Bound(**content["bound"]),
         learned=None if learned is None else Learned(learned["how"], tuple(learned["returns"])),
         assumed=content.get("assumed") and Bound(**content["assumed"]),
+        cost_limit=task.cost_limit,
     )
 
 
@@ -207,7 +220,9 @@ def earned_in(content: Entries) -> Earned:
     low, high = (None if content[end] is None else _number(content[end]) for end in ("low", "high"))
     failures = _number(content["failures"])
     returns = tuple(map(_number, content.get("returns", ())))
-    return Earned(str(content["policy"]), _number(content["return"]), low, high, failures, returns)
+    cost = None if content.get("cost") is None else _number(content["cost"])
+    value = _number(content["return"])
+    return Earned(str(content["policy"]), value, low, high, failures, returns, cost)
 
 
 def _number(given: object) -> float:

@@ -1,12 +1,14 @@
 """info["cost"]: what it is, and the same in every adapter."""
 
+import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from gymnasium.wrappers import RecordEpisodeStatistics, TimeAwareObservation
 
 from stickslip.dynamics import Scene
-from stickslip.envs import BipedEnv, GymEnv, GymnaxEnv, GymVectorEnv, UGVEnv
+from stickslip.envs import TASKS, BipedEnv, GymEnv, GymnaxEnv, GymVectorEnv, UGVEnv
 
 ENV = BipedEnv(autoreset="disabled")
 PUSH = np.asarray([0.25], np.float32)
@@ -58,3 +60,17 @@ def test_a_vehicles_step_costs_one_where_it_fails():
         costs.append(float(info["cost"]))
     assert info["status"] != 0
     assert costs == [*[0.0] * (len(costs) - 1), 1.0]
+
+
+def test_an_environment_tells_its_cost_limit_through_wrappers():
+    name = "BipedSprintSafe-v0"
+    env = gymnasium.make(f"stickslip/{name}")
+    wrapped = TimeAwareObservation(RecordEpisodeStatistics(env))
+    assert wrapped.get_wrapper_attr("cost_limit") == env.unwrapped.cost_limit == 0.05
+    assert TASKS[name].cost_limit == gymnasium.make_vec(env.spec.id).cost_limit == 0.05
+    assert gymnasium.make("stickslip/Biped-v0").get_wrapper_attr("cost_limit") is None
+    own = gymnasium.make("stickslip/Biped-v0", cost_limit=0.2)
+    assert own.get_wrapper_attr("cost_limit") == pytest.approx(0.2)
+    assert gymnasium.make("stickslip/UGV-v0").get_wrapper_attr("cost_limit") is None
+    with pytest.raises(ValueError, match=r"cost_limit = -1\.0 .*a finite cost >= 0"):
+        BipedEnv().make_params(cost_limit=-1.0)

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from stickslip.agents import Idle, evaluate_task
-from stickslip.agents.biped.controllers import CrankSpeedPI
+from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
 from stickslip.agents.machine import machine_by_name
 from stickslip.envs import TASKS, known_of, task_by_name
 
@@ -44,6 +44,26 @@ def test_scores_stand_behind_the_return_in_every_form(table, tmp_path):
     content = json.loads(table.write_json(tmp_path / "a.json").read_text(encoding="utf-8"))
     assert content["units"]["gap"] == "m"
     assert math.isfinite(content["rows"][1]["metrics"]["task_score"]["value"])
+
+
+def test_who_costs_more_than_the_limit_is_not_ranked():
+    name, known = "BipedSprintSafe-v0", known_of(TASKS["BipedSprintSafe-v0"])
+    table = evaluate_task(
+        name, {"pi": CrankSpeedPI(), "still": ConstantTorque(0.0)}, seeds=(10, 21)
+    )
+    over, kept = (table.row(name, one).metrics for one in ("pi", "still"))
+    assert over["return"].value > kept["return"].value
+    assert over["cost"].value > known.cost_limit >= kept["cost"].value
+    assert math.isnan(over["task_score"].value)
+    assert math.isnan(over["gap"].value)
+    assert kept["task_score"].value == pytest.approx(0.0, abs=0.1)
+    pi, still = table.to_text().splitlines()[-2:]
+    assert "over the limit" in pi
+    assert "over the limit" not in still
+    assert known.score_of(known.by_hand).value > 0.9
+    (gait,) = (one for one in known.baselines if one.policy == "optimal-gait")
+    assert gait.value > known.by_hand.value
+    assert math.isnan(known.score_of(gait).value)
 
 
 @pytest.mark.long

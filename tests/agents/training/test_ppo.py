@@ -70,6 +70,15 @@ class Corridor(FunctionalEnv[CorridorState, CorridorParams]):
         return jnp.asarray(state.left, jnp.float32)[None]
 
 
+@dataclass(frozen=True)
+class Slope(Corridor):
+    """The reward is the action, the cost its square."""
+
+    def step_env(self, state, action, params):
+        obs, after, _, *ends, info = super().step_env(state, action, params)
+        return obs, after, action[0], *ends, info | {"cost": action[0] ** 2}
+
+
 def value(left: jax.Array, discount: float) -> jax.Array:
     """Of places so many steps from the end."""
     return (1 - discount**left) / (1 - discount)
@@ -118,6 +127,23 @@ def test_the_critic_learns_the_value_in_closed_form():
     np.testing.assert_allclose(said[:, 0], value(places, 0.9), atol=0.1)
     assert float(losses["explained_variance"]) > 0.95
     assert value(6, 0.9) - (1 - 0.9**4) / 0.1 > 1  # what stopping at the limit would be worth
+
+
+def test_the_cost_goes_to_its_limit_and_is_not_seen_without_one():
+    """Earning a at a cost of a^2, the best within a cost of 0.25 is a = 0.5, at a price of 1."""
+    rates = RATES._replace(learning_rate=1e-2, noise=0.1, final_noise=0.02)
+    for limit, multiplier, cost in ((0.25, jnp.log(0.7), 0.25), (None, None, 1.0)):
+        learner = ppo.begin_learning(1, 1, SIZES, jax.random.key(1))
+        learner = learner._replace(multiplier=multiplier)
+        progress, key = ppo.begin_episodes(Slope(), PARAMS, SIZES, 1)
+        for update in range(150):
+            now = rates.at(jnp.float32(update / 150))
+            found = ROLL(Slope(), PARAMS, SIZES, now[1], learner, progress, ("cost",))
+            progress, each = found.progress, jax.random.fold_in(key, update)
+            learner, _ = IMPROVE(learner, found, SIZES, rates, now, each, limit)
+        assert float(found.kept["cost"].mean()) == pytest.approx(cost, abs=0.08)
+        if multiplier is not None:
+            assert float(jnp.exp(learner.multiplier)) == pytest.approx(1.0, abs=0.3)
 
 
 def test_an_action_is_drawn_with_the_probability_that_learning_uses():
