@@ -149,8 +149,7 @@ def quantity(name: str, value: Any, unit: str) -> float:
     import pint
 
     try:
-        given = _registry().Quantity(Decimal(found[1]), found[2])
-        return float(given.to(unit).magnitude)
+        return float(_registry().Quantity(Decimal(found[1]), found[2]).to(unit).magnitude)
     except (pint.PintError, ArithmeticError, ValueError, TypeError, AttributeError):
         raise ValueError(
             f"{name} = {shown(value)} is not in {unit or 'a number'}; accepted: {accepted}"

@@ -306,11 +306,10 @@ def read_only(array: np.ndarray) -> np.ndarray:
 def given_state(one: object) -> dict[str, Any]:
     """State of copies and pickles: the object's attributes without cached properties, JAX's
     arrays as NumPy's. JAX restores its own in single precision outside `enable_x64`."""
-    kind = type(one)
     return {
         name: jax.tree.map(_in_numpy, value)
         for name, value in vars(one).items()
-        if not isinstance(getattr(kind, name, None), cached_property)
+        if not isinstance(getattr(type(one), name, None), cached_property)
     }
 
 

@@ -157,8 +157,7 @@ class FunctionProblem(Problem[Result]):
     ) -> Any:
         refuse_after_fork()
         with jax.enable_x64(True):
-            found = program(self.function, *static, self._data, *given)
-            return jax.tree.map(np.asarray, found)
+            return jax.tree.map(np.asarray, program(self.function, *static, self._data, *given))
 
     @cached_property
     def _data(self) -> PyTree:

@@ -193,9 +193,8 @@ class _Search:
         held = log.torques[:-1]
         # Before a log the torque is taken to be the first.
         impulse = np.concatenate([[-held[0], 0.0], np.cumsum(held * durations)])
-        before = np.append(log.times[0] - 1.0, log.times)
         self.log = (
-            (before, impulse),
+            (np.append(log.times[0] - 1.0, log.times), impulse),
             (log.times[:-1], log.times[1:], held, durations, log.angles[1:]),
         )
         substeps = math.ceil(float(durations.max()) / LONGEST_STEP * (1 - 1e-6))

@@ -256,12 +256,10 @@ class Jet:
 
     def through(self, value: Interval, slope: Interval, bend: Interval) -> Jet:
         """A function of this one, of which value, slope and second derivative are known."""
-        second = self.first.square() * bend + self.second * slope
-        return Jet(value, self.first * slope, second)
+        return Jet(value, self.first * slope, self.first.square() * bend + self.second * slope)
 
     def square(self) -> Jet:
-        two = interval(2.0)
-        return self.through(self.value.square(), self.value * 2.0, two)
+        return self.through(self.value.square(), self.value * 2.0, interval(2.0))
 
     def reciprocal(self) -> Jet:
         inverse = self.value.reciprocal()

@@ -187,8 +187,7 @@ class ComputedTorque(Ruled):
         self, memory: Schedule, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[Schedule, Action]:
         """See Controller."""
-        dtype = env_state.biped.crank_rate.dtype
-        period = jnp.asarray(env_params.control_period, dtype)
+        period = jnp.asarray(env_params.control_period, env_state.biped.crank_rate.dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         memory, cruise = _timed(memory, robot, env_state, period)
         rest = foot_at_rest(robot, biped, self.friction, self.footing)

@@ -207,8 +207,7 @@ def mjcf(
         add(element, "joint", name=joint_of(body), type="hinge", axis="0 -1 0")
         elements[body] = element, place
     if friction is not None:
-        bodies = {foot: elements[foot][0] for foot in feet}
-        _ground(world, bodies, machine, settings, friction)
+        _ground(world, {foot: elements[foot][0] for foot in feet}, machine, settings, friction)
     equality = add(root, "equality")
     for one, other, pin in LOOPS:
         pinned = {"body1": name_of(one), "body2": name_of(other)}

@@ -50,11 +50,10 @@ def write_products(trained: Trained[Configuration]) -> list[Path]:
     played = rollout(task.env, load_policy(trained.policy), shown, 0)
     title = f"The {TRAINED}" + ("" if config.task is None else f" on {config.task}")
     episode = machine.as_episode(played, task.env, shown, TRAINED)
-    film = directory / FILM
     return [
         plot_learning(directory, config),
         plot_episode(episode, directory / "episode.png", title),
-        write_film(task.env, played, shown, film, machine.frames, machine.film_time),
+        write_film(task.env, played, shown, directory / FILM, machine.frames, machine.film_time),
     ]
 
 

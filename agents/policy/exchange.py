@@ -129,8 +129,7 @@ def export_onnx(
     [batch, entries] in [-1, 1], both in the weights' type. metadata: JSON values that it carries,
     `read_metadata(name)` for instance. ValueError for a path that exists and is not to be replaced.
     """
-    raw = as_onnx(policy, metadata).SerializeToString()
-    return write_whole(path, raw, overwrite=overwrite)
+    return write_whole(path, as_onnx(policy, metadata).SerializeToString(), overwrite=overwrite)
 
 
 def as_onnx(policy: MLPPolicy, metadata: Mapping[str, Json] | None = None) -> ModelProto:
@@ -145,9 +144,8 @@ def as_onnx(policy: MLPPolicy, metadata: Mapping[str, Json] | None = None) -> Mo
     ends = [helper.make_tensor_value_info(name, kind, [BATCH, sizes[name]]) for name in sizes]
     nodes, numbers = _graph(policy)
     held = [numpy_helper.from_array(np.asarray(one, dtype), name) for name, one in numbers.items()]
-    graph = helper.make_graph(nodes, "policy", ends[:1], ends[1:], held)
     model = helper.make_model(
-        graph,
+        helper.make_graph(nodes, "policy", ends[:1], ends[1:], held),
         opset_imports=[helper.make_opsetid("", OPSET)],
         ir_version=IR_VERSION,
         producer_name="stickslip",

@@ -87,8 +87,7 @@ def read_task(
         if type(parts.get("env")).__name__ != environment:
             raise RefusedError(f"its task's environment is no {environment}")
         task = build(**parts)
-        bounds = task.env.observation_bounds(task.params)
-        if not all(np.all(np.isfinite(one)) for one in bounds):
+        if not all(np.all(np.isfinite(one)) for one in task.env.observation_bounds(task.params)):
             raise RefusedError("its task's observations have no bounds")
         return task
 

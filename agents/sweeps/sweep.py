@@ -158,8 +158,7 @@ def sweep_command(given: Options) -> Content:
     if not given["no_pictures"] and find_spec("matplotlib"):
         files = write_pictures(found, path, slip)
     print("Written: " + ", ".join(map(str, [path, *files])))
-    facts = {"directory": str(path), "files": list(map(str, files))}
-    return Content({"summary": table}, facts)
+    return Content({"summary": table}, {"directory": str(path), "files": list(map(str, files))})
 
 
 def _planned(given: Options) -> Plan:

@@ -78,10 +78,9 @@ class Swept:
 
     def known(self, params: PyTree) -> list[str]:
         """Dotted names of all numbers that an axis may set."""
-        parts = self.parts(params).items()
         leaves = (
             pair
-            for part, tree in parts
+            for part, tree in self.parts(params).items()
             for pair in jax.tree_util.tree_leaves_with_path({part: tree})
         )
         return [name for path, leaf in leaves for name, _ in _entries(path, leaf)]

@@ -66,8 +66,7 @@ class FollowPath(Memoryless):
         self, memory: None, obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
     ) -> tuple[None, Action]:
         """See Controller."""
-        last = np.shape(self.angles)[0] - 1
-        at = jnp.minimum(env_state.elapsed + 1, last)
+        at = jnp.minimum(env_state.elapsed + 1, np.shape(self.angles)[0] - 1)
         return memory, towards(jnp.asarray(self.angles)[at], env_state, env_params)
 
 
@@ -164,8 +163,7 @@ class Optimum(Ruled):
 
     def solve(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> PostureResult:
         """The result for the episode that begins in `state`."""
-        problem = env.problem(state, params)
-        return solve(problem, "dp", polish=self.polish, least=self.angles)
+        return solve(env.problem(state, params), "dp", polish=self.polish, least=self.angles)
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
         """The path, or the legs held where there is none."""

@@ -66,11 +66,7 @@ def ugv_columns(unit: str) -> table.Columns[UGVEpisodes]:
 def keep_of(played: Rollout[UGVEnvState], params: UGVEnvParams) -> UGVEpisodes:
     """Kept data of an episode."""
     state, info = jax.tree.map(lambda leaf: leaf[-1], (played.state, played.info))
-    at = played.state.station
-    use = [
-        jnp.abs(force) / normal
-        for force, normal in ((at.F_rear, at.N_rear), (at.F_front, at.N_front))
-    ]
+    use = [jnp.abs(force) / normal for force, normal, _ in played.state.station.wheels]
     return UGVEpisodes(
         **state.totals._asdict(),
         cost=state.cost,

@@ -330,8 +330,7 @@ def at_instant(
     zmp, joints = None, None
     accelerations = motion.crank_acceleration, motion.foot_acceleration
     if outputs != "state":
-        at = model.inertia.moment_at(theta)
-        moment = ankle_moment(model, at, crank_rate**2, *accelerations)
+        moment = ankle_moment(model, model.inertia.moment_at(theta), crank_rate**2, *accelerations)
         zmp = zero_moment_point(moment, motion.normal_force)
     if outputs == "joints":
         joints = JointInertia(loaded_params(model)).joint_forces(theta, crank_rate, *accelerations)

@@ -167,9 +167,8 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
     dtype = float_type(params)
     nodes, to_powers = _nodes_and_transform(table.degree)
     middles = links.SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
-    angles = middles[:, None] + width / 2 * np.append(nodes, 0.0)
     inertia, moment = jax.vmap(jax.vmap(lambda angle: inertia_and_moment(params, angle)))(
-        jnp.asarray(angles, dtype)
+        jnp.asarray(middles[:, None] + width / 2 * np.append(nodes, 0.0), dtype)
     )
 
     counts = jnp.arange(1, table.degree + 1, dtype=dtype)

@@ -89,8 +89,7 @@ class BipedModel:
         require_kind("bare", self.bare, BipedParams, "a BipedParams")
         if self.load is not None:
             require_kind("load", self.load, Load, "None, or what `load` made")
-        spec = settings.require_fidelity(self.fidelity)
-        pytrees.settle(self, fidelity=spec)
+        pytrees.settle(self, fidelity=settings.require_fidelity(self.fidelity))
         names = ("fitted", "own_mass", "step_length", "closes", "symmetric")
         parts: Any = (None,) * len(names)
         if pytrees.holds_numbers(self.bare):

@@ -247,9 +247,8 @@ class BipedParams:
                     f"{name} has shape {shape}; accepted: {tail}, links in LINKS' order"
                 )
         for name in POSITIVE:
-            accepted = "a finite number > 0"
             checks.require_number(
-                name, getattr(self, name), low=0.0, strict=True, accepted=accepted
+                name, getattr(self, name), low=0.0, strict=True, accepted="a finite number > 0"
             )
         for name in (*NON_NEGATIVE, "mass", "inertia"):
             checks.require_number(name, getattr(self, name), low=0.0, accepted="finite and >= 0")

@@ -249,8 +249,7 @@ class Setting:
 
     def integrator_over(self, period: float) -> Integrator:
         """The integrator for one call over `period` [s], in steps of at most dt."""
-        accepted = "a finite time > 0 [s]"
-        require_one("period", period, low=0.0, strict=True, accepted=accepted)
+        require_one("period", period, low=0.0, strict=True, accepted="a finite time > 0 [s]")
         integrator = integrator_of(self.integrator)
         if isinstance(integrator, EventExact):
             return integrator

@@ -137,8 +137,7 @@ def _walk(
     policy, held = values, None
     if not callable(values):
         policy, held = None, _held(kind._fields[0], values, count)
-    size = duration / count
-    given = params, scene, state, held, size, max_power
+    given = params, scene, state, held, duration / count, max_power
     return _simulate(spec, fidelity, policy, kind, count, *given)
 
 

@@ -219,8 +219,7 @@ def mode_at(system: System, friction: Friction | None, walk: Walk, inertia: Coef
     """The mode that a step from here is taken in (eq. 32)."""
     if friction is None:
         return jnp.zeros_like(walk.phase)
-    still = system.still(inertia, walk.crank_rate)
-    mode = mode_of(still, walk.foot_velocity, friction.mu_static)
+    mode = mode_of(system.still(inertia, walk.crank_rate), walk.foot_velocity, friction.mu_static)
     return jnp.where(walk.breakaway != 0, walk.breakaway, mode)
 
 

@@ -134,8 +134,7 @@ def stand(
     # The body's axis: the chord in the body's frame is turned into the chord in the world.
     world = front.centre - rear.centre
     cos, sin = dot(chord, world), cross(chord, world)
-    norm = jnp.sqrt(cos**2 + sin**2)
-    along = jnp.stack([cos, sin], -1) / norm[..., None]
+    along = jnp.stack([cos, sin], -1) / jnp.sqrt(cos**2 + sin**2)[..., None]
 
     def in_world(point: Points) -> Points:
         return rear.centre + turned(point - rear_wheel, along)
@@ -301,8 +300,7 @@ def _least_height(samples: int, ground: Near, lines: list[tuple[Points, Points]]
             least = jnp.minimum(least, y - ground.height(x))
         return least
 
-    nothing = jnp.full_like(lines[0][0][..., 0], jnp.inf)
-    return jax.lax.fori_loop(0, samples, look, nothing)
+    return jax.lax.fori_loop(0, samples, look, jnp.full_like(lines[0][0][..., 0], jnp.inf))
 
 
 @_least_height.defjvp

@@ -127,8 +127,7 @@ def ground_of(track: Track | str) -> str:
     if isinstance(track, str):
         require_choice("track", track, GROUNDS)
         return track
-    accepted = f"a Track, or {', '.join(map(repr, GROUNDS))}"
-    require_kind("track", track, Track, accepted)
+    require_kind("track", track, Track, f"a Track, or {', '.join(map(repr, GROUNDS))}")
     shape = track.shape
     if isinstance(shape, Spline):
         if shape.coefficients.shape[-1] < 3:

@@ -109,8 +109,7 @@ def friction_under(
     if track.surface is None:
         return friction
     wheels = (placed.origin[..., 0] + wheel.x for wheel in (placed.rear, placed.front))
-    at = track.surface.at
-    rear, front = (jnp.asarray(track.surface.mu(friction, at(x))) for x in wheels)
+    rear, front = (jnp.asarray(track.surface.mu(friction, track.surface.at(x))) for x in wheels)
     return rear, front
 
 

@@ -354,9 +354,8 @@ def _require_room(length: float, count: float) -> None:
 
 def _by_rule(odometer: Odometer, base: jax.Array, u: jax.Array) -> jax.Array:
     """The stored integral at the edge to the left, and that of the rest of the cell."""
-    dtype = base.dtype
     edges, rests, excess = (
-        jnp.asarray(v, dtype) for v in (odometer.edges, odometer.rests, odometer.excess)
+        jnp.asarray(v, base.dtype) for v in (odometer.edges, odometer.rests, odometer.excess)
     )
     cell, t, outside = shapes.locate(edges, rests, odometer.even, base, u)
     length = t + outside
@@ -390,8 +389,7 @@ def _excess_over(track: Track, base: jax.Array, left: jax.Array, length: jax.Arr
     """Integral of sqrt(1 + f'^2) - 1 from each base + left over each `length`, by one rule."""
     nodes, weights = (jnp.asarray(v, length.dtype) for v in (NODES, WEIGHTS))
     nodes, weights, first, width = same_rank(nodes, weights, left[..., None], length[..., None])
-    points = first + width * (1 + nodes) / 2
-    slope = shapes.parts_of(track.shape, base[..., None], points)[1]
+    slope = shapes.parts_of(track.shape, base[..., None], first + width * (1 + nodes) / 2)[1]
     return length / 2 * jnp.sum(weights * _excess(slope), axis=-1)
 
 

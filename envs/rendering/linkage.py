@@ -57,8 +57,7 @@ class Mechanism:
         self._params = _on_cpu(params)
         self.crank = float(params.crank)
         swept = self._poses(np.linspace(SUPPORT_START, SUPPORT_END, SWEPT))
-        highest = [np.max(pin[..., 1]) for pin in (*swept.pins, swept.hip_pins)]
-        self.top = float(max(highest))
+        self.top = float(max(np.max(pin[..., 1]) for pin in (*swept.pins, swept.hip_pins)))
         """Highest point any pin reaches over the supporting ankle [m]."""
         self.parts = _parts(params, swept)
         """Hip, legs, crank and pins, back to front."""

@@ -46,8 +46,7 @@ class Camera(NamedTuple):
     @property
     def shown(self) -> tuple[float, float]:
         """The stretch of ground in the box [m]."""
-        ends = (self.box[0], self.box[2])
-        start, end = ((x - self.origin[0]) / self.scale for x in ends)
+        start, end = ((x - self.origin[0]) / self.scale for x in (self.box[0], self.box[2]))
         return float(start), float(end)
 
 

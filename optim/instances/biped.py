@@ -184,8 +184,7 @@ def walk_cost(
     error = walk.states.crank_rate[1:] / crank_rate - 1
     effort = (torques / TORQUE_LIMIT) ** 2
     cost = jnp.mean(jnp.where(going, error**2 + TORQUE_WEIGHT * effort, FALL_WEIGHT))
-    slid = jnp.sum(jnp.where(going, walk.contacts.slide_distance, 0.0))
-    return cost, slid
+    return cost, jnp.sum(jnp.where(going, walk.contacts.slide_distance, 0.0))
 
 
 def shooting_problem(

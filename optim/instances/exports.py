@@ -107,8 +107,7 @@ def as_nevergrad(objective: Objective) -> tuple[External, Callable[[External], f
     _require_one_goal(objective)
     low, high = objective.bounds
     array = require("nevergrad", "as_nevergrad", "optimisers").p.Array
-    where = array(init=objective.middle, lower=low, upper=high)
-    return where, objective.penalised
+    return array(init=objective.middle, lower=low, upper=high), objective.penalised
 
 
 def as_optuna(objective: Objective) -> Callable[[External], External]:

@@ -102,8 +102,7 @@ class Record:
                 kept = [one for one in self.front if not np.all(values <= one[1])]
                 self.front = [*kept, (read_only(x), read_only(values))]
         elif values[0] < self.best:
-            better = Improvement(self.evaluations, self.seconds, float(values[0]))
-            self.improvements.append(better)
+            self.improvements.append(Improvement(self.evaluations, self.seconds, float(values[0])))
             self.best_x = read_only(x)
 
 
@@ -339,8 +338,7 @@ class Objective:
 
     def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
         feasible = self.free[0].meets(x, margins)
-        violation = float(shortfall(margins))
-        self.record.note(np.array(x), np.array(values), violation, feasible)
+        self.record.note(np.array(x), np.array(values), float(shortfall(margins)), feasible)
 
     def _left(self, wanted: int) -> int:
         """Number of these evaluations that the budget allows; BudgetSpent for none."""

@@ -122,8 +122,7 @@ def straight_drive(track: str, stations: int) -> Drive:
     angles = np.broadcast_to(STRAIGHT, (stations, 2))
     pose = equilibrium(params, ground.astype(np.float64), x, angles).pose
     equal, per_newton = (np.stack(of, -1) for of in split_family(params, pose))
-    rounding = 16 * np.finfo(equal.dtype).eps
-    per_newton = np.where(abs(per_newton) < rounding, 0.0, per_newton)
+    per_newton = np.where(abs(per_newton) < 16 * np.finfo(equal.dtype).eps, 0.0, per_newton)
     return Drive(equal, per_newton, np.asarray(float(params.weight) * params.wheel_radius))
 
 

@@ -81,8 +81,7 @@ class Station(NamedTuple):
     @property
     def rows(self) -> Float[Array, "rows ..."]:
         """All entries in one array, which crosses from and to a device faster than fifteen."""
-        whole = self.x.ndim
-        parts = [jnp.moveaxis(of, -1, 0) if of.ndim > whole else of[None] for of in self]
+        parts = [jnp.moveaxis(of, -1, 0) if of.ndim > self.x.ndim else of[None] for of in self]
         return jnp.concatenate([of.astype(self.x.dtype) for of in parts])
 
     @classmethod

@@ -141,8 +141,7 @@ def _sloped(*given: Any) -> Sloped:
         direction = jnp.broadcast_to(angle, angles.shape)
         return jax.jvp(numbers, (angles,), (direction,), has_aux=True)
 
-    both = jnp.eye(2, dtype=angles.dtype)
-    at, slopes, status = jax.vmap(along, out_axes=(None, -1, None))(both)
+    at, slopes, status = jax.vmap(along, out_axes=(None, -1, None))(jnp.eye(2, dtype=angles.dtype))
     return Sloped(Station(*at, status=status), Station(*slopes, status=status), status)
 
 
@@ -225,8 +224,7 @@ def rows_at(
     shape = np.broadcast_shapes(x.shape, friction.shape, angles.shape[:-1])
     each = [np.broadcast_to(of, shape).reshape(-1) for of in (x, friction)]
     pairs = np.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
-    rows = Waypoints.of(posture, *each).rows(pairs)
-    return rows.reshape(-1, *shape)
+    return Waypoints.of(posture, *each).rows(pairs).reshape(-1, *shape)
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
@@ -330,8 +328,7 @@ def pushed(function: Callable[..., Any], at: tuple[Station, ...], each: tuple[St
     numbers = tuple(of.numbers for of in at)
 
     def of_numbers(*numbers: tuple[Array, ...]) -> Any:
-        whole = (of.with_numbers(one) for of, one in zip(at, numbers, strict=True))
-        return function(*whole)
+        return function(*(of.with_numbers(one) for of, one in zip(at, numbers, strict=True)))
 
     directions = tuple(of.numbers for of in each)
     slopes = jax.vmap(lambda *d: jax.jvp(of_numbers, numbers, d)[1], out_axes=-1)(*directions)

@@ -188,9 +188,8 @@ class PostureGrid:
                 message += "; read_track(envelope=RADIUS), or --ground envelope, fills hollows"
         elif len(unplaced) == 1 and not layer.admissible[0]:
             status, message = OptimStatus.INFEASIBLE, f"infeasible: {reason}"
-        details = shortfall(self, progress)
         return PostureResult.without_point(
-            status=status, message=message, details=details, **self._common
+            status=status, message=message, details=shortfall(self, progress), **self._common
         )
 
 
@@ -241,8 +240,7 @@ def solve_grid(
             before = layer.stations.map(lambda of: of[[nodes[-1]]])
             bar.advance()
     known = below(problem, bound) if criterion.kind == "max" else None
-    message = "chosen point by point, leg_rate not looked at"
-    return grid.result(nodes, message, grid_bound=known)
+    return grid.result(nodes, "chosen point by point, leg_rate not looked at", grid_bound=known)
 
 
 _pointwise = float64_program(criteria.pointwise_cost)
@@ -370,8 +368,7 @@ def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarra
     `PostureGrid.moves`."""
     a, b = grid.layers[step], grid.layers[step + 1]
     given = grid.problem.posture.criterion, a.stations, b.stations, a.admissible, b.admissible
-    whole = grid.shape[0] * grid.shape[1]
-    if len(a.admissible) == len(b.admissible) == whole:
+    if len(a.admissible) == len(b.admissible) == grid.shape[0] * grid.shape[1]:
         each = (np.arange(n, dtype=np.int32) for n in grid.shape)
         found = arrive_by_moves(*given, before, grid.moves(step), *each)
     else:

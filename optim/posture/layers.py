@@ -182,9 +182,8 @@ def _misses(problem: PostureProblem, angles: np.ndarray) -> dict[str, tuple[floa
         problem.limits, jax.tree.map(np.asarray, problem.stations(angles.reshape(-1)))
     )
     worst = {name: int(np.argmin(of)) for name, of in margins.items()}
-    missed = sorted((float(margins[name][k]), name) for name, k in worst.items())
     return {
         name: (-by * tolerated(problem, name) / FEASIBLE, float(problem.x[worst[name]]))
-        for by, name in missed
+        for by, name in sorted((float(margins[name][k]), name) for name, k in worst.items())
         if by < -FEASIBLE
     }

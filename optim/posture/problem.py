@@ -298,8 +298,7 @@ def refined(
 def evaluate_finer(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> dict[str, Any]:
     """Fields of PostureResult of a drive between its waypoints, FACTOR times finer; less where
     that makes too many. The value is infinite where there are no forces."""
-    factor = max(min(FACTOR, MOST // len(problem.x)), 1)
-    fine, x = refined(problem, x, factor)
+    fine, x = refined(problem, x, max(min(FACTOR, MOST // len(problem.x)), 1))
     angles, count = fine.angles(x), len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
     at = evaluate.stations(fine.posture, angles)

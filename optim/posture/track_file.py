@@ -256,8 +256,7 @@ def smoothed(
     """
     if len(x) < FEWEST:
         raise ValueError(f"{len(x)} points; accepted: {FEWEST} or more for noise and smooth")
-    lam = (wavelength / (2 * np.pi)) ** 4
-    return make_smoothing_spline(x, y, np.gradient(x), lam=lam)(x)
+    return make_smoothing_spline(x, y, np.gradient(x), lam=(wavelength / (2 * np.pi)) ** 4)(x)
 
 
 def wavelength_of(x: Float[np.ndarray, "n"], y: Float[np.ndarray, "n"], noise: float) -> float:

@@ -195,8 +195,7 @@ def longest_wheelbase(params: UGVParams) -> float:
 def wheelbase(params: UGVParams, rear: np.ndarray, front: np.ndarray) -> np.ndarray:
     """Distance of the wheels' centres at these angles [rad], broadcast [m]."""
     l, L = float(params.leg_length), float(params.body_length)
-    along = L - l * (np.cos(rear) + np.cos(front))
-    return np.hypot(along, l * (np.sin(rear) - np.sin(front)))
+    return np.hypot(L - l * (np.cos(rear) + np.cos(front)), l * (np.sin(rear) - np.sin(front)))
 
 
 def nearer_between(params: UGVParams, turn: float) -> float:
@@ -234,8 +233,7 @@ def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> Non
     through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
     given = f"angles = {shown(rear)} x {shown(front)} at {K} waypoints"
-    at_once = min(chunk / (K * each), 1.0)
-    require_memory(given, "stations", K * each, NODE + STATION * at_once)
+    require_memory(given, "stations", K * each, NODE + STATION * min(chunk / (K * each), 1.0))
 
 
 LEAST = 31

@@ -90,8 +90,7 @@ def make_parser(arguments: Sequence[str] = ()) -> Parser:
     about, version = "show the version and exit", ""
     if "--version" in arguments:  # it is read from the installed package's metadata
         from stickslip import __version__ as version
-    shown = f"stickslip {version}"
-    parser.add_argument("--version", action="version", version=shown, help=about)
+    parser.add_argument("--version", action="version", version=f"stickslip {version}", help=about)
     commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
     parser._action_groups.pop()  # the description lists them
     for name, one in COMMANDS.items():

@@ -216,8 +216,7 @@ def _add_scene(parser: Parser, many: bool) -> None:
         dest="scenes",
         type=lambda text: text.split(",") if many else [text],
     )
-    parts = [part for machine in every for part in machine.configuration.PARTS]
-    parser.add_parts(parts)
+    parser.add_parts([part for machine in every for part in machine.configuration.PARTS])
     parser.numbers = True
     for machine in every:
         under = parser.add_argument_group(f"for the {machine.title}")

@@ -71,8 +71,7 @@ def _task_row(task: TaskDefinition) -> list[str]:
     if known is not None:
         bound = "" if known.bound is None else f"{known.bound.value:.4g}"
         values = (f"{one.value:.4g}" for one in (known.trivial, known.by_hand))
-        score = known.score_of(known.by_hand).shown(2)
-        cells = [*values, score, f"{known.best.value:.4g}", bound]
+        cells = [*values, known.score_of(known.by_hand).shown(2), f"{known.best.value:.4g}", bound]
     return [task.name, task.title, *cells]
 
 

@@ -41,8 +41,7 @@ def require_files(given: Namespace, seconds: float) -> None:
             raise ValueError(f"--film of {seconds:g} s; accepted: up to {LONGEST_FILM:g} s")
         if film == plot:
             raise ValueError(f"--film {film} with --plot {plot}; accepted: two files")
-    written = [one for one in (table, plot, film) if one is not None]
-    paths.require_writable(written, given.overwrite)
+    paths.require_writable([one for one in (table, plot, film) if one is not None], given.overwrite)
 
 
 def require_picture(path: Path, overwrite: bool) -> None:

@@ -90,12 +90,11 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
         facts = facts_of(robot, jolt, footing.start_torque, motor["torque_limit"])
     rates = friction_by_rate(footing)
     fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
-    apart = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
     frames = BipedFrame(
         np.linspace(biped.SUPPORT_START, biped.SUPPORT_END, POSES, endpoint=False),
         (),
         1.0,
-        floor_position=apart,
+        floor_position=2 * float(robot.toe + robot.heel) * np.arange(POSES),
     )
     drawing = biped_drawing(frames, Mechanism(robot))
     needed = np.array([row[1] for row in rates.rows])
@@ -154,8 +153,7 @@ def fastest_rate(footing: Footing, mu: float) -> float:
     low, high = 0.0, MOST_RATE
     for _ in range(30):
         middle = (low + high) / 2
-        enough = footing.at_rate(middle).friction <= mu
-        low, high = (middle, high) if enough else (low, middle)
+        low, high = (middle, high) if footing.at_rate(middle).friction <= mu else (low, middle)
     return low
 
 
@@ -219,8 +217,7 @@ def steepest(needed: np.ndarray, mu: float) -> float | None:
 def step_friction(vehicle: UGVParams, height: float, limit: float | None) -> float | None:
     """The least friction of a drive over a smoothed step, by dp; None where no drive passes."""
     given: dict[str, Any] = {"friction": AMPLE, "max_torque": limit}
-    track = Track.step(height)
-    problem = PostureProblem.along(track, "friction_demand", vehicle, 0.05, **given)
+    problem = PostureProblem.along(Track.step(height), "friction_demand", vehicle, 0.05, **given)
     found = solve(problem, "dp", polish=False)
     return None if found.x is None else float(found.value)
 

@@ -64,8 +64,7 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
         power = motion.torque * rate
         slope = [rate, motion.crank_acceleration, velocity, motion.foot_acceleration, power]
         place = (theta, rate, slide, velocity, work)
-        row = jnp.stack(slope)
-        slopes = jax.lax.dynamic_update_index_in_dim(slopes, row, index, 0)
+        slopes = jax.lax.dynamic_update_index_in_dim(slopes, jnp.stack(slope), index, 0)
         return slopes, (place, motion, inertia)
 
     slopes, (places, motions, inertias) = jax.lax.scan(

@@ -60,8 +60,7 @@ def _part(system: System, walk: Walk, step: Scalar) -> tuple[Walk, Scalar]:
     found = jnp.where(judged, found, Status.OK)
     status = jnp.maximum(walk.status, found)
     runs = (status <= Status.SLIP_ONSET) & (step > 0)
-    slips = runs & (walk.foot_velocity == 0) & (mode != 0)
-    moved = note(walk, slips, EventKind.SLIP)
+    moved = note(walk, runs & (walk.foot_velocity == 0) & (mode != 0), EventKind.SLIP)
     rest, stops = jnp.zeros_like(step), jnp.zeros_like(runs)
     if not isinstance(system.scene.floor, Grip):
         reached, rest, stops = _stopped(walk, first, mode, reached, step)

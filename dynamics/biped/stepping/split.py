@@ -275,8 +275,7 @@ def settle(spec: RK4Split | EventExact, system: System, walk: Walk, trial: Trial
 
     A walk that has ended stays as it is, to the last bit: 0 times its rate may be no number.
     """
-    fixed = isinstance(spec, RK4Split)
-    longest = system.duration / spec.substeps if fixed else trial.size
+    longest = system.duration / spec.substeps if isinstance(spec, RK4Split) else trial.size
     slips = (walk.foot_velocity == 0) & (walk.breakaway == 0) & (trial.begun.mode != 0)
     walk = note(walk, slips, EventKind.SLIP)
     ends = trial.switches & (trial.event.kind == END)

@@ -170,8 +170,7 @@ def spline_through(x: Numeric, y: Numeric, interpolation: str = "cubic") -> Spli
             f"the spline from x[{i}] = {x[i]} to x[{i + 1}] = {x[i + 1]} overflows float64; "
             "accepted: points farther apart or nearer in height, and no more than 1e100 m of both"
         )
-    count = x.size - 1
-    spacing = (x[-1] - x[0]) / count
+    spacing = (x[-1] - x[0]) / (x.size - 1)
     even = np.all(np.abs(x - x[0] - spacing * np.arange(x.size)) <= EVEN * spacing)
     return Spline.of(x, coefficients, bool(even))
 
@@ -200,8 +199,7 @@ def hermite_table(
         return Spline(knots, jnp.zeros_like(knots), rows, jnp.zeros_like(rows[:, 0]), even=True)
     with jax.enable_x64(True), eval_context():
         first, last = (jnp.asarray(np.asarray(at, np.float64)) for at in (start, end))
-        found = _table(profile, first, last, pieces)
-        knots, rows = (np.asarray(of, np.float64) for of in found)
+        knots, rows = (np.asarray(of, np.float64) for of in _table(profile, first, last, pieces))
     return Spline.of(knots, rows, even=True)
 
 

@@ -100,8 +100,7 @@ class Worst:
         ]
         arrived, to_go = [costs[0]], [costs[-1]]
         for k, cost in enumerate(costs[1:]):
-            back = (legs[k][0].T, legs[k][1].T)
-            arrived.append(np.maximum(cost, carried(arrived[-1], back)))
+            arrived.append(np.maximum(cost, carried(arrived[-1], (legs[k][0].T, legs[k][1].T))))
             tick()
         for k in range(len(costs) - 2, -1, -1):
             to_go.append(np.maximum(costs[k], carried(to_go[-1], legs[k])))
@@ -311,8 +310,7 @@ def solve_branch(
         )
     status, message = drive.status, f"no drive found: {drive.message}"
     if drive.feasible:
-        closed = found.gap <= tolerance
-        status = OptimStatus.OPTIMAL if closed else OptimStatus.FEASIBLE
+        status = OptimStatus.OPTIMAL if found.gap <= tolerance else OptimStatus.FEASIBLE
         message = f"within {found.gap:.2%} of the best that any drive can do"
     return replace(
         drive,

@@ -113,8 +113,7 @@ def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray,
     ahead, ahead_half = _one_way(a.nodes, b.nodes, limit)
     back, back_half = (of[::-1, ::-1] for of in _one_way(-a.nodes[::-1], -b.nodes[::-1], limit))
     square = (ahead & back) | (ahead_half & back_half)  # cut at both sides: taken whole
-    cases = [square, ahead_half & back, back_half & ahead]
-    return np.select(cases, [SQUARE, AHEAD, BACK], NONE)
+    return np.select([square, ahead_half & back, back_half & ahead], [SQUARE, AHEAD, BACK], NONE)
 
 
 def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
@@ -261,8 +260,7 @@ class StationCells:
         first, second = (self.inside.derivative(name, order) for order in (1, 2))
         for leg, h in enumerate(widths):
             bend, slope = second[leg], first[leg]
-            above = bend.hi if sign > 0 else -bend.lo
-            curved = h**2 / 8 * np.maximum(above, 0)
+            curved = h**2 / 8 * np.maximum(bend.hi if sign > 0 else -bend.lo, 0)
             straight = h / 2 * slope.size
             total += np.where(smooth, np.minimum(curved, straight), straight)
         return np.where(known, total * (1 + 1e-9) + self.radii[name], np.inf)
@@ -330,8 +328,7 @@ class Surveyor:
             alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
         alive = self._wheels_clear(rear, front, alive)
         inside = self._inside(cells.bracket, rear, front, alive)
-        after = replace(cells, rear=rear, front=front, alive=alive, inside=inside)
-        return self._valued(k, after)
+        return self._valued(k, replace(cells, rear=rear, front=front, alive=alive, inside=inside))
 
     def _wheels_clear(self, rear: Axis, front: Axis, alive: np.ndarray) -> np.ndarray:
         """The cells in some posture of which the wheels may clear each other."""
@@ -343,8 +340,7 @@ class Surveyor:
         if not np.any(alive):
             none = np.zeros((len(self.inside), 2, 2, *alive.shape))
             return Boxes(self.inside, none, none, np.zeros_like(alive), np.zeros_like(alive))
-        whole = _boxes(rear, front, alive)
-        found = by_parts(lambda angles: self._over(bracket, angles), whole)
+        found = by_parts(lambda angles: self._over(bracket, angles), _boxes(rear, front, alive))
 
         def spread(of: np.ndarray) -> np.ndarray:
             cells = np.zeros((*of.shape[:-1], *alive.shape), of.dtype)
@@ -402,8 +398,7 @@ class Surveyor:
         unknown[rows, columns] = ~good
         lost = of_corners(unknown, np.logical_or)
         if np.any(lost):  # a corner without a value: nothing is known of the cells about it
-            known = cells.inside.known & ~lost
-            cells = replace(cells, inside=cells.inside._replace(known=known))
+            cells = replace(cells, inside=cells.inside._replace(known=cells.inside.known & ~lost))
         valued = replace(cells, values=values, radii=radii)
         alive = cells.alive & ~self._ruled_out(k, valued)
         values = {name: of for name, of in values.items() if name in self.kept}

@@ -112,8 +112,7 @@ def _step(x: Interval, height: float, at: float, length: float) -> Derivatives:
 
 
 def _ditch(x: Interval, depth: float, middle: float, width: float, side: float) -> Derivatives:
-    z = x - middle
-    first, second = (_quintic_rise(z + k * width, side) for k in (0.5, -0.5))
+    first, second = (_quintic_rise(x - middle + k * width, side) for k in (0.5, -0.5))
     y, dy, d2y, d3y = ((b - a) * depth for a, b in zip(first, second, strict=True))
     return y, dy, d2y, d3y
 
@@ -151,8 +150,7 @@ def _bend(z: Interval, joint: float) -> Derivatives:
     u = free.clip(0.0, 1.0)
     past = z - interval(joint) * 0.5
     past = Interval(np.maximum(past.lo, 0.0), np.maximum(past.hi, 0.0))
-    cube = u.square() * u
-    value = cube * (interval(1.0) - u * 0.5) * joint + past
+    value = u.square() * u * (interval(1.0) - u * 0.5) * joint + past
     slope = u.square() * (interval(3.0) - u * 2.0)
     second = u * (interval(1.0) - u) * 6.0 / joint
     third = _inside(free, (interval(1.0) - u * 2.0) * 6.0 / joint / joint)
@@ -289,15 +287,13 @@ class Arc:
         lo = np.concatenate([[0.0], np.cumsum(pieces.lo)])
         hi = np.concatenate([[0.0], np.cumsum(pieces.hi)])
         slack = len(edges) * np.finfo(float).eps * (1 + np.abs(hi))
-        sums = Interval(lo - slack, hi + slack)
-        return cls(ground, edges, sums, bends)
+        return cls(ground, edges, Interval(lo - slack, hi + slack), bends)
 
     def at(self, x: Interval) -> Interval:
         """S(x) for narrow x that lie between the ends."""
         cell = np.clip(np.searchsorted(self.edges, x.middle, "right") - 1, 0, len(self.edges) - 2)
         begin = interval(self.edges[cell])
-        bends = self.bends[cell]
-        rest = _integral(self.ground, begin, interval(x.middle), bends)
+        rest = _integral(self.ground, begin, interval(x.middle), self.bends[cell])
         # The rest of x, over which q is at least 1 and at most what the slope there says.
         steep = (self.ground.profile(x)[1].square() + 1.0).sqrt()
         off = (x - x.middle) * Interval(np.ones(x.shape), steep.hi)
@@ -307,6 +303,5 @@ class Arc:
 def _integral(ground: Ground, a: Interval, b: Interval, bend: Interval) -> Interval:
     """Integral of q from a to b, thin numbers within a cell; bend: q'' there."""
     h = b - a
-    middle = a + h * 0.5
-    q = (ground.profile(middle)[1].square() + 1.0).sqrt()
+    q = (ground.profile(a + h * 0.5)[1].square() + 1.0).sqrt()
     return h * q + h * h.square() * bend / 24.0

@@ -151,8 +151,7 @@ def _field(cells: StationCells, name: str, box: tuple[slice, slice]) -> Field:
     counts = (cells.inside.known & cells.alive)[box].ravel()
 
     def row(of: np.ndarray) -> np.ndarray:
-        found = of[(..., *box)].reshape(*of.shape[:-2], -1)
-        return np.where(counts, found, 0.0)
+        return np.where(counts, of[(..., *box)].reshape(*of.shape[:-2], -1), 0.0)
 
     first, second = (cells.inside.derivative(name, order).map(row) for order in (1, 2))
     with np.errstate(invalid="ignore"):

@@ -124,8 +124,7 @@ def swept(
             pairs = _worth(here, there, mine, theirs, shape, (found, least - recovered, reached))
             if not len(pairs[0]):
                 continue
-            given_pairs = _pairs(*pairs, ahead)
-            (_lower if exactly else _at_corners)(step, given_pairs, found, given, ahead)
+            (_lower if exactly else _at_corners)(step, _pairs(*pairs, ahead), found, given, ahead)
     return np.where((reached & here.alive.ravel())[:, None], found, np.inf)
 
 

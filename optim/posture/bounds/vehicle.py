@@ -152,8 +152,7 @@ class Bracket:
         at = interval(np.asarray(x_front, float))
         origin = (x_front, ground.profile(at)[0])
         front = wheel_at(ground, radius, at, origin)
-        first = x_front - 1.001 * (longest + 2 * radius)
-        edges = np.linspace(first, x_front, BINS + 1)
+        edges = np.linspace(x_front - 1.001 * (longest + 2 * radius), x_front, BINS + 1)
         x = Interval(edges[:-1], edges[1:])
         wheel = wheel_at(ground, radius, x, origin)
         found = distance(radius, wheel, front)
@@ -289,8 +288,7 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     across = across - vy * (F_front * cos_f - N_front * sin_f)
     leg_front = -(drive * r + across - vx * carried)
 
-    pitch = (S / C).arctan()
-    turn = at.slope.arctan() - pitch * 2.0 + rear_angle - front_angle - at.rolled / r
+    turn = at.slope.arctan() - (S / C).arctan() * 2.0 + rear_angle - front_angle - at.rolled / r
     return Held(drive * (-r), turn, leg_rear, leg_front, F, F_front, N_rear, N_front)
 
 
@@ -305,5 +303,4 @@ def rear_jets(bracket: Bracket, Q: Jet, first: np.ndarray, last: np.ndarray) -> 
     """The rear wheel over boxes whose contacts lie in the bins from `first` to `last`: functions of
     Q alone, whose derivatives by it are known of each bin."""
     rows = bracket.rear.over(first, last)
-    jets = [Q.through(rows[k], rows[k + 1], rows[k + 2]) for k in (0, 3, 6, 9)]
-    return Rear(*jets)
+    return Rear(*(Q.through(rows[k], rows[k + 1], rows[k + 2]) for k in (0, 3, 6, 9)))

@@ -113,8 +113,7 @@ def vehicle_on_track(given: Namespace) -> tuple[UGVParams, Survey, dict[str, Any
     The motors' torque limit is --max-torque, else that of the vehicle's file.
     """
     vehicle, motor = UGVParams.with_motor(given.vehicle, given.changes)
-    treatments = treatments_of(given.ground, vehicle)
-    survey = survey_of(given.track, given.track_options, treatments)
+    survey = survey_of(given.track, given.track_options, treatments_of(given.ground, vehicle))
     torque = motor.get("max_torque", math.inf) if given.max_torque is None else given.max_torque
     limits = {"leg_rate": finite(given.leg_rate), "max_torque": finite(torque)}
     return vehicle, survey, {**limits, "friction": given.friction}
@@ -296,8 +295,7 @@ def stations_table(found: Station) -> Table:
     }
     numbers = [np.asarray(values, float).tolist() for values in columns.values()]
     status = [Status(int(code)).name for code in np.asarray(found.status)]
-    head = [*columns, Column("status", words=True)]
-    return Table(head, list(zip(*numbers, status, strict=True)))
+    return Table([*columns, Column("status", words=True)], list(zip(*numbers, status, strict=True)))
 
 
 def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:

@@ -32,8 +32,7 @@ class Figure(NamedTuple):
 
     def compute(self, params: BipedParams | UGVParams, samples: int) -> Result:
         """Compute with so many points a step of the biped, or along the bump of Fig. 24."""
-        compute = resolve_name(f"stickslip.paper.{self.module}:{self.function}")
-        return compute(params, samples)
+        return resolve_name(f"stickslip.paper.{self.module}:{self.function}")(params, samples)
 
 
 _TEXT = Path(__file__).with_name("figures.json").read_text(encoding="utf-8")

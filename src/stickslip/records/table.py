@@ -44,8 +44,7 @@ class Table:
     @classmethod
     def of_columns(cls, columns: Mapping[str, Iterable[Any]]) -> Table:
         """From equally long columns by their titles."""
-        rows = list(zip(*columns.values(), strict=True))
-        return cls([Column(title) for title in columns], rows)
+        return cls([Column(title) for title in columns], list(zip(*columns.values(), strict=True)))
 
     def rounded(self, digits: int) -> Table:
         """Round floats to so many significant digits, as text; None becomes empty."""

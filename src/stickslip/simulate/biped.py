@@ -103,8 +103,7 @@ def _law_in_words(given: Namespace) -> str:
 def scene_of(given: Namespace) -> Scene:
     """The floor, the load and the outputs. ValueError for flags that contradict each other."""
     static, kinetic, edges = given.mu_static, given.mu_kinetic, given.edges
-    outputs = "joints" if given.joints else "forces"
-    options = SceneOptions(payload=given.payload, outputs=outputs)
+    options = SceneOptions(payload=given.payload, outputs="joints" if given.joints else "forces")
     if static is None:
         for flag, value in (("--mu-kinetic", kinetic), ("--edges", edges)):
             if value is not None:

@@ -120,16 +120,14 @@ class Expression:
 
     def __post_init__(self):
         if len(self.text) > LONGEST:
-            count = len(self.text)
-            raise ValueError(f"torque of {count} characters; accepted: up to {LONGEST}")
+            raise ValueError(f"torque of {len(self.text)} characters; accepted: up to {LONGEST}")
         names = dict.fromkeys(STATE, 1.0) | CONSTANTS
         try:
             with np.errstate(all="ignore"):
                 _value(self._parsed(), names, np)
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
             why = error.msg if isinstance(error, SyntaxError) else str(error)
-            text = shown(self.text)
-            raise ValueError(f"torque {text}: {why}; accepted: {ACCEPTED}") from None
+            raise ValueError(f"torque {shown(self.text)}: {why}; accepted: {ACCEPTED}") from None
 
     def __call__(self, state: BipedState) -> Float[Array, ""]:
         """The torque in a state."""
@@ -209,8 +207,7 @@ class PhaseRates:
         """The rates at times from a phase on."""
         nodes = np.linspace(SUPPORT_START, SUPPORT_END, NODES)
         rates = np.interp(nodes, self.angles, self.rates, period=np.pi)
-        pace = np.diff(nodes) * (1 / rates[1:] + 1 / rates[:-1]) / 2
-        clock = np.append(0.0, np.cumsum(pace))
+        clock = np.append(0.0, np.cumsum(np.diff(nodes) * (1 / rates[1:] + 1 / rates[:-1]) / 2))
         now = np.mod(times + np.interp(phase, nodes, clock), clock[-1])
         return np.interp(now, clock, rates)
 
