@@ -173,9 +173,7 @@ def _threads(num_envs: int, cores: int | None) -> int:
 
 def cores_here() -> int:
     """Number of this machine's cores that the process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _require_room(program: _Program, params: Any, policy_params: Any, num_envs: int) -> None:

@@ -124,8 +124,7 @@ def _begun(params: BipedEnvParams, start: str | None, usual: str) -> BipedEnvPar
     """A task begun as an option says, as it draws it itself, or as usual."""
     drawn = params.randomisation
     if start is None:
-        own = drawn.phase is not None or drawn.crank_rate is not None
-        start = "" if own else usual
+        start = "" if drawn.phase is not None or drawn.crank_rate is not None else usual
     if start == "rest":
         return params.replace(randomisation=replace(drawn, phase=None, crank_rate=None))
     return from_anywhere(params) if start == "moving" else params

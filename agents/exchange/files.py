@@ -114,8 +114,7 @@ def mechanism(params: BipedParams) -> Mechanism:
     mass = jnp.asarray(params.mass)[LINK_OF_BODY].at[BODIES.index("13")].add(params.payload)
     inertia = jnp.asarray(params.inertia)[LINK_OF_BODY]
     placed = _placed(params, jnp.asarray(SUPPORT_START, mass.dtype))
-    lengths = params.crank, params.heel, params.toe
-    return Mechanism(mass, inertia, placed, *lengths, params.gravity)
+    return Mechanism(mass, inertia, placed, params.crank, params.heel, params.toe, params.gravity)
 
 
 _placed = jax.jit(kinematics)

@@ -247,8 +247,7 @@ def counted_text(runs: Sequence[Run]) -> str:
     if moved := sum(run.counts["clipped"] + run.counts["refused"] for run in runs):
         lines.append(f"{moved:,} points lay out of bounds and were moved in or refused.")
     for run in (run for run in runs if run.outcome == "raised"):
-        name = f"{run.method} on {run.instance}, seed {run.seed}"
-        lines.append(f"- {name}: {run.message}")
+        lines.append(f"- {run.method} on {run.instance}, seed {run.seed}: {run.message}")
     return "\n".join(lines) + "\n"
 
 

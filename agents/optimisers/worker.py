@@ -146,8 +146,7 @@ class EventRecord(Record):
             value = float(self.instance.value(x)[0][0])
         if value >= self.last.value:
             return
-        point = None if several else np.array(x)
-        self.last = Event(self.evaluations, seconds, value, point)
+        self.last = Event(self.evaluations, seconds, value, None if several else np.array(x))
         left = float(gap(self.instance, value))
         level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
         if level < self._level:

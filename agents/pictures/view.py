@@ -136,8 +136,7 @@ def view_command(given: Options) -> None:
     else:
         one = played[0]
         say_stage(f"drawing {path}")
-        about = (machine.frames, given["seconds"], True)
-        write_film(one.env, one.episode, one.params, path, *about)
+        write_film(one.env, one.episode, one.params, path, machine.frames, given["seconds"], True)
     print("\n".join(lead))
     print(f"Written: {path}")
 

@@ -140,8 +140,7 @@ def observe(
     sizes = jnp.asarray([*(coarse * (STATE | LOADS)[name] for name in names), push], dtype)
 
     def predicted(mean, push):
-        given = friction, mean, torque, push, duration, integrator
-        return _predicted(robot, *given)
+        return _predicted(robot, friction, mean, torque, push, duration, integrator)
 
     moved = jnp.eye(8, dtype=dtype)[columns] * sizes[:-1, None]
     moved = belief.mean + jnp.pad(moved, ((1, 1), (0, 0)))

@@ -118,9 +118,7 @@ def _differences(params: BipedParams, theta: Scalar, step: float):
 def _change(before: Float[Array, "..."], after: Float[Array, "..."]) -> Float[Array, "..."]:
     """Difference; of angles, the array of rank 1, by the shorter way round."""
     change = after - before
-    if change.ndim > 1:
-        return change
-    return change - 2 * np.pi * jnp.round(change / (2 * np.pi))
+    return change if change.ndim > 1 else change - 2 * np.pi * jnp.round(change / (2 * np.pi))
 
 
 class _Loaded(NamedTuple):

@@ -127,8 +127,7 @@ def friction_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Fl
     surface, dtype = odometer.track.surface, state.cost.dtype
     if surface is None:
         return jnp.full(preview, friction, dtype)
-    places = state.station.x + places_ahead(preview, params, dtype)
-    return surface.mu(friction, surface.at(places))
+    return surface.mu(friction, surface.at(state.station.x + places_ahead(preview, params, dtype)))
 
 
 def heights_ahead(preview: int, state: UGVEnvState, params: UGVEnvParams) -> Float[Array, " n"]:

@@ -127,8 +127,7 @@ def _scaled(posture: Posture, at: Station) -> tuple[dict[str, Array], Array]:
     needed = [
         jnp.where(N > 0, (jnp.abs(F) + posture.min_grip) / N, jnp.inf) for F, N, _ in at.wheels
     ]
-    others = jnp.stack([of for name, of in margins.items() if name != "grip"])
-    met = jnp.all(others >= 0, axis=0)
+    met = jnp.all(jnp.stack([of for name, of in margins.items() if name != "grip"]) >= 0, axis=0)
     return margins, jnp.where(met, jnp.maximum(*needed), jnp.inf)
 
 

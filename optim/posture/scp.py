@@ -261,8 +261,7 @@ class _Search:
 
     def step(self) -> None:
         """Solve the model, take or refuse its step, and adapt the box."""
-        numbers = self.scale, self.radius, self.penalty
-        solution = solve_model(self.problem, self.x, self.at, *numbers)
+        solution = solve_model(self.problem, self.x, self.at, self.scale, self.radius, self.penalty)
         self.steps += 1
         self.failed = solution is None
         if solution is None:

@@ -198,9 +198,7 @@ def bound_every_drive(
     require_integer("cells", cells, low=2, high=COUNT)
     require_integer("most_corners", most_corners, high=COUNT)
     require_boundable(problem)
-    best = np.inf
-    if x is not None:
-        best = problem.objective(x) if problem.is_feasible(x) else np.inf
+    best = problem.objective(x) if x is not None and problem.is_feasible(x) else np.inf
     K = len(problem.x)
     require_memory(f"cells = {cells} at {K} waypoints", "cells", K * float(cells) ** 2, FIRST)
     method = _method(problem, x if np.isfinite(best) else None)
@@ -214,8 +212,7 @@ def bound_every_drive(
             bar.advance(0, note)
             now = [_cells_at(surveyor, k, cells, after, worth, bar) for k in range(K)]
             bound, after, worth = method.bound(now, best, enough, bar.advance)
-        bound = _settled(problem, bound, best, surveyor.ground.missed)
-        found = max(found, bound)
+        found = max(found, _settled(problem, bound, best, surveyor.ground.missed))
         alive = float(np.mean([np.mean(of.alive) for of in after]))
         widths = [float(np.max(of.rear.widths)) for of in now]
         levels.append({"cells": min(widths[1:-1] or widths), "bound": found, "alive": alive})

@@ -441,8 +441,7 @@ class Surveyor:
 def _boxes(rear: Axis, front: Axis, alive: np.ndarray) -> Interval:
     """Leg angles of the cells that are alive [2, n] [rad]."""
     rows, columns = np.nonzero(alive)
-    ends = (np.stack([rear.nodes[rows + k], front.nodes[columns + k]]) for k in (0, 1))
-    return Interval(*ends)
+    return Interval(*(np.stack([rear.nodes[rows + k], front.nodes[columns + k]]) for k in (0, 1)))
 
 
 def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:

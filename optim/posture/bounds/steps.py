@@ -47,9 +47,7 @@ class Term(NamedTuple):
         return 1 / (self.heat * dx) if self.heat else dx
 
     def cost(self, p: Array, dx: float) -> Array:
-        if self.Y is not None:
-            return np.maximum(self.up * p, self.down * p)
-        return p**2 / self.per(dx)
+        return np.maximum(self.up * p, self.down * p) if self.Y is not None else p**2 / self.per(dx)
 
     def below(self, slope: Array, p: Array, kappa: Array, dx: float) -> tuple[Array, Array]:
         """A bound of what is paid for p within kappa, concave in the slope, and its derivative."""

@@ -128,8 +128,7 @@ def slides_of(trajectory: biped.Trajectory, period: float) -> tuple[Slide, ...]:
     times, places = np.asarray(states.time), np.asarray(states.foot_position)
     slips, stops = ([time for time, of, _ in events if of == kind] for kind in ("slip", "stick"))
     slides, place = [], float(places[0])
-    following = [*slips[1:], np.inf]
-    for start, stop, later in zip(slips, [*stops, times[-1]], following, strict=False):
+    for start, stop, later in zip(slips, [*stops, times[-1]], [*slips[1:], np.inf], strict=False):
         after = min(int(np.searchsorted(times, stop)), len(times) - 1)
         rests = times[after] <= later  # else no sample is at rest
         reached = float(places[after] if rests else np.interp(stop, times, places))

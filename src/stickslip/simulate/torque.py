@@ -252,6 +252,4 @@ def rates_at(rate: Rate, times: Float[np.ndarray, " m"], phase: float) -> Float[
     """The crank rates at times, from a phase on [rad/s]. ValueError beyond a file's."""
     if isinstance(rate, Recorded):
         return rate.at(times)
-    if isinstance(rate, PhaseRates):
-        return rate.at(times, phase)
-    return np.full(len(times), rate)
+    return rate.at(times, phase) if isinstance(rate, PhaseRates) else np.full(len(times), rate)
