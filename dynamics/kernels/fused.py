@@ -82,8 +82,7 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     def run(constants: tuple[Hashable, ...], arguments: tuple[object, ...]) -> Result:
         traced = traced_once.trace(*constants, *arguments)
         leaves = jax.tree.leaves(arguments)
-        keys = tuple(map(pytrees.is_key, leaves))
-        kernel = _kernel(traced.jaxpr, keys, os.environ.get(SWITCH))
+        kernel = _kernel(traced.jaxpr, tuple(map(pytrees.is_key, leaves)), os.environ.get(SWITCH))
         found = kernel_p.bind(*map(pytrees.as_plain, leaves), kernel=kernel)
         return jax.tree.unflatten(jax.tree.structure(traced.out_info), found)
 
@@ -379,8 +378,7 @@ def where_needed(
         needed = _spread(size, batched[0], needed)
 
         def some():
-            found = jax.vmap(function, axes, axis_size=size)(*args)
-            return _choose(needed, found, otherwise)
+            return _choose(needed, jax.vmap(function, axes, axis_size=size)(*args), otherwise)
 
         out = jax.lax.cond(jnp.any(needed), some, lambda: otherwise)
         return out, jax.tree.map(lambda _: True, out)
@@ -431,8 +429,7 @@ class _Lanes(NamedTuple, Generic[Args, Carry]):
             leaf if axis is None else next(own) for leaf, axis in zip(leaves, axes, strict=True)
         ]
         part = self.finish(jax.tree.unflatten(structure, chosen), part, wanted <= rank[-1])
-        found = _picked(part, jnp.clip(rank, 0, size - 1))
-        return _choose(going & (rank < size), found, carry)
+        return _choose(going & (rank < size), _picked(part, jnp.clip(rank, 0, size - 1)), carry)
 
 
 def _picked(tree: Carry, places: Int[Array, " places"]) -> Carry:

@@ -98,8 +98,7 @@ def register(
     batching.primitive_batchers[operation] = batched
     mlir.register_lowering(operation, mlir.lower_fun(anywhere, multiple_results=several))
     if on_cpu is not None:
-        lowered = mlir.lower_fun(on_cpu, multiple_results=several)
-        mlir.register_lowering(operation, lowered, "cpu")
+        mlir.register_lowering(operation, mlir.lower_fun(on_cpu, multiple_results=several), "cpu")
     if slope is not None:
         ad.primitive_jvps[operation] = slope
     if back is not None:
