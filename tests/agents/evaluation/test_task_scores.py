@@ -55,12 +55,10 @@ def test_who_costs_more_than_the_limit_is_not_ranked():
     assert over["return"].value > kept["return"].value
     assert over["cost"].value > known.cost_limit >= kept["cost"].value
     assert math.isnan(over["task_score"].value)
-    assert math.isnan(over["gap"].value)
     assert kept["task_score"].value == pytest.approx(0.0, abs=0.1)
     pi, still = table.to_text().splitlines()[-2:]
     assert "over the limit" in pi
     assert "over the limit" not in still
-    assert known.score_of(known.by_hand).value > 0.9
     (gait,) = (one for one in known.baselines if one.policy == "optimal-gait")
     assert gait.value > known.by_hand.value
     assert math.isnan(known.score_of(gait).value)
