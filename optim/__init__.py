@@ -1,9 +1,9 @@
 """Optimisation problems, and the methods that solve them.
 
 `Problem` is the interface, and `solve` runs a method on it. `PostureProblem` chooses the UGV's leg
-angles along a track by a criterion; `GaitProblem` is the best gait of the biped without slip.
-`suite` has fixed instances of both; `identify` finds friction and load in the log of a walk. A
-method's module is imported when the method is first used.
+angles along a track by a criterion; `GaitProblem` is the best gait of the biped without slip,
+`slip_transfer` a start or a stop with it. `suite` has fixed instances of both; `identify` finds
+friction and load in the log of a walk. A method's module is imported when the method is first used.
 """
 
 from typing import TYPE_CHECKING
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from stickslip.optim.gait.problem import best_transfer as best_transfer
     from stickslip.optim.gait.replay import Replay as Replay
     from stickslip.optim.gait.replay import replay as replay
+    from stickslip.optim.gait.slip_transfer import SlipTransfer as SlipTransfer
+    from stickslip.optim.gait.slip_transfer import slip_transfer as slip_transfer
     from stickslip.optim.identification import Identified as Identified
     from stickslip.optim.identification import WalkLog as WalkLog
     from stickslip.optim.identification import identify as identify

@@ -1,7 +1,8 @@
 """Gaits of the biped that are best of all that do not slip: convex programs, with their proofs.
 
 `problem.py` states the problem, `gait.py` holds a gait and the result, `replay.py` walks a gait in
-simulation; `convex/` solves and proves.
+simulation; `convex/` solves and proves. `slip_transfer.py` searches walks whose foot may slip, by
+dynamic programming over the motion in `sliding.py`.
 """
 
 OBJECTIVES: dict[str, str] = {

@@ -275,13 +275,14 @@ def friction_along(mu: Number | Lists | None, steps: int) -> Float[np.ndarray, "
 
 
 def best_transfer(
-    problem: GaitProblem, most_steps: int, **options: Any
-) -> tuple[GaitProblem, GaitResult]:
+    problem: GaitProblem, most_steps: int, run: Callable[..., Any] = solve, **options: Any
+) -> tuple[GaitProblem, Any]:
     """The problem of the least value, of those of problem.steps_taken to `most_steps` steps that
-    differ in nothing else, and its result; where none is feasible the last. options: of `solve`."""
+    differ in nothing else, and its result; where none is feasible the last. run: `solve` or
+    `slip_transfer`; options: of it."""
     require_integer("most_steps", most_steps, low=problem.steps_taken, high=MOST_STEPS)
     walks = [replace(problem, steps_taken=n) for n in range(problem.steps_taken, most_steps + 1)]
-    found = [(walk, solve(walk, **options)) for walk in walks]
+    found = [(walk, run(walk, **options)) for walk in walks]
     feasible = [pair for pair in found if pair[1].feasible]
     return min(feasible or found[-1:], key=lambda pair: pair[1].value)
 

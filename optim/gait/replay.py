@@ -8,8 +8,8 @@ one crank angle, so that E - E* = M (w^2 - b*) / 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import jax
 import jax.numpy as jnp
@@ -21,6 +21,7 @@ from stickslip.dynamics.checks import require_integer, require_kind, require_mem
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
+from stickslip.optim.gait.gait import Gait
 from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped import BipedModel, BipedParams
     from stickslip.dynamics.biped.state import Contact
-    from stickslip.optim.gait.gait import Gait
+    from stickslip.optim.gait.profile import Grid, Profile
 
 NO_TIME = 1e-4
 """Part of a hold so near to the exchange of support that it counts as reached."""
@@ -38,8 +39,9 @@ of the simulation it may be outside the friction cone for less than a microsecon
 EXACT = EventExact(rtol=1e-9, atol=1e-12)
 FINE = Table(64, 9)
 """Inertia functions exact to 1e-13 on the default robot."""
-HOLDS = 4000
-"""Holds of a torque in the mean time of a step."""
+HOLDS, LONGEST = 4000, 2.5e-4
+"""Holds of a torque in the mean time of a step, and the longest [s]: on ice a hundredth of a newton
+metre is a tenth of what friction carries."""
 BLOCK = 4000
 """Holds of one compiled scan; a walk takes as many blocks as it needs."""
 
@@ -52,7 +54,8 @@ class Replay:
     slid: path of the foot over the floor [m]. steps: exchanges reached. duration [s], work
     (positive, [J]) and mean_rate [rad/s] up to the last exchange. friction_use: largest
     |friction| / normal force at the ends of holds, exchanges left out [-]. rate_error: largest
-    |crank rate - gait's| [rad/s] there; end_rate: the crank rate in the end. arrived: whether all
+    |crank rate - gait's| [rad/s] there; end_rate, end_velocity: of the crank and of the
+    foot [m/s] in the end. arrived: whether all
     steps were done; of a gait that stops, whether the crank was within a hundredth of a step of its
     place at the time promised.
     """
@@ -67,6 +70,7 @@ class Replay:
     friction_use: float
     rate_error: float
     end_rate: float
+    end_velocity: float
     arrived: bool
     step_length: float
 
@@ -87,23 +91,25 @@ class Trace(NamedTuple):
 
 def replay(
     params: BipedParams,
-    gait: Gait,
+    gait: Gait | Planned,
     *,
     mu: float | None = None,
+    mu_kinetic: float | None = None,
     feedback: float = 0.0,
     walk_steps: int | None = None,
     zmp: bool = False,
 ) -> Replay:
     """Walk a gait from its own beginning. See Replay.
 
-    params: the robot that walks, the gait's own or another. feedback [1/rad]: gain on the energy; 0
-    is open loop, the torque over the crank angle. walk_steps: how far, by default the
-    gait's own steps, of a periodic one 3. zmp: whether a zero-moment point outside the foot topples
-    the robot; a gait without the limit zmp may pass the edges. ValueError for a gait that stands
-    still on its way.
+    params: the robot that walks, the gait's own or another. mu_kinetic: None: as mu. feedback
+    [1/rad]: gain on the energy; 0 is open loop, the torque over the crank angle. walk_steps: how
+    far, by default the gait's own steps, of a periodic one 3. zmp: whether a zero-moment point
+    outside the foot topples the robot; a gait without the limit zmp may pass the edges. ValueError
+    for a gait that stands still on its way.
     """
     if mu is not None:
         require_scalar("mu", mu, low=0.0, accepted="None, or a finite number >= 0")
+    kinetic = mu if mu_kinetic is None else mu_kinetic
     require_scalar("feedback", feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
     require_kind("zmp", zmp, bool, "True or False")
     n = gait.grid.steps
@@ -113,11 +119,44 @@ def replay(
     duration = gait.duration
     if not np.isfinite(duration):
         raise ValueError("the gait stands still on its way; accepted: one of finite duration")
-    hold, whole = duration / n / HOLDS, duration * count / n
-    require_memory(f"walk_steps = {count}", "holds", 1.5 * count * HOLDS, 400)
+    hold, whole = min(duration / n / HOLDS, LONGEST), duration * count / n
+    require_memory(f"walk_steps = {count}", "holds", 1.5 * whole / hold, 400)
     with jax.enable_x64(True):
-        trace = _walked(params, gait, mu, float(feedback), count, float(hold), zmp, whole)
+        trace = _walked(params, gait, mu, kinetic, float(feedback), count, float(hold), zmp, whole)
     return _summed(gait, trace, mu, count, whole)
+
+
+class Law(Protocol):
+    """Torque over the crank angle, as a pytree; phase and steps: the place along the walk."""
+
+    def at(self, model: BipedModel, phase: Array, steps: Array) -> tuple[Array, Array]:
+        """Crank acceleration [rad/s^2] and b [rad^2/s^2]."""
+        ...
+
+    def jump_after(self, phase: Array, steps: Array) -> Array | float:
+        """The next angle at which the torque may jump [rad]."""
+        ...
+
+    def torque(self, model: BipedModel, phase: Array, steps: Array) -> Array:
+        """The motor's torque [N m]."""
+        ...
+
+
+class Planned(Protocol):
+    """A walk that is no Gait, with the attributes of one that a replay reads, and its law."""
+
+    @property
+    def grid(self) -> Grid: ...
+    @property
+    def nodes(self) -> Profile: ...
+    @property
+    def b(self) -> np.ndarray: ...
+    @property
+    def duration(self) -> float: ...
+    @property
+    def repeats(self) -> bool: ...
+    @property
+    def law(self) -> Law: ...
 
 
 @register_pytree
@@ -136,33 +175,57 @@ class GaitLaw:
         return cls(*(jnp.asarray(part, dtype) for part in (gait.theta, gait.a, gait.b)))
 
     def at(
-        self, phase: Float[Array, ""], steps: Int[Array, ""]
+        self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]
     ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """a and b at a phase of the step so many exchanges after the first; the last step goes
-        on for ever. Beyond a phase's end, within a step's reach, the next step is read."""
-        last = self.theta.shape[0] - 1
-        beyond = (phase - SUPPORT_START >= np.pi).astype(steps.dtype)
-        phase = phase - np.pi * beyond.astype(phase.dtype)
-        row = jnp.clip(steps + beyond, 0, last)
-        nodes = self.theta[row]
-        cells = nodes.shape[0] - 1
-        cell = jnp.clip(jnp.searchsorted(nodes, phase, side="right") - 1, 0, cells - 1)
-        x = phase - nodes[cell]
-        rise = (self.a[row, cell + 1] - self.a[row, cell]) / (nodes[cell + 1] - nodes[cell])
-        start = self.a[row, cell]
+        """See Law."""
+        row, cell, phase = locate(self.theta, phase, steps)
+        left, right = self.theta[row, cell], self.theta[row, cell + 1]
+        x, start = phase - left, self.a[row, cell]
+        rise = (self.a[row, cell + 1] - start) / (right - left)
         return start + rise * x, self.b[row, cell] + 2 * start * x + rise * x**2
+
+    def jump_after(self, phase: Float[Array, ""], steps: Int[Array, ""]) -> float:
+        """The exchange of support."""
+        return SUPPORT_END
+
+    def torque(
+        self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]
+    ) -> Float[Array, ""]:
+        """The motor's torque [N m]."""
+        a, b = self.at(model, phase, steps)
+        inertia = model.inertia.at(wrapped(phase))
+        return inertia.M * a + inertia.dM * b / 2 + model.gravity * inertia.Y
+
+
+def wrapped(phase: Float[Array, ""]) -> Float[Array, ""]:
+    """The crank angle of the leg that supports at a phase, which may lie beyond its end."""
+    return SUPPORT_START + jnp.mod(phase - SUPPORT_START, np.pi)
+
+
+def locate(
+    theta: Float[Array, "n K+1"], phase: Float[Array, ""], steps: Int[Array, ""]
+) -> tuple[Int[Array, ""], Int[Array, ""], Float[Array, ""]]:
+    """Step, cell and crank angle of a phase; the last step goes on for ever. Beyond a phase's end,
+    within a step's reach, the next step is read."""
+    beyond = (phase - SUPPORT_START >= np.pi).astype(steps.dtype)
+    phase = phase - np.pi * beyond.astype(phase.dtype)
+    row = jnp.clip(steps + beyond, 0, theta.shape[0] - 1)
+    cell = jnp.searchsorted(theta[row], phase, side="right") - 1
+    return row, jnp.clip(cell, 0, theta.shape[1] - 2), phase
 
 
 def _walked(
-    params: BipedParams, gait: Gait, mu: float | None, feedback: float, count: int, hold: float,
-    zmp: bool, whole: float,
+    params: BipedParams, gait: Gait | Planned, mu: float | None, kinetic: float | None,
+    feedback: float, count: int, hold: float, zmp: bool, whole: float,
 ) -> Trace:  # fmt: skip
     """All holds, until as many steps are done or the walk takes half as long again as promised."""
     outputs = "forces" if zmp else "state"
-    scene = Scene.grip(outputs=outputs) if mu is None else Scene.uniform(mu, mu, outputs=outputs)
+    scene = Scene.grip() if mu is None else Scene.uniform(mu, kinetic)
+    scene = replace(scene, outputs=outputs)
     scene = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), scene)
     model = prepare(params.astype(jnp.float64), fidelity=FINE)
-    law = GaitLaw.of(gait)
+    law = GaitLaw.of(gait) if isinstance(gait, Gait) else gait.law
+    law = jax.tree.map(jnp.asarray, law)
     state = BipedState(crank_rate=float(np.sqrt(gait.b[0, 0]))).astype(jnp.float64)
     blocks, most = [], int(np.ceil(1.5 * whole / hold / BLOCK)) + 1
     for _ in range(most):
@@ -177,7 +240,7 @@ def _walked(
 
 @jax.jit
 def _block(
-    model: BipedModel, scene: Scene, law: GaitLaw, state: BipedState,
+    model: BipedModel, scene: Scene, law: Law, state: BipedState,
     feedback: Float[Array, ""], hold: Float[Array, ""],
 ) -> Trace:  # fmt: skip
     """BLOCK holds; the torque is the gait's at the middle of what a hold will cover."""
@@ -185,27 +248,26 @@ def _block(
     def body(now: BipedState, nothing: None) -> tuple[BipedState, Trace]:
         steps = jnp.asarray(now.steps)
         phase, rate = jnp.asarray(now.phase), jnp.asarray(now.crank_rate)
-        a, b = law.at(phase, steps)
-        # end on the exchange of support, where the gait's torque may jump
-        to_go = jnp.maximum(SUPPORT_END - phase, 0.0)
+        a, b = law.at(model, phase, steps)
+        to_go = jnp.maximum(law.jump_after(phase, steps) - phase, 0.0)  # end where it may jump
         root = jnp.sqrt(jnp.maximum(rate**2 + 2 * a * to_go, 0.0))
         due = 2 * to_go / jnp.maximum(rate + root, 1e-12)
         near = (due < 1.5 * hold) & (due > NO_TIME * hold)
         length = jnp.where(near, due, hold)
         ahead = phase + jnp.maximum(rate * length / 2 + a * length**2 / 8, 0.0)
         excess = model.inertia.at(phase).M * (rate * jnp.abs(rate) - b) / 2
-        a, b = law.at(ahead, steps)
-        inertia = model.inertia.at(SUPPORT_START + jnp.mod(ahead - SUPPORT_START, np.pi))
-        torque = inertia.M * a + inertia.dM * b / 2 + model.gravity * inertia.Y - feedback * excess
+        torque = law.torque(model, ahead, steps) - feedback * excess
         after, contact = step(model, scene, now, torque, length, integrator=EXACT)
-        _, b = law.at(jnp.asarray(after.phase), jnp.asarray(after.steps))
+        _, b = law.at(model, jnp.asarray(after.phase), jnp.asarray(after.steps))
         error = after.crank_rate - jnp.sqrt(jnp.maximum(b, 0.0))
         return after, Trace(after, contact, error)
 
     return jax.lax.scan(body, state, None, length=BLOCK)[1]
 
 
-def _summed(gait: Gait, trace: Trace, mu: float | None, count: int, whole: float) -> Replay:
+def _summed(
+    gait: Gait | Planned, trace: Trace, mu: float | None, count: int, whole: float
+) -> Replay:
     """The numbers of a walk, up to its last exchange."""
     times = trace.state.time
     failed = np.nonzero(trace.contact.status > Status.SLIP_ONSET)[0]
@@ -237,6 +299,7 @@ def _summed(gait: Gait, trace: Trace, mu: float | None, count: int, whole: float
         friction_use=float(np.max(np.where(inside, use, 0.0))),
         rate_error=float(np.max(np.abs(trace.error[upto]))),
         end_rate=rate,
+        end_velocity=float(state.foot_velocity[-1]),
         arrived=bool(arrived),
         step_length=gait.nodes.robot.step_length,
     )

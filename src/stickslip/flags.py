@@ -369,6 +369,8 @@ def _add_gait(parser: Parser) -> None:
     add("--torque-limit", about, type=limit)
     add("--payload", "on the hip, beside the robot's own [kg]", type=float, default=0.0)
     add("--steps", "of a walk (default: one periodic step)", type=int)
+    about = "kinetic friction of a foot that may slip on a walk (default: it never does)"
+    add("--mu-kinetic", about, type=float)
     put("min_normal", "least normal force [N]", type=float, default=0.0)
     put("zmp", "keep the zero-moment point inside the foot", type=truth, default=False)
     about = "for the energy [W/(N m)^2] (default: of the robot's file, else 0.5)"

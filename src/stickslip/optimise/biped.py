@@ -19,6 +19,7 @@ from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
 from stickslip.optimise.picture import draw_gait
+from stickslip.optimise.slip import slip_command
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, json_text
 from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
@@ -47,6 +48,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     if given.mark is not None and given.most_steps is not None:
         raise ValueError("most_steps with mark, which tells the steps; accepted: one of them")
     most = problem.steps_taken if given.most_steps is None else given.most_steps
+    if given.mu_kinetic is not None:
+        return slip_command(problem, most, given, out)
     problem, result = best_transfer(problem, most, progress=True)
     replays, found = _replays(problem, result, given), result.gait is not None
     tables = {"summary": gait_summary(problem, result)}
@@ -77,7 +80,8 @@ def gait_problem_of(given: Namespace) -> GaitProblem:
     robot = robot.replace(payload=float(robot.payload) + given.payload)
     mu: list[float] | float | None = None
     if given.mu is not None:
-        left = [one * (1 - given.reserve) for one in given.mu]
+        unused = given.reserve if given.mu_kinetic is None else 0.0
+        left = [one * (1 - unused) for one in given.mu]
         mu = left[0] if len(left) == 1 else left
     objective = _objective(given.objective)
     names = ("mean_rate", "min_normal", "zmp", "max_torque_rate")

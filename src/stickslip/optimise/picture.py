@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stickslip.envs.rendering.drawing import Drawing
-    from stickslip.optim import GaitProblem, GaitResult, PostureProblem, Station
+    from stickslip.optim import GaitProblem, GaitResult, PostureProblem, SlipTransfer, Station
     from stickslip.optim.posture.track_file import Survey
 
 VEHICLES = 6
@@ -157,4 +157,26 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     name_panel(torque, "motor torque [N m]", "dashed: limit")
     below = "steps, from exchange to exchange"
     name_panel(friction, "friction / normal force [-]", "dashed: limit", below)
+    return figure
+
+
+@styled
+def draw_slip(walk: SlipTransfer) -> Figure:
+    """Crank rate, torque and the foot's velocity of a walk over time."""
+    figure, axes = make_sheet(3, 1, (WIDTH, 5.4))
+    rate, torque, foot = axes
+    limit = walk.problem.torque_limit
+    for row in range(len(walk.theta)):
+        clock = walk.clock[row]
+        rate.plot(clock, walk.crank_rate[row], color=theme.MOTOR)
+        torque.stairs(walk.torque[row], clock, baseline=None, color=theme.MOTOR)
+        foot.plot(clock, walk.foot_velocity[row], color=theme.SLIDES)
+    for level in () if limit is None else (limit, -limit):
+        torque.axhline(float(level), **LEVEL)
+    for axis in axes:
+        axis.set_xlim(0, walk.duration)
+    name_panel(rate, "crank rate [rad/s]", f"steps: {len(walk.theta)}")
+    name_panel(torque, "torque [N m]", "dashed: the motor's limit")
+    slid = f"slides {walk.slid:.3g} m; the centre of mass gets {walk.distance:.3g} m ahead"
+    name_panel(foot, "foot's velocity [m/s]", slid, "time [s]")
     return figure

@@ -64,7 +64,7 @@ def test_the_traced_law_is_the_gait(float64: object):
     law = GaitLaw.of(gait)
     phases = np.linspace(gait.theta[0, 0] + 0.01, gait.theta[0, -1] - 0.01, 56)
     for step in range(2):
-        a, b = jax.vmap(law.at, (0, None))(jnp.asarray(phases), jnp.asarray(step))
+        a, b = jax.vmap(law.at, (None, 0, None))(None, jnp.asarray(phases), jnp.asarray(step))
         np.testing.assert_allclose(a, np.interp(phases, gait.theta[step], gait.a[step]), rtol=1e-12)
         begins = np.searchsorted(gait.theta[step], phases) - 1
         gained = (a + gait.a[step, begins]) * (phases - gait.theta[step, begins])
