@@ -91,10 +91,9 @@ def words() -> list[dict[str, Any]]:
 
 def _python(name: str, folders: Iterable[str]) -> dict[str, Any]:
     files = [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
-    lines = sum(len(file.read_text(encoding="utf-8").splitlines()) for file in files)
     return {
         "of": name,
-        "lines": lines,
+        "lines": sum(len(file.read_text(encoding="utf-8").splitlines()) for file in files),
         "files": len(files),
         "folders": len({file.parent for file in files}),
         "longest file": max(len(f.read_text(encoding="utf-8").splitlines()) for f in files),
@@ -106,9 +105,8 @@ def flags() -> list[dict[str, Any]]:
     from stickslip.commands import COMMANDS
 
     each = {name: set().union(*(_flags([name, one]) for one in MACHINES)) for name in COMMANDS}
-    total = sum(map(len, each.values()))
     return [
-        {"of": "all commands", "flags": total},
+        {"of": "all commands", "flags": sum(map(len, each.values()))},
         {"of": "train biped", "flags": len(_flags(["train", "biped"]))},
     ]
 

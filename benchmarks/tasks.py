@@ -240,9 +240,8 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
     """Proved bound for every policy, or None."""
     env, params = task.make()
     if task.machine == "biped":
-        most = float(params.tracking_weight) * float(params.time_limit)
         return {
-            "value": rounded(most),
+            "value": rounded(float(params.tracking_weight) * float(params.time_limit)),
             "reason": "no step's reward is above tracking_weight times the period; nothing is "
             "assumed of the walk",
         }

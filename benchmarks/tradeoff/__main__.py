@@ -129,14 +129,13 @@ def source(content: dict[str, Any]) -> str:
         [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
         for name, p in presets_of(content).items()
     ]
-    samples = [[s["scene"], s["robots"], s["count"]] for s in content["samples"]]
     return rows_json(
         {
             "costs_measured_on": where(content, "costs"),
             "errors_measured_on": where(content, "population"),
             "settings": settings,
             "costs": costs,
-            "samples": samples,
+            "samples": [[s["scene"], s["robots"], s["count"]] for s in content["samples"]],
             "errors": errors,
             "presets": presets,
         }
@@ -224,8 +223,7 @@ def draw(content: dict[str, Any], path: Path) -> None:
         for p in points:
             look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.35}
             axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
-            marker = MARKERS[p.family]
-            (point,) = axis.plot(p.cost, p.error, marker, ms=4.5, zorder=3, **look)
+            (point,) = axis.plot(p.cost, p.error, MARKERS[p.family], ms=4.5, zorder=3, **look)
             if p in along:
                 shown[f"{p.family}, {p.dtype}"] = point
         if along:

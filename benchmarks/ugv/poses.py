@@ -113,8 +113,7 @@ def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool 
     over = random.uniform(0, 1, count) < SHARE
     hollow = random.uniform(over * HOLLOWEST, np.where(over, TOO_HOLLOW, HOLLOWEST))
     limits = Limits(r, hollow, random.uniform(over * STEEPEST / 2, STEEPEST))
-    kind = _GROUNDS[AS_FUNCTION.get(ground, ground)]
-    shape, x = kind(random, limits, at, height, shifted)
+    shape, x = _GROUNDS[AS_FUNCTION.get(ground, ground)](random, limits, at, height, shifted)
     if ground in AS_FUNCTION:
         shape = Known(shape)
     part = random.uniform(0, 1, (count, 2))
@@ -212,8 +211,7 @@ def _waves(random, limits: Limits, at, height, shifted):
     moved = np.where(shifted, 0.377 * limits.radius, 0.0)
     phases = np.mod(phases - 2 * np.pi * frequencies * moved[:, None], 2 * np.pi)
     numbers: Any = (amplitudes, frequencies, phases)
-    shape = Waves(*numbers)
-    return Together((shape,), height), at + moved
+    return Together((Waves(*numbers),), height), at + moved
 
 
 def _spline(random, limits: Limits, at, height, shifted):
@@ -243,8 +241,7 @@ def _through_points(random, limits: Limits, kind):
     rows = np.zeros((n, POINTS, 6))
     for which, fitted in enumerate(_FITTED):
         mine = kind == which
-        powers = np.transpose(fitted(knots, y[mine].T).c, (2, 1, 0))
-        rows[mine, :, :4] = powers[..., ::-1]
+        rows[mine, :, :4] = np.transpose(fitted(knots, y[mine].T).c, (2, 1, 0))[..., ::-1]
     spacing = limits.radius * _log_uniform(random, 0.35, 5.0, n)
     # In pieces: the slope and the second derivative at their ends.
     steep = np.abs(rows[..., 1]).max(1)
@@ -331,8 +328,7 @@ def sample(ground: str, where: str, count: int, seed: int) -> Sample:
 def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differences:
     """Differences of the reference from itself when ground and vehicle are moved along x."""
     there = moved.pose
-    shift = there.front.x - wanted.pose.front.x
-    rear = there.rear._replace(x=there.rear.x - shift)
+    rear = there.rear._replace(x=there.rear.x - (there.front.x - wanted.pose.front.x))
     found = moved._replace(pose=there._replace(rear=rear))
     depth = partial(depths, drawn, wanted)
     return differences(drawn.params, wanted, found, NEWTON, "float64", depth)
@@ -360,8 +356,7 @@ def differences(
     both = sound[0] & sound[1]
 
     def off(a: Any, b: Any, scale: Any) -> np.ndarray:
-        numbers = np.abs(np.asarray(a, float) - np.asarray(b, float)) / scale
-        return np.where(both, numbers, np.nan)
+        return np.where(both, np.abs(np.asarray(a, float) - np.asarray(b, float)) / scale, np.nan)
 
     torque = off(truth.torque, got.torque, weight * r)
     contact = off(truth.pose.rear.x, got.pose.rear.x, r)
