@@ -18,7 +18,6 @@ SOURCE = "".join(
 )
 
 FOLDER = "tests|benchmarks|docs|documentation|notebooks|" + "|".join(FOLDERS)
-PATHS = rf"`((?:{FOLDER})/[\w./*]+)`"
 
 
 def found(pattern: str) -> list[tuple[str, str]]:
@@ -43,7 +42,7 @@ def test_a_link_leads_to_a_file_and_to_a_heading_of_it(document: str, link: str)
     assert not anchor or anchor in anchors(path)
 
 
-@pytest.mark.parametrize(("document", "path"), found(PATHS))
+@pytest.mark.parametrize(("document", "path"), found(rf"`((?:{FOLDER})/[\w./*]+)`"))
 def test_a_path_that_is_named_is_there(document: str, path: str):
     assert list(ROOT.glob(path))
 

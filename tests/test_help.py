@@ -86,8 +86,7 @@ def test_every_example_of_a_command_is_one_that_it_takes(capsys, name: str):
         assert f"{about}: {line}" in shown
         words = shlex.split(line)
         words = words[1 : next((i for i, word in enumerate(words) if word[0] == ">"), None)]
-        given = make_parser(words).parse_args(words)
-        assert given.command == words[0]
+        assert make_parser(words).parse_args(words).command == words[0]
     assert name in {line.split()[1] for line in examples}
 
 

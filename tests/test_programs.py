@@ -102,8 +102,7 @@ def test_the_oldest_go_where_there_are_too_many(store, monkeypatch):
         os.utime(name, (0, 1000 - age))
     monkeypatch.setattr(programs, "LARGEST", 200)
     programs.shrink(store.parent)
-    left = {path.name for path in store.parent.glob("*/*")}
-    assert left == {"a-cache", "b-cache"}
+    assert {path.name for path in store.parent.glob("*/*")} == {"a-cache", "b-cache"}
 
 
 def test_programs_lie_in_the_users_cache_folder():

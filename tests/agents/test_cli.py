@@ -110,8 +110,7 @@ def test_a_lack_of_memory_is_said(capsys, monkeypatch: pytest.MonkeyPatch):
 
 def test_a_place_that_cannot_be_written_is_said_before_anything_is_computed(capsys, still: str):
     Path("file").write_text("mine")
-    line = refusal(capsys, "evaluate", still, "--out", "file/table")
-    assert "file" in line
+    assert "file" in refusal(capsys, "evaluate", still, "--out", "file/table")
     assert Path("file").read_text() == "mine"
 
 

@@ -15,8 +15,6 @@ from stickslip.agents.training.directory import read_columns
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassEnv, MassMachine, Pull
 
-LONGEST = 150
-
 
 @pytest.fixture(autouse=True)
 def _registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
@@ -28,7 +26,7 @@ def _registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Non
 
 def test_a_third_machine_is_short():
     lines = Path(__file__).with_name("mass.py").read_text(encoding="utf-8").splitlines()
-    assert len(lines) < LONGEST
+    assert len(lines) < 150
 
 
 def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
@@ -43,7 +41,9 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     names = ("policy.npz", "learning.png", "episode.png", "episode.gif", "config.json")
     assert all((Path("run") / name).stat().st_size > 100 for name in names)
     assert json.loads(Path("run/config.json").read_text())["machine"] == "mass"
-    tests, metrics = (read_columns(Path("run") / name) for name in FILES)
+    tests, metrics = (
+        read_columns(Path("run") / f"{one}.csv") for one in ("evaluations", "metrics")
+    )
     assert tests["timesteps"] == [128, 256]
     assert np.all(np.isfinite(tests["return"]))
     assert {"duration", "policy_loss"} <= metrics.keys()
@@ -57,12 +57,8 @@ def test_it_is_trained_compared_and_viewed_by_the_same_commands(capsys):
     rows = json.loads(Path("table/evaluation.json").read_text())["rows"]
     pairs = [(row["scene"], row["controller"]) for row in rows]
     assert pairs == [(scene, who) for scene in ("patchy", "even") for who in ("run", "pull")]
-    view = ["view", "run", "--seconds", "1", "--out", "run.gif"]
-    assert main(view) == OK
+    assert main(["view", "run", "--seconds", "1", "--out", "run.gif"]) == OK
     assert Path("run.gif").read_bytes()[:3] == b"GIF"
-
-
-FILES = ("evaluations.csv", "metrics.csv")
 
 
 def test_its_task_is_kept_in_a_policys_file_and_read_again():

@@ -24,8 +24,7 @@ def test_the_time_to_the_goal_is_the_median_over_seeds_and_absent_where_most_mis
 
     def entry(*rows: list[float]) -> dict:
         returns = [[scale.zero + one * (scale.one - scale.zero) for one in row] for row in rows]
-        seconds = [1.0, 2.0, 3.0]
-        return {"steps": [1e6, 2e6, 3e6], "processor_seconds": seconds, "returns": returns}
+        return {"steps": [1e6, 2e6, 3e6], "processor_seconds": [1.0, 2.0, 3.0], "returns": returns}
 
     found = entry([0.1, 0.95, 0.8], [0.2, 0.92, 0.91], [0.3, 0.4, 0.96])
     np.testing.assert_allclose(training.scores(found, NAME)[0], [0.1, 0.95, 0.8])

@@ -39,8 +39,7 @@ def test_no_gait_earns_more_and_one_of_its_rate_nearly_as_much(bound):
 
 def test_a_few_cells_come_near_what_is_written_of_the_task(bound):
     task = task_by_name("BipedWeakMotor-v0")
-    known = known_of(task)
-    written = known.assumed.value / task.parameters["time_limit"]
+    written = known_of(task).assumed.value / task.parameters["time_limit"]
     assert written <= bound.value <= 1.04 * written  # coarser: looser
 
 

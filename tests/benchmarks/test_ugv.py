@@ -89,8 +89,7 @@ def test_the_population_is_what_it_is_said_to_be(ground, float64):
         assert np.all(np.abs(one.x / r) <= high + 150)  # beside the feature it belongs to
         assert np.median(np.abs(one.x / r)) > low
         assert not np.any(one.x == other.x)
-        again = poses.draw(ground, place, count, FRESH)
-        np.testing.assert_array_equal(again.angles, one.angles)
+        np.testing.assert_array_equal(poses.draw(ground, place, count, FRESH).angles, one.angles)
         slope = jax.vmap(lambda s, x: s.profile(x)[1])(one.shape, np.asarray(one.x))
         assert np.max(np.abs(slope)) <= 1.6 * poses.STEEPEST  # waves may add up
         assert np.mean(np.abs(slope) > 0.1) > 0.2

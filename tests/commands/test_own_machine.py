@@ -38,8 +38,7 @@ def test_a_drive_of_the_vehicle_in_a_file(tmp_path, capsys):
     drive = ["simulate", "ugv", "--angles", "90", "90", "--set", "spacing=2", "--json"]
     drive += ["--vehicle", str(path), "--out", str(tmp_path / "drive.csv")]
     assert main([*drive, "--set", "vehicle.body_mass=100 kg"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["summary"][0]["status"] == "OK"
+    assert json.loads(capsys.readouterr().out)["summary"][0]["status"] == "OK"
 
 
 @pytest.mark.long

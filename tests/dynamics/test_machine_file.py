@@ -22,8 +22,7 @@ def same(one, other):
 def test_a_robot_and_a_vehicle_come_back_from_their_files(tmp_path, x64):
     with jax.enable_x64(x64):
         robot = BipedParams.from_bars(crank_length=0.0371, hip_mass=1 / 3, payload=0.1)
-        vehicle = UGVParams(body_length=np.sqrt(2), leg_angle_min=0.6)
-        for machine in (robot, vehicle):
+        for machine in (robot, UGVParams(body_length=np.sqrt(2), leg_angle_min=0.6)):
             path = machine.to_file(tmp_path / f"{type(machine).__name__}.toml")
             assert same(type(machine).from_file(path), machine)
 

@@ -74,8 +74,7 @@ def test_nothing_is_registered_by_jaxs_own_decorator():
     files = [one for name in FOLDERS for one in (ROOT / name).rglob("*") if one.is_file()]
     told = [one for one in files if one.suffix in (".py", ".md", ".ipynb", ".js")]
     assert len(told) > 200
-    using = [one for one in told if OTHER in one.read_text(encoding="utf-8")]
-    assert using == []
+    assert [one for one in told if OTHER in one.read_text(encoding="utf-8")] == []
 
 
 def wave(order, x):

@@ -24,8 +24,7 @@ def test_episodes_of_tasks_broadcast_explicitly(name: str):
     key = jax.eval_shape(lambda: jax.random.key(0))
     obs, state = jax.eval_shape(env.reset, key, params)
     action = jax.ShapeDtypeStruct((len(env.action_names),), obs.dtype)
-    found = jax.eval_shape(env.step, key, state, action, params)
-    assert found[0].shape == obs.shape
+    assert jax.eval_shape(env.step, key, state, action, params)[0].shape == obs.shape
 
 
 def test_a_step_with_joint_forces_broadcasts_explicitly():

@@ -178,8 +178,7 @@ def test_a_posture_problem_is_one_of_them():
     X = np.stack([found.x, problem.bounds[0], problem.bounds[1]])
     values, missed = problem.sample(X)
     np.testing.assert_array_equal(values, problem.objectives(X))
-    kept = [problem.is_feasible(x, 1e-12) for x in X]
-    assert [bool(of <= 1e-12) for of in missed] == kept
+    assert [bool(of <= 1e-12) for of in missed] == [problem.is_feasible(x, 1e-12) for x in X]
 
 
 LOW, HIGH = np.full(2, -2.0), np.full(2, 2.0)

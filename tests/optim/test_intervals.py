@@ -111,8 +111,7 @@ def test_jets_hold_derivatives_over_a_box(x: float):
         for k, of in enumerate((x, y))
     ]
     found = function(*jets)
-    random = np.random.default_rng(0)
-    for a, b in np.array([x, y]) + random.uniform(-half, half, (50, 2)):
+    for a, b in np.array([x, y]) + np.random.default_rng(0).uniform(-half, half, (50, 2)):
         assert found.value.holds(function(a, b)).all()
         for k, (da, db) in enumerate(((h, 0.0), (0.0, h))):
             up, down = function(a + da, b + db), function(a - da, b - db)

@@ -54,13 +54,11 @@ def test_the_table_the_json_and_the_stations_tell_the_same(capsys):
     assert re.search(rf"bound over the grid +{found['value']:.8g} J", printed)
     assert "lower bound" not in printed
     assert re.search(rf"total_energy +{criteria['total_energy']:.6g} +J", printed)
-    off = found["fine_value"] / found["value"] - 1
-    assert abs(off) > 0.05
+    assert abs(found["fine_value"] / found["value"] - 1) > 0.05
     assert found["fine_spacing"] == pytest.approx(np.diff(at["front wheel"])[0] / 10, rel=1e-6)
     assert re.search(rf"value between waypoints +{found['fine_value']:.8g} J", printed)
     assert "4 x 4 leg angles" in printed
-    angles = np.array(found["leg_angles"])
-    np.testing.assert_allclose(angles[:, 0], at["rear leg angle"], atol=1e-9)
+    np.testing.assert_allclose(np.array(found["leg_angles"])[:, 0], at["rear leg angle"], atol=1e-9)
     assert Path("run/drive.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
 
 

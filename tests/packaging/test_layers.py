@@ -25,7 +25,6 @@ RULES: dict[str, tuple[str, set[str], set[str] | None]] = {
     "agents": ("agents", {"records", "dynamics", "optim", "envs"}, None),
     FRONT: ("src/stickslip", {"records", "dynamics", "optim", "envs", "agents"}, None),
 }
-TYPING_ONLY = {"jaxtyping"}
 IMPORT_NAMES = {"stable-baselines3": "stable_baselines3", "pillow": "PIL", "pygame-ce": "pygame"}
 IMPORT_NAMES |= {"imageio-ffmpeg": "imageio_ffmpeg"}
 IMPLIED = {"scipy", "torch", "jaxlib"}  # by cvxpy and jax; by stable-baselines3; by jax
@@ -69,7 +68,7 @@ def allowed(layer: str, name: str, typing_only: bool) -> bool:
     package, *rest = name.split(".")
     if package == "stickslip":
         return layer == FRONT or (bool(rest) and rest[0] in parts | {layer})
-    if package in sys.stdlib_module_names or (typing_only and package in TYPING_ONLY):
+    if package in sys.stdlib_module_names or (typing_only and package == "jaxtyping"):
         return True
     if layer == "envs" and package in ENVS_NEVER:
         return False

@@ -46,8 +46,7 @@ def test_the_version_is_one():
 
 def test_the_pythons_of_the_classifiers_are_tested():
     said = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"]))
-    script = (ROOT / "release/check.sh").read_text(encoding="utf-8")
-    assert f"PYTHONS:-{' '.join(said)}}}" in script
+    assert f"PYTHONS:-{' '.join(said)}}}" in (ROOT / "release/check.sh").read_text(encoding="utf-8")
     assert PROJECT["requires-python"] == f">={said[0]}"
     for python in said:
         assert f'"{python}"' in (ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8")

@@ -12,8 +12,7 @@ pytest.importorskip("matplotlib")
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "paper.md"
 TEXT = DOCUMENT.read_text(encoding="utf-8")
-RECORDED = Path(__file__).with_name("table.md")
-TABLE = RECORDED.read_text(encoding="utf-8").splitlines()[2:]
+TABLE = Path(__file__).with_name("table.md").read_text(encoding="utf-8").splitlines()[2:]
 SLOW = {"fig25"}
 """Half a minute."""
 
@@ -26,8 +25,7 @@ def test_the_table_has_every_figure():
 
 
 def test_every_figure_is_shown_by_its_picture():
-    shown = re.findall(r"\]\(paper/(\w+)\.png\)", TEXT)
-    assert sorted(shown) == sorted(FIGURES)
+    assert sorted(re.findall(r"\]\(paper/(\w+)\.png\)", TEXT)) == sorted(FIGURES)
     assert {path.stem for path in (DOCUMENT.parent / "paper").iterdir()} == set(FIGURES)
 
 

@@ -13,8 +13,6 @@ from stickslip.simulate.ugv import read_posture
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 
-HEAD = "time [s],torque [N m]\n"
-
 
 def recorded(content: str) -> Recorded:
     Path("given.csv").write_text(content)
@@ -26,7 +24,7 @@ def recorded(content: str) -> Recorded:
 @pytest.mark.parametrize(
     "content",
     [
-        HEAD + "0,0.1\n0.30000000000000004,2\n",
+        "time [s],torque [N m]\n0,0.1\n0.30000000000000004,2\n",
         "status;TIME;tau (N m)\nOK;0;0,1\nOK;0,30000000000000004;2",
     ],
 )

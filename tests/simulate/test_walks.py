@@ -57,8 +57,7 @@ def test_rows_are_those_of_the_library_digit_for_digit(capsys):
     ankle = floor_position(robot, path.final)
     assert column(found, "ankle on the floor [m]")[-1] == pytest.approx(float(ankle), abs=1e-6)
     for name, of in (("slid", "slide_distance"), ("work", "work")):
-        total = float(np.sum(getattr(path.contacts, of)))
-        assert summary[name] == pytest.approx(total, abs=1e-5)
+        assert summary[name] == pytest.approx(float(np.sum(getattr(path.contacts, of))), abs=1e-5)
     assert summary["status"] == Status(int(path.status)).name
     assert summary["slips"] == sum(kind == "slip" for _, kind, _ in path.events())
     assert len(told["events"]) == len(path.events())
@@ -100,8 +99,7 @@ def test_a_fall_ends_the_rows_and_says_so(capsys):
     arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
     arguments += ["--seconds=0.3", "--torque=4", "--crank-rate=3"]
     assert main(arguments) == NOTHING_FOUND
-    said = capsys.readouterr().out
-    assert re.search(r"status +TOPPLE\n", said)
+    assert re.search(r"status +TOPPLE\n", capsys.readouterr().out)
     found = rows("walk.csv")
     assert found[-1]["status"] == "TOPPLE"
     assert len(found) < 31

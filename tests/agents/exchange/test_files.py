@@ -169,8 +169,7 @@ def test_urdf_is_a_tree_with_every_mass_and_names_what_it_leaves_out(robot):
             about
         ] * 3
     assert root.find("joint[@name='crank_pin']/limit").get("effort") == "3.0"
-    pins = {frozenset((one, other)) for one, other, _ in (*HINGES, *CUT)}
-    assert len(pins) == 2 * 17 + 1
+    assert len({frozenset((one, other)) for one, other, _ in (*HINGES, *CUT)}) == 2 * 17 + 1
     assert all(f"{name_of(one)} and {name_of(other)} at" in text for one, other, _ in CUT)
 
 

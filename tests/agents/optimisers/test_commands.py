@@ -24,8 +24,7 @@ def test_methods_are_listed(capsys):
 
 def test_a_report_of_two_races(tmp_path, capsys):
     runs = [run([(3, 1.0), (9, 0.005)], 50, seed=seed) for seed in range(2)]
-    several = run([], 9, name="goals-gait-time-energy-d32-v2")
-    mine = kept([*runs, several], tmp_path / "mine")
+    mine = kept([*runs, run([], 9, name="goals-gait-time-energy-d32-v2")], tmp_path / "mine")
     theirs = kept([run([(20, 0.1)], 90, method="theirs")], tmp_path / "theirs")
     out = tmp_path / "report"
     arguments = ["bench", "report", str(mine), str(theirs), "--out", str(out)]

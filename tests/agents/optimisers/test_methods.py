@@ -54,8 +54,7 @@ def test_all_are_tried_and_each_says_what_it_takes():
     instances = suite()
     for name, one in METHODS.items():
         assert any(not one.unsuited(instance) for instance in instances.values()), name
-    gait = instances["gait-time-d16-v2"]
-    assert METHODS["dp"].unsuited(gait) == "takes posture, not gait"
+    assert METHODS["dp"].unsuited(instances["gait-time-d16-v2"]) == "takes posture, not gait"
     assert METHODS["conic"].unsuited(instances["gait-friction-d32-v2"]) == (
         "takes convex problems only"
     )

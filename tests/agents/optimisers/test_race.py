@@ -19,7 +19,6 @@ from tests.agents.optimisers.table import NAME
 
 pytest.importorskip("pyarrow")
 pytest.importorskip("cloudpickle")
-ROOT = Path(__file__).parents[3]
 
 
 def test_what_goes_wrong_is_recorded_and_the_others_go_on():
@@ -56,8 +55,7 @@ GIVEN = {"instances": [NAME], "budget": 5, "seeds": 1, "workers": 1}
 
 
 def test_a_process_that_ends_is_said_and_the_race_goes_on(tmp_path):
-    methods = {"dies": users.dies, "gives_up": users.gives_up}
-    runs = race(methods, **GIVEN, out=tmp_path / "race")
+    runs = race({"dies": users.dies, "gives_up": users.gives_up}, **GIVEN, out=tmp_path / "race")
     assert multiprocessing.active_children() == []
     assert [run.outcome for run in runs] == ["died", "ended"]
     assert np.isnan(runs[0].best)
@@ -80,7 +78,7 @@ def test_a_race_is_stopped_within_a_run(tmp_path):
 
 def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
     path = tmp_path / "race"
-    paths = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
+    paths = os.pathsep.join([str(Path(__file__).parents[3]), *filter(None, sys.path)])
     process = subprocess.Popen(
         [sys.executable, "-c", RACE, str(path)],
         env=os.environ | {"PYTHONPATH": paths, "JAX_PLATFORMS": "cpu"},

@@ -16,8 +16,7 @@ def test_runs_come_back_as_they_were(tmp_path):
     point = np.random.default_rng(0).normal(size=suite()[NAME].n)
     first = replace(run([(3, 1.0), (9, 0.1)], 100), point=point)
     runs = [first, run([], 7, seed=1, outcome="raised")]
-    found = read_results(kept(runs, tmp_path / "race"))
-    for before, after in zip(runs, found, strict=True):
+    for before, after in zip(runs, read_results(kept(runs, tmp_path / "race")), strict=True):
         for name, value in vars(before).items():
             np.testing.assert_array_equal(getattr(after, name), value)  # to the last bit
 

@@ -28,8 +28,7 @@ def test_two_baselines_on_one_page(capsys: pytest.CaptureFixture[str]):
     names = ["constant-torque", "crank-speed-pi"]
     assert main(["view", *names, "--out", "a.html", "--seconds", "0.4"]) == OK
     one, two = read_episodes("a.html")
-    shown = ["constant-torque", "crank-speed-pi"]
-    assert [one.name, two.name] == shown
+    assert [one.name, two.name] == ["constant-torque", "crank-speed-pi"]
     assert not np.array_equal(line(one, "motor torque"), line(two, "motor torque"))
     capsys.readouterr()
     assert main(["view", *names, "--out", "a.html"]) == WRONG_INPUT

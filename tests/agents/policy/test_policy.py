@@ -40,8 +40,7 @@ def make_policy(sizes=(7, 5, 4, 1), seed=2, factor=1.0, **choices) -> MLPPolicy:
         "shift": rng.normal(size=sizes[0]),
         "scale": rng.uniform(0.5, 2.0, sizes[0]),
     }
-    single = jax.device_put(jax.tree.map(np.float32, numbers))
-    return MLPPolicy(**single, **choices)
+    return MLPPolicy(**jax.device_put(jax.tree.map(np.float32, numbers)), **choices)
 
 
 @pytest.fixture
@@ -72,8 +71,7 @@ def assert_same(one: Any, other: Any) -> None:
 @given(policy=policies())
 def test_a_policy_of_any_shape_comes_back_to_the_last_bit(policy: MLPPolicy):
     with tempfile.TemporaryDirectory() as folder:
-        path = save_policy(policy, Path(folder) / "policy.npz")
-        assert_same(load_policy(path), policy)
+        assert_same(load_policy(save_policy(policy, Path(folder) / "policy.npz")), policy)
 
 
 @settings(max_examples=40)
@@ -103,8 +101,7 @@ def test_the_file_says_what_it_is(tmp_path):
     env = BipedEnv(see_friction=True)
     params = env.make_params(randomisation=Randomisation(friction=(0.5, 1.5)))
     about = {"environment": describe_environment(env, params), "note": "größer"}
-    path = save_policy(make_policy((8, 4, 1)), tmp_path / "policy.npz", about)
-    found = read_metadata(path)
+    found = read_metadata(save_policy(make_policy((8, 4, 1)), tmp_path / "policy.npz", about))
     assert found["layer_sizes"] == [8, 4, 1]
     assert found["note"] == "größer"
     assert found["versions"]["jax"] == jax.__version__
@@ -253,8 +250,7 @@ def test_another_observation_is_refused():
 
 
 def test_it_acts_in_the_observations_precision(dtype):
-    policy = make_policy()
-    _, action = policy.act(None, jnp.zeros(7, dtype), None, None)
+    _, action = make_policy().act(None, jnp.zeros(7, dtype), None, None)
     assert action.shape == (1,)
     assert action.dtype == dtype
 

@@ -107,8 +107,7 @@ def changed(tmp_path: Path, **entries: object) -> str:
     """The path of a policy of the package with other entries in its metadata."""
     own = ("format", "version", "layer_sizes", "activation", "squash", "observation_clip")
     known = {k: v for k, v in read_metadata("biped-ice").items() if k not in (*own, "versions")}
-    path = save_policy(load_policy("biped-ice"), tmp_path / "mine.npz", known | entries)
-    return str(path)
+    return str(save_policy(load_policy("biped-ice"), tmp_path / "mine.npz", known | entries))
 
 
 @pytest.mark.parametrize(

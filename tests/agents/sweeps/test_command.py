@@ -38,8 +38,7 @@ def test_one_episode_is_enough_where_no_reset_draws(capsys, monkeypatch: pytest.
     monkeypatch.setattr(MassMachine, "env", lambda self: StillEnv())
     who = ["sweep", "mass", "--policy", "pull", "--axis", "mu=0.1:0.3:3", "--episodes", "5"]
     assert main([*who, "--out", "a", "--no-pictures"]) == OK
-    shown = capsys.readouterr().out
-    assert "1 episode a point, not 5: no reset draws anything" in shown
+    assert "1 episode a point, not 5: no reset draws anything" in capsys.readouterr().out
     assert sweep_arrays("a").random == ()
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 from stickslip.agents import read_sweep
 from tests.agents.sweeps.masses import swept
 
-ROOT = Path(__file__).resolve().parents[3]
-
 SCRIPT = """
 import json, sys
 import jax
@@ -33,7 +31,7 @@ def test_devices_share_a_sweep_and_change_no_bit(tmp_path):
     count = 2
     swept(tmp_path / "one")
     flags = f"{os.environ.get('XLA_FLAGS', '')} --xla_force_host_platform_device_count={count}"
-    paths = os.pathsep.join([str(ROOT), *filter(None, sys.path)])
+    paths = os.pathsep.join([str(Path(__file__).resolve().parents[3]), *filter(None, sys.path)])
     told = subprocess.run(
         [sys.executable, "-c", SCRIPT, str(tmp_path / "several")],
         env=os.environ | {"PYTHONPATH": paths, "JAX_PLATFORMS": "cpu", "XLA_FLAGS": flags},

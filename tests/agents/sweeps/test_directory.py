@@ -71,8 +71,7 @@ def test_damaged_and_foreign_files_are_named_and_left(tmp_path):
         read_sweep(tmp_path / "a")
     assert swept(tmp_path / "a", resume=True).played == 1
     assert file.read_bytes() == whole
-    stranger = tmp_path / "a/data/cell-000999.parquet"
-    stranger.write_bytes(whole)
+    (tmp_path / "a/data/cell-000999.parquet").write_bytes(whole)
     with pytest.raises(ValueError, match=r"cell-000999\.parquet is no cell of the sweep"):
         swept(tmp_path / "a", resume=True)
     (tmp_path / "a/sweep.json").write_text('{"format": "stickslip sweep", "version": 3}')

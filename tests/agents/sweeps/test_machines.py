@@ -67,16 +67,14 @@ def test_an_axis_of_every_number_of_both_machines_is_what_set_makes_of_it():
         assert target in BIPED.known(opened)
         assert target.startswith("task.") or ROBOT.names[target] == place
     tibia = {"robot.mass.tibia": 0.9, "robot.centre.tibia.x": 0.2, "robot.crank_length": 0.04}
-    expected = BipedParams.from_file(None, tibia)
-    assert_same(put(BIPED, params, **tibia).robot.bare, expected)
+    assert_same(put(BIPED, params, **tibia).robot.bare, BipedParams.from_file(None, tibia))
     limits = {"motor.max_power", "motor.speed"}  # a file's words for a torque limit
     for name in VEHICLE.names.keys() - limits:
         opened = UGV.opened(other, {name})
         (target,) = UGV.targets(opened, name)
         part, _, field = target.partition(".")
         value = UGV.parts(opened)[part][field] * 1.01 + 1e-3 * (field == "wheel_gap")
-        made = UGV.put(opened, {target: value})
-        assert UGV.parts(made)[part][field] == pytest.approx(value)
+        assert UGV.parts(UGV.put(opened, {target: value}))[part][field] == pytest.approx(value)
 
 
 def test_what_an_axis_sets_is_no_longer_drawn():
@@ -112,8 +110,7 @@ def test_every_name_of_the_help_is_an_axis_and_every_axis_has_a_known_unit():
     assert biped.unit("randomisation.payload.1") == "kg"
     assert ugv.unit("track.height") == ugv.unit("randomisation.track.bump_height.1") == "m"
     for swept, params in ((biped, BipedEnv().make_params()), (ugv, UGVEnv().make_params())):
-        missing = {name for name in swept.known(params) if swept.unit(name) == "-"}
-        assert missing <= WITHOUT
+        assert {name for name in swept.known(params) if swept.unit(name) == "-"} <= WITHOUT
 
 
 WITHOUT = {

@@ -37,12 +37,10 @@ def test_an_episode_is_the_one_that_evaluate_plays(tmp_path):
     swept(tmp_path, axes={"mu": [0.1, 0.3], "mass": [2.0, 4.0]})
     found = sweep_arrays(tmp_path)
     assert found.dims == ("task", "policy", "mu", "mass", "seed")
-    params = MassParams(mu=0.3, mass=4.0, time_limit=1.0)
-    told = evaluate(MassEnv(), WHO, {"": params}, episodes=7)
+    told = evaluate(MassEnv(), WHO, {"": MassParams(mu=0.3, mass=4.0, time_limit=1.0)}, episodes=7)
     for name in WHO:
         expected = told.row("", name).episodes.reward
-        mine = found["reward"][0, list(WHO).index(name), 1, 1]
-        assert np.allclose(mine, expected, rtol=1e-6)
+        assert np.allclose(found["reward"][0, list(WHO).index(name), 1, 1], expected, rtol=1e-6)
         assert np.std(expected) > 1e-3
 
 
@@ -58,8 +56,7 @@ def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, mo
     (tmp_path / "a/data/.cell-000011.parquet-1a2b.part").write_bytes(b"killed here")
     done = swept(tmp_path / "a", executor=ThreadPoolExecutor(1), resume=True)
     assert done.played == 12 - len(there)
-    kept = {name: (tmp_path / "a/data" / name).stat().st_mtime_ns for name in there}
-    assert kept == there
+    assert {name: (tmp_path / "a/data" / name).stat().st_mtime_ns for name in there} == there
     assert rows(tmp_path / "a").equals(rows(tmp_path / "whole"))
     assert swept(tmp_path / "a", resume=True).played == 0
 
@@ -67,8 +64,7 @@ def test_a_sweep_that_is_stopped_goes_on_with_what_is_missing_alone(tmp_path, mo
 def test_files_say_what_they_are(tmp_path):
     swept(tmp_path)
     table = rows(tmp_path)
-    units = {one.name: one.metadata[b"unit"].decode() for one in table.schema}
-    assert units["duration"] == "s"
+    assert {one.name: one.metadata[b"unit"].decode() for one in table.schema}["duration"] == "s"
     about = json.loads((tmp_path / "sweep.json").read_text())
     assert about["versions"].keys() >= {"stickslip", "jax", "numpy", "pyarrow", "python"}
     assert len(about["digest"]) == 64

@@ -21,7 +21,6 @@ from stickslip.envs import TASKS, known_of, task_by_name
 from tests.trees import assert_same
 
 NAME = "BipedSteady-v0"
-KINDS = {"biped": TrainConfig, "ugv": UGVTrainConfig}
 
 
 def test_the_biped_trains_on_exactly_the_task():
@@ -44,15 +43,13 @@ def test_the_ugv_trains_on_exactly_the_task_but_for_a_factor_on_its_rewards():
 def test_training_episodes_alone_are_changed_where_a_flag_asks_for_it():
     _, params = task_by_name("BipedPayload-v0").make("same_step")
     given = {"start_rate": 4.0, "episode_time": 1.5, "tracking_weight": 2.0, "fall_penalty": 0.0}
-    config = TrainConfig.of(task="BipedPayload-v0", **given)
-    made = biped_task.training_task(config)
+    made = biped_task.training_task(TrainConfig.of(task="BipedPayload-v0", **given))
     assert_same(made.tested, params)
     drawn, own = made.training.randomisation, params.randomisation
     assert drawn.crank_rate == (0.0, 4.0)
     assert (drawn.mass, drawn.payload) == (own.mass, own.payload)
     changed = {"time_limit": 1.5, "tracking_weight": 2.0, "fall_penalty": 0.0}
-    expected = params.replace(randomisation=drawn, **changed)
-    assert_same(made.training, expected)
+    assert_same(made.training, params.replace(randomisation=drawn, **changed))
     assert float(made.training.slip_weight) == float(params.slip_weight)
 
     ground = UGVTrainConfig.of(task="UGVRough-v1", random_start=(60.0, 120.0), failure=3.0)
@@ -100,14 +97,13 @@ def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
 
 @pytest.mark.parametrize(("name", "task"), [(task.machine, task) for task in TASKS.values()][::12])
 def test_a_configuration_keeps_its_task_and_writes_nothing_that_it_decides(name: str, task):
-    kind = KINDS[name]
+    kind = {"biped": TrainConfig, "ugv": UGVTrainConfig}[name]
     config = kind.of(task=f"stickslip/{task.name}", seed=3)
     content = json.loads(config.to_json())
     assert content["task"] == config.task == task.name
     assert not {"scene", "friction", "tracks", "mean_rate", *kind.fixed()} & content.keys()
     assert read_configuration(config.to_json()) == config
-    others = {kind.of(seed=3).digest, kind.of(task=config.task).digest}
-    assert config.digest not in others
+    assert config.digest not in {kind.of(seed=3).digest, kind.of(task=config.task).digest}
 
 
 @pytest.mark.parametrize(

@@ -152,8 +152,7 @@ def test_rows_past_the_checkpoint_and_torn_lines_are_dropped(tmp_path: Path):
     with path.open("a") as file:
         file.write("40,1.")
     assert read_columns(path)["timesteps"] == [10, 20, 30]
-    again = MetricsFile(path, ("a", "b"), upto=20)
-    again.append(25, {"b": 1.0})
+    MetricsFile(path, ("a", "b"), upto=20).append(25, {"b": 1.0})
     found = read_columns(path)
     assert found["timesteps"] == [10, 20, 25]
     assert found["a"][:2] == pytest.approx([10 / 7, 20 / 7], rel=1e-6)

@@ -43,11 +43,6 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Trained:
     return train(TINY, tmp_path_factory.mktemp("runs") / "ugv", bar=False)
 
 
-def refusal(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    assert main(arguments) == WRONG_INPUT
-    return capsys.readouterr().err
-
-
 @pytest.mark.long
 def test_a_run_leaves_its_configuration_metrics_evaluations_and_policy(run: Trained):
     path = run.directory
@@ -99,8 +94,7 @@ def test_bad_fields_are_named(changes, message):
 
 def test_start_angles_are_those_that_the_vehicle_takes():
     vehicle = UGVParams()
-    reached = np.degrees([vehicle.leg_angle_min, vehicle.leg_angle_max])
-    np.testing.assert_allclose(reached, LEGS)
+    np.testing.assert_allclose(np.degrees([vehicle.leg_angle_min, vehicle.leg_angle_max]), LEGS)
 
 
 def test_a_configuration_of_an_unknown_machine_is_refused():
@@ -133,7 +127,8 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     ],
 )
 def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: str, said: str):
-    line = refusal(capsys, *arguments.split())
+    assert main(arguments.split()) == WRONG_INPUT
+    line = capsys.readouterr().err
     assert said in line
     assert line.count("\n") == 1
 

@@ -52,8 +52,7 @@ def test_exchange_changes_nothing_but_the_leg(float64, direction, mu):
     assert int(after.steps) == direction
     np.testing.assert_allclose(after.crank_rate, state.crank_rate, rtol=2e-3)
     np.testing.assert_allclose(after.foot_velocity, state.foot_velocity, atol=1e-3)
-    turned = after.crank_angle - state.crank_angle
-    np.testing.assert_allclose(turned, 3e-5 * direction, rtol=1e-2)
+    np.testing.assert_allclose(after.crank_angle - state.crank_angle, 3e-5 * direction, rtol=1e-2)
     moved = biped.floor_position(model, after) - biped.floor_position(model, state)
     np.testing.assert_allclose(moved, 0.24 * direction, atol=1e-5)
 

@@ -107,8 +107,7 @@ def test_ice_begins_where_the_foot_lands_on_it(float64):
         before = state_of(phase=4.71, crank_rate=3.0, foot_velocity=0.05, steps=steps - 1)
         after, contact = step(model, ice, before, torque, size)
         assert int(after.steps) == steps
-        position = float(floor_position(model, after))
-        np.testing.assert_allclose(position, 0.24 * steps, atol=1e-3)
+        np.testing.assert_allclose(float(floor_position(model, after)), 0.24 * steps, atol=1e-3)
         if int(contact.mode) == 1:
             ratio = contact.friction_force / contact.normal_force
             np.testing.assert_allclose(ratio, -mu, rtol=1e-12)

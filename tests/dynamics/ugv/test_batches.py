@@ -53,8 +53,7 @@ def test_a_batch_gives_what_the_elementwise_functions_give(poses, found):
 def test_vehicles_and_frictions_of_any_shape_that_broadcasts(poses):
     track, x, angles, _ = poses
     x, angles = x[:6].reshape(2, 3), angles[:3]
-    wheels = np.array([[50.0], [70.0]], np.float32)
-    vehicle = UGVParams(wheel_mass=wheels)
+    vehicle = UGVParams(wheel_mass=np.array([[50.0], [70.0]], np.float32))
     mu = np.float32([0.2, 0.5, 0.8])
     held = jax.eval_shape(lambda: equilibrium(vehicle, track, x, angles, mu))
     assert held.torque.shape == (2, 3)

@@ -68,8 +68,7 @@ def test_torchrl_has_no_complaint_and_time_truncates():
 
 
 def test_settings_of_rl_zoo3_are_of_ids_that_gymnasium_knows():
-    yaml = pytest.importorskip("yaml")
-    known = yaml.safe_load(SETTINGS.read_text(encoding="utf-8"))
+    known = pytest.importorskip("yaml").safe_load(SETTINGS.read_text(encoding="utf-8"))
     assert len(known) == 3
     for name, settings in known.items():
         assert gymnasium.spec(name) is not None

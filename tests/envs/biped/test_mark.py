@@ -61,8 +61,7 @@ def test_nearness_pays_and_the_way_to_the_mark_is_seen(walk):
 def test_the_servo_stops_at_the_mark_and_stands(walk):
     played = walk[1]
     assert not np.asarray(played.terminated).any()
-    late = np.asarray(played.state.to_go)[-100:]
-    assert np.abs(late).max() < 0.01
+    assert np.abs(np.asarray(played.state.to_go)[-100:]).max() < 0.01
     assert np.abs(np.asarray(played.state.biped.crank_rate))[-100:].max() < 0.1
     assert np.abs(np.asarray(played.state.to_go)[0]) > 0.29
 
@@ -74,8 +73,7 @@ def test_a_reset_draws_the_mark_and_an_option_says_where_it_lies():
     )
     assert 1.0 <= float(marks.min()) < 1.4
     assert 2.6 < float(marks.max()) <= 3.0
-    asked = ENV.episode_params(params, {"mark": 1.75})
-    obs, state = ENV.reset_env(jax.random.key(0), asked)
+    obs, state = ENV.reset_env(jax.random.key(0), ENV.episode_params(params, {"mark": 1.75}))
     assert float(state.to_go) == pytest.approx(1.75)
     assert float(obs[6]) == pytest.approx(1.75)
     assert len(ENV.observation_bounds(params)[0]) == len(obs) == 7

@@ -49,8 +49,7 @@ def test_the_next_patch_and_the_friction_underfoot_are_those_of_the_floor():
     distance, next_mu, mu, mu_kinetic = np.moveaxis(run.obs[..., 6:], -1, 0)
     assert len(np.unique(here[away])) > 1
     np.testing.assert_allclose(distance[away], np.minimum(ahead, 10.0)[away], atol=1e-6)
-    following = mu_static[np.minimum(here + 1, len(edges))]
-    assert np.array_equal(next_mu[away], following[away])
+    assert np.array_equal(next_mu[away], mu_static[np.minimum(here + 1, len(edges))][away])
     assert np.array_equal(mu[away], mu_static[here][away])
     assert np.array_equal(mu_kinetic[away], np.asarray(floor.mu_kinetic)[here][away])
 

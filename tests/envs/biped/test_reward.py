@@ -59,8 +59,7 @@ def test_every_term_follows_from_the_physical_entries(walks):
 
 def test_a_perfect_walk_would_earn_ten_times_the_tracking_weight_in_ten_seconds():
     env, params = task()
-    exact = replace(params, mean_rate=1e-30, tracking_weight=3.0)
-    run = rollout(env, exact, actions(0.1))
+    run = rollout(env, replace(params, mean_rate=1e-30, tracking_weight=3.0), actions(0.1))
     missed = -run.info["reward_tracking"]  # at a speed so far off every step costs all it can
     assert missed[0, :500].sum() == pytest.approx(10 * 3.0, rel=1e-3)
 

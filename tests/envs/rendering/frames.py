@@ -81,5 +81,4 @@ def walked(name: str = "walker") -> Episode:
 
 def page(*names: str) -> Page:
     """One of ten seconds for each name."""
-    episodes = tuple(replace(walked(), name=n) for n in names)
-    return Page("A walk", "ten seconds", episodes=episodes)
+    return Page("A walk", "ten seconds", episodes=tuple(replace(walked(), name=n) for n in names))

@@ -82,8 +82,7 @@ def test_the_cone_opens_with_friction_and_is_absent_on_a_grip_floor():
         frame = replace(STANDING, mu_static=mu, mu_kinetic=mu, normal_force=1e-3)
         return int(np.sum(np.any(draw(frame)[PANEL] != bare[PANEL], axis=-1)))
 
-    none = replace(STANDING, mu_static=math.nan, mu_kinetic=math.nan, normal_force=1e-3)
-    bare = draw(none)
+    bare = draw(replace(STANDING, mu_static=math.nan, mu_kinetic=math.nan, normal_force=1e-3))
     assert tinted(math.nan) == 0
     assert 0 < tinted(0.1) < tinted(0.4) < tinted(1.2)
 
@@ -111,8 +110,7 @@ def test_a_walk_that_ended_says_so(cause):
     ],
 )
 def test_no_numbers_stop_a_picture_from_being_drawn(values):
-    picture = draw(replace(STANDING, **values))
-    assert has_colour(picture[PANEL], theme.SUPPORT["main"])
+    assert has_colour(draw(replace(STANDING, **values))[PANEL], theme.SUPPORT["main"])
 
 
 def test_batches_are_refused():

@@ -89,8 +89,7 @@ def test_a_page_plays_at_once_and_repeats_inside_another(opened: Callable[..., C
     assert time_of(still) == pytest.approx(0.02)  # the first step, whose numbers are there
     numbers = "return document.querySelector('.numbers').textContent"
     assert "–" not in still.execute_script(numbers)  # what a page shows for no number
-    moving = opened(two, moving=True)
-    wait(moving, "document.querySelector('input[type=range]').value > 0.2")
+    wait(opened(two, moving=True), "document.querySelector('input[type=range]').value > 0.2")
     frame = f'<iframe srcdoc="{html.escape(two)}"></iframe>'
     inside = "document.querySelector('iframe').contentDocument.querySelector"
     browser = opened(f"<!doctype html><title>-</title>{frame}", moving=True)

@@ -15,8 +15,7 @@ from tests.envs.rendering.frames import walk_rows
 
 
 def drawn(count: int, slide: float = 0.0) -> Drawing:
-    mechanism = Mechanism(BipedParams.from_bars())
-    return biped_drawing(walk_rows(count, slide), mechanism)
+    return biped_drawing(walk_rows(count, slide), Mechanism(BipedParams.from_bars()))
 
 
 def test_bars_end_at_the_pins_of_the_kinematics():
@@ -37,8 +36,7 @@ def test_a_leg_keeps_its_points_across_an_exchange_of_support():
     assert len(np.unique(drawing.active)) == 2
     leaps = np.abs(np.diff(drawing.points, axis=0)).max(axis=(1, 2))
     exchange = np.flatnonzero(np.diff(drawing.active))
-    usual = np.delete(leaps, exchange)
-    assert leaps[exchange].max() < 1.5 * usual.max()
+    assert leaps[exchange].max() < 1.5 * np.delete(leaps, exchange).max()
 
 
 def test_every_slide_is_marked_with_its_length():
@@ -52,8 +50,7 @@ def test_every_slide_is_marked_with_its_length():
 
 def test_only_the_foot_that_carries_is_pushed_by_the_ground():
     one, other = drawn(60).contacts
-    carried = np.isfinite(np.stack([one.normal, other.normal]))
-    np.testing.assert_array_equal(carried.sum(axis=0), 1)
+    np.testing.assert_array_equal(np.isfinite(np.stack([one.normal, other.normal])).sum(axis=0), 1)
 
 
 def test_patches_are_stretches_of_the_floor():

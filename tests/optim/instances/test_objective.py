@@ -114,8 +114,7 @@ def test_noise_is_of_the_seed_and_the_evaluation():
 
 def test_several_goals_keep_the_unbeaten():
     it = toy(goals=2).objective()
-    found = it([0.0, 0.0])
-    assert found.tolist() == [1.0, 1.0]
+    assert it([0.0, 0.0]).tolist() == [1.0, 1.0]
     it([0.0, 0.4])
     it.batch([[0.25, 0.0], [-0.5, 0.0]])
     values = sorted(tuple(values) for _, values in it.record.front)

@@ -24,8 +24,7 @@ FAR = {"start_angles": (1.25, 1.25), "end_angles": (2.6, 2.6)}
 def every_path(problem: PostureProblem) -> tuple[np.ndarray, Station]:
     """All paths over three angles a leg that meet every constraint: [P, K, 2], and stations."""
     K = len(problem.x)
-    pairs = list(product(THREE, THREE))
-    layers = [pairs] * K
+    layers = [list(product(THREE, THREE))] * K
     if problem.start_angles is not None:
         layers = [[problem.start_angles], *layers[1:-1], [problem.end_angles]]
     paths = np.array(list(product(*(range(len(layer)) for layer in layers))))
@@ -63,8 +62,7 @@ def test_no_path_of_all_is_better(leg_rate, ends):
         assert found.status is OptimStatus.FEASIBLE
         np.testing.assert_allclose(found.value, np.min(costs), rtol=1e-9, atol=1e-9)
         np.testing.assert_allclose(found.details["grid_bound"], found.value, rtol=1e-9)
-        nearest = np.min(np.abs(angles - found.leg_angles).max((1, 2)))
-        assert nearest < 1e-12
+        assert np.min(np.abs(angles - found.leg_angles).max((1, 2))) < 1e-12
 
 
 def test_the_rate_limit_costs_something_here():
@@ -105,8 +103,7 @@ def test_a_given_pair_that_breaks_a_constraint_is_infeasible():
 
 
 def test_a_grid_too_coarse_for_any_move_says_so():
-    problem = over_bump(leg_rate=0.2)
-    found = solve(problem, "dp", angles=3)
+    found = solve(over_bump(leg_rate=0.2), "dp", angles=3)
     assert "In 9 of 9 steps no leg can move on the grid" in found.message
     assert np.ptp(found.leg_angles, axis=0).max() == 0
 

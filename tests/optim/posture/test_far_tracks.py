@@ -20,7 +20,6 @@ X = 0.1 * np.arange(10_001)
 Y = UP + 5 * np.sin(X / 50) + 0.03 * np.sin(2 * X) + 0.01 * np.sin(5 * X + 1)
 AT = 6197
 PLACES = X[AT] + np.array([0.0, 0.4, 0.8, 1.2])
-ANGLES = np.array([1.2, 1.6, 2.0])
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +31,7 @@ def slow():
 @pytest.fixture(scope="module")
 def truth(slow):
     """The least wheel energy of all drives over 3 x 3 angles, each one looked at."""
-    return slow.best(PLACES - X[AT], ANGLES)
+    return slow.best(PLACES - X[AT], np.array([1.2, 1.6, 2.0]))
 
 
 def problem(**fields) -> PostureProblem:

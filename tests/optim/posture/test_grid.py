@@ -15,8 +15,7 @@ def grid():
 
 def test_stations_in_chunks_are_the_stations_at_once(monkeypatch, grid):
     monkeypatch.setattr("stickslip.optim.posture.layers.CHUNK", 80)  # 3 waypoints of 25 pairs
-    chunked = build_grid(over_bump(), 5, 2)
-    for one, other in zip(chunked.layers, grid.layers, strict=True):
+    for one, other in zip(build_grid(over_bump(), 5, 2).layers, grid.layers, strict=True):
         for a, b in zip(one.stations, other.stations, strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-9)
 
@@ -56,8 +55,7 @@ def test_each_choice_is_the_best_at_its_waypoint(grid, name: str):
 def test_for_worst_stations_its_bound_is_below_every_path(name: str):
     limited = over_bump(name, leg_rate=0.9)
     found = solve(limited, "grid", angles=5)
-    path = solve(limited, "dp", angles=5, polish=False)
-    assert found.details["grid_bound"] <= path.value
+    assert found.details["grid_bound"] <= solve(limited, "dp", angles=5, polish=False).value
     free = solve(over_bump(name, leg_rate=None), "grid", angles=5)
     np.testing.assert_allclose(free.value, free.details["grid_bound"], rtol=1e-9)
     exact = solve(over_bump(name, leg_rate=None), "dp", angles=5, polish=False)

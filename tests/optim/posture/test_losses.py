@@ -13,7 +13,6 @@ from tests.optim.posture.bounds.helpers import SHORT, drives, over
 from tests.optim.posture.helpers import plain_cost, random_x, tiny
 from tests.optim.posture.test_dp import every_path
 
-ROLLING = UGVParams(rolling_resistance=0.03)
 LOSSES = {"drive_efficiency": 0.8, "regeneration_efficiency": 0.6, "holding_loss": 2e-3}
 LOSSES["rolling_resistance"] = 0.03
 LOSSY = UGVParams(**LOSSES)
@@ -23,7 +22,7 @@ LOSSY = UGVParams(**LOSSES)
 @pytest.mark.long
 def test_rolling_resistance_counts_in_dp_and_scp(name):
     """Brute force over all paths of a grid; off it scp finds one that is no worse."""
-    problem = replace(tiny(name), params=ROLLING)
+    problem = replace(tiny(name), params=UGVParams(rolling_resistance=0.03))
     costs = plain_cost(name, every_path(problem)[1], problem.friction)
     found = solve(problem, "dp", angles=3, polish=False)
     assert found.value == pytest.approx(np.min(costs), rel=1e-9)

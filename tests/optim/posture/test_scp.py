@@ -8,8 +8,6 @@ from stickslip.optim import OptimStatus, solve
 from stickslip.optim.posture.scp import linearised
 from tests.optim.posture.helpers import over_bump, random_x
 
-GRID = 9
-
 
 @pytest.mark.parametrize("criterion", ["friction_demand", "total_energy", "torque_variation"])
 def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
@@ -33,7 +31,7 @@ def test_slopes_are_those_of_the_terms_and_terms_give_the_objective(criterion):
 @pytest.mark.parametrize("criterion", ["grip", "wheel_energy"])
 def test_it_leaves_the_grid_for_something_at_least_as_good(criterion):
     problem = over_bump(criterion)
-    grid = solve(problem, "dp", polish=False, angles=GRID)
+    grid = solve(problem, "dp", polish=False, angles=9)
     found = solve(problem, "scp", start=grid.x)
     assert found.status is OptimStatus.FEASIBLE, found.message
     assert found.feasible

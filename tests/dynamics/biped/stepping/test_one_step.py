@@ -48,8 +48,7 @@ def evenly_accelerated(place: np.ndarray, size: float) -> np.ndarray:
 
 @pytest.mark.parametrize("velocity", VELOCITIES)
 def test_a_step_of_a_sliding_foot_is_the_scheme_s(float64, velocity):
-    place = np.array([PHASE, RATE, SLIDE, velocity])
-    want = evenly_accelerated(place, SIZE)
+    want = evenly_accelerated(np.array([PHASE, RATE, SLIDE, velocity]), SIZE)
     assert want[3] * velocity > 0
     found, way, work = stepped(velocity)
     np.testing.assert_allclose(found, want, rtol=1e-11)

@@ -86,8 +86,7 @@ def test_nor_that_of_a_spline_in_either_precision(dtype):
 
 
 def test_a_spline_with_kinks_jumps_or_too_many_pieces_is_not_proved():
-    straight = spline_through(np.arange(4.0), 0.1 * np.arange(4.0), "linear")
-    assert nowhere_hollow(straight, RADIUS)
+    assert nowhere_hollow(spline_through(np.arange(4.0), 0.1 * np.arange(4.0), "linear"), RADIUS)
     bent = spline_through(np.arange(3.0), np.array([0.0, 0.0, 1e-2]), "linear")
     assert not nowhere_hollow(bent, RADIUS)
     cubic = spline_through(np.arange(5.0), 0.01 * np.arange(5.0) ** 2)

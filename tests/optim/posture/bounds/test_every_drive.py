@@ -74,8 +74,7 @@ def test_what_was_ruled_out_is_infeasible_everywhere():
     x = drives(stuck, MANY)
     value, short = sample(stuck, np.concatenate([x, x[:256]]))
     assert not np.any((short <= 0) & np.isfinite(value))
-    found = bound_every_drive(stuck, cells=12)
-    assert found.value == np.inf
+    assert bound_every_drive(stuck, cells=12).value == np.inf
     answer = solve(stuck, "branch", start=x[0], cells=12)
     assert answer.status in (Status.VIOLATED, Status.INFEASIBLE)
 
