@@ -37,7 +37,8 @@ UNSTOPPED = 1.0, 100.0
 CREEP = 1e-7
 """Speed that stands for a slide that begins or ends [m/s]."""
 FASTER, QUICKER = 1.25, 1.5
-"""Largest speed of the centre that is searched, in the larger of the ends', and of the foot."""
+"""Largest speed of the centre that is searched, in the larger of the ends' or, of a walk from rest
+to rest or to any rate, in what friction gives it on its way; and that of the foot, in that."""
 LEVELS, SPEEDS = 101, 25
 """Nodes of the centre's speed and of the foot's, in each direction, of the first round."""
 ROUNDS, WIDTH, SHRINK, CLOSE, NEAR = 6, 0.2, 0.6, 61, 9
@@ -197,6 +198,8 @@ def _check(problem: GaitProblem, mu_kinetic: float, reserve: float | None, cells
         if getattr(problem, name) is not None:
             raise ValueError(f"{name} where the foot may slip; accepted: None")
     most = float(np.asarray(problem.mu))
+    if most == 0:
+        raise ValueError("mu = 0.0, on which no walk begins or ends; accepted: a number > 0")
     require_scalar("mu_kinetic", mu_kinetic, low=0.0, high=most, accepted=f"0 to mu = {most:g}")
     if reserve is not None:
         require_scalar("reserve", reserve, low=0.0, high=0.9, accepted="None, or 0 to 0.9")
@@ -236,8 +239,9 @@ class _Search:
             None if rate is None else (rate * first) ** 2
             for rate, first in zip(rates, (pace[0, 0], pace[-1, -1]), strict=True)
         ]
-        fastest = FASTER * max([rate or 0.0 for rate in rates]) or at.lift_off_rate
-        self.top = fastest * np.max(pace)
+        far = 2 * self.mu * robot.gravity * np.sum(at.X[:, -1] - at.X[:, 0]) / robot.mass
+        fastest = max([rate or 0.0 for rate in rates]) * np.max(pace)
+        self.top = FASTER * (fastest or np.sqrt(far))
 
     def _cut(self, rows: np.ndarray) -> Any:
         """Values [n, K+1] at the ends of the pieces of every cell [S, HALVES + 1]."""

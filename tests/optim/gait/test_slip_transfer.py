@@ -79,6 +79,7 @@ def test_what_it_does_not_take_is_refused():
         (transfer(2, mu=[0.1, 0.2]), 0.1, "accepted: a transfer with one mu"),
         (stop(0.1, max_torque_rate=5.0), 0.1, "max_torque_rate"),
         (stop(0.1), 0.2, "accepted: 0 to mu = 0.1"),
+        (stop(0.0), 0.0, "accepted: a number > 0"),
     ]
     for problem, kinetic, words in refused:
         with pytest.raises(ValueError, match=words):
