@@ -66,6 +66,11 @@ class Goal:
     def is_friction(self) -> bool:
         return not self.weights
 
+    @property
+    def column_unit(self) -> str:
+        """Unit of a table's column; "-" for a weighted sum."""
+        return "-" if self.unit == "weighted" else self.unit
+
     def of(self, spent: Mapping[str, float]) -> float:
         return sum(weight * spent[term] for term, weight in self.weights.items())
 

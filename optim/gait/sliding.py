@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 NEVER = 1e6
 """Cost of what breaks a limit, duration of what does not move."""
-
-
 BARELY = 1e-9
 """Angle too small to matter [rad]."""
 
@@ -76,20 +74,16 @@ class Passage(NamedTuple):
     torque: Scalar
 
 
-class Instant(NamedTuple):
-    """The crank's rate, and the motion with the foot at rest and sliding."""
-
-    place: Place
-    rate: Scalar
-    still: Motion
-    sliding: Motion
+def crank_rate(mass: Scalar, inertia: ReducedInertia, w: Scalar) -> Scalar:
+    """Crank rate of a centre of mass with w."""
+    return mass * jnp.sqrt(jnp.maximum(w, 0.0)) / inertia.P
 
 
 def crank_motion(
     mass: Scalar, inertia: ReducedInertia, w: Scalar, r: Scalar
 ) -> tuple[Scalar, Scalar]:
     """Crank rate and acceleration of a centre of mass with w and r."""
-    rate = mass * jnp.sqrt(jnp.maximum(w, 0.0)) / inertia.P
+    rate = crank_rate(mass, inertia, w)
     return rate, (mass * r - inertia.dP * rate**2) / inertia.P
 
 
@@ -102,31 +96,29 @@ def over_piece(
     pace = jnp.sqrt(squares[0]) + jnp.sqrt(squares[1])
     time = jnp.where(pace > 0, 2 * way / jnp.where(pace > 0, pace, 1.0), NEVER)
     inner, outer = (limits.mu_static * (1 + by * limits.reserve) for by in (-1, 1))
-    needed = _motion(limits, ends[0], w, r, jnp.zeros_like(r))[1]
-    onset = (velocity == 0) & ~_holds(needed, outer)
-    mode = jnp.where(onset, -jnp.sign(needed.friction_force), jnp.sign(velocity))
-    first, last = (_instant(limits, *at, r, mode) for at in zip(ends, squares, strict=True))
-    pushes = (
-        time * mode * first.sliding.foot_acceleration,
-        (time * mode * last.sliding.foot_acceleration),
-    )
+    states = list(zip(ends, squares, strict=True))
+    still = [_motion(limits, *at, r, jnp.zeros_like(r)) for at in states]
+    onset = (velocity == 0) & ~_holds(still[0], outer)
+    mode = jnp.where(onset, -jnp.sign(still[0].friction_force), jnp.sign(velocity))
+    sliding = [_motion(limits, *at, r, mode) for at in states]
+    push, push_after = (time * mode * motion.foot_acceleration for motion in sliding)
     speed = jnp.abs(velocity)
-    after = speed + (pushes[0] + pushes[1]) / 2
+    after = speed + (push + push_after) / 2
     slides = mode != 0
     stops = slides & (after <= 0)
-    share, slid = _slide(speed, *pushes, stops)
+    share, slid = _slide(speed, push, push_after, stops)
     between = share * time * (jnp.sqrt(w) + r * share * time / 2) / way
     halt = jax.tree.map(lambda one, other: one + between * (other - one), *ends)
-    halted = _motion(limits, halt, w + 2 * r * between * way, r, jnp.zeros_like(r))[1]
+    halted = _motion(limits, halt, w + 2 * r * between * way, r, jnp.zeros_like(r))
     rests = ~slides | stops
-    sound = (pace > 0) & (slides | _holds(first.still, inner))
-    sound &= ~rests | _holds(last.still, inner)
+    sound = (pace > 0) & (slides | _holds(still[0], inner))
+    sound &= ~rests | _holds(still[1], inner)
     sound &= ~stops | _holds(halted, inner)
-    sound &= ~onset | (pushes[0] > 0)
-    begin = jax.tree.map(partial(jnp.where, slides), first.sliding, first.still)
-    end = jax.tree.map(partial(jnp.where, rests), last.still, last.sliding)
-    for at, motion in ((first, begin), (last, end), (last, last.sliding)):
-        sound &= _keeps(limits, at, motion)
+    sound &= ~onset | (push > 0)
+    begin = jax.tree.map(partial(jnp.where, slides), sliding[0], still[0])
+    end = jax.tree.map(partial(jnp.where, rests), still[1], sliding[1])
+    for i, motion in ((0, begin), (1, end), (1, sliding[1])):
+        sound &= _keeps(limits, ends[i], squares[i], motion)
     torques = jnp.stack([begin.torque, end.torque])
     work = (ends[1].theta - ends[0].theta) * jnp.mean(jnp.maximum(torques, 0.0))
     spent = jnp.stack([time, time * jnp.mean(torques**2), work])
@@ -155,18 +147,11 @@ def _slide(
     return share, share * (speed + share * (push / 2 + share * bend / 3))
 
 
-def _motion(
-    limits: Limits, place: Place, w: Scalar, r: Scalar, mode: Scalar
-) -> tuple[Scalar, Motion]:
-    """Crank rate, and the motion in a mode."""
+def _motion(limits: Limits, place: Place, w: Scalar, r: Scalar, mode: Scalar) -> Motion:
+    """The motion in a mode."""
     rate, alpha = crank_motion(limits.total_mass, place.inertia, w, r)
     model = cast("BipedModel", limits)  # of which mass and gravity are read
-    return rate, prescribed(model, place.inertia, rate, alpha, mode, limits.mu_kinetic)
-
-
-def _instant(limits: Limits, place: Place, w: Scalar, r: Scalar, mode: Scalar) -> Instant:
-    rate, sliding = _motion(limits, place, w, r, mode)
-    return Instant(place, rate, _motion(limits, place, w, r, jnp.zeros_like(r))[1], sliding)
+    return prescribed(model, place.inertia, rate, alpha, mode, limits.mu_kinetic)
 
 
 def _holds(motion: Motion, friction: Scalar) -> Bool[Array, ""]:
@@ -174,14 +159,15 @@ def _holds(motion: Motion, friction: Scalar) -> Bool[Array, ""]:
     return jnp.abs(motion.friction_force) <= friction * motion.normal_force
 
 
-def _keeps(limits: Limits, at: Instant, motion: Motion) -> Bool[Array, ""]:
+def _keeps(limits: Limits, place: Place, w: Scalar, motion: Motion) -> Bool[Array, ""]:
     """True if the motor's limits, the normal force's and the zero-moment point's hold."""
     accelerations = motion.crank_acceleration, motion.foot_acceleration
     model, torque = cast("BipedModel", limits), jnp.abs(motion.torque)
-    moment = ankle_moment(model, at.place.moment, at.rate**2, *accelerations)
+    rate = crank_rate(limits.total_mass, place.inertia, w)
+    moment = ankle_moment(model, place.moment, rate**2, *accelerations)
     zmp = zero_moment_point(moment, motion.normal_force)
     sound = (motion.normal_force > limits.min_normal) & (zmp <= limits.toe) & (zmp >= -limits.heel)
-    return sound & (torque <= limits.torque) & (torque * at.rate <= limits.power)
+    return sound & (torque <= limits.torque) & (torque * rate <= limits.power)
 
 
 def over_cell(
@@ -225,9 +211,8 @@ class SlidingLaw:
     def jump_after(self, phase: Float[Array, ""], steps: Int[Array, ""]) -> Float[Array, ""]:
         """The angle at which the torque may jump: a piece's end, or where the foot stops in it."""
         row, i, theta = locate(self.theta, phase, steps)
-        stop = self.stop[row, i]
-        ahead = jnp.where(theta < stop - BARELY, jnp.minimum(stop, self.theta[row, i + 1]), jnp.inf)
-        return jnp.minimum(ahead, self.theta[row, i + 1])
+        stop, end = self.stop[row, i], self.theta[row, i + 1]
+        return jnp.where(theta < stop - BARELY, jnp.minimum(stop, end), end)
 
     def torque(
         self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]

@@ -345,14 +345,13 @@ class _Search:
 
     def _bound(self) -> float:
         """What the least time costs: |momentum gained| <= mu times the normal force's impulse."""
-        if None in self.asked:
+        at, start, end = self.nodes, self.problem.start_rate, self.problem.end_rate
+        if start is None or end is None:
             return 0.0
-        robot, mu, at = self.nodes.robot, self.mu, self.nodes
         speeds = np.sqrt(np.array(self.asked, float))
-        lift = speeds * robot.mass / np.array([at.P[0, 0], at.P[-1, -1]])
-        rise = lift[1] * at.Y[-1, -1] - lift[0] * at.Y[0, 0]
-        gained = robot.mass * abs(speeds[1] - speeds[0])
-        time = max(0.0, (gained / mu - rise) / robot.weight if mu > 0 else np.inf)
+        rise = end * at.Y[-1, -1] - start * at.Y[0, 0]
+        gained = at.robot.mass * abs(speeds[1] - speeds[0])
+        time = max(0.0, float(gained / self.mu - rise) / at.robot.weight)
         return time * self.problem.goal.weights.get(TIME, 0.0)
 
 

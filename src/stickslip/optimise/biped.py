@@ -62,7 +62,8 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         tables["replays"] = replay_table(replays)
         files[NODES] = gait_table(result.best).csv
         if given.pictures:
-            title = f"Least {problem.goal.words}: {with_unit(result.value, unit_of(problem), 4)}"
+            goal = problem.goal
+            title = f"Least {goal.words}: {with_unit(result.value, goal.column_unit, 4)}"
             files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
     show(*tables.values())
     facts = {"asked": vars(given) | limits, **gait_content(problem, result, replays)}
@@ -131,15 +132,10 @@ def _replays(problem: GaitProblem, result: GaitResult, given: Namespace) -> dict
     }
 
 
-def unit_of(problem: GaitProblem) -> str:
-    """Unit of the objective; "-" for a weighted sum."""
-    return "-" if problem.goal.unit == "weighted" else problem.goal.unit
-
-
 def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
     """One row: value, bounds, and the gait's own numbers. held_value: with limits kept between the
     nodes, too; every_bound: no gait of any grid is better."""
-    unit = unit_of(problem)
+    unit = problem.goal.column_unit
     found: dict[Column, object] = {
         Column("objective", words=True): problem.goal.words,
         Column("status", words=True): result.status_in_words,

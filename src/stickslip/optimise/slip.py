@@ -44,7 +44,7 @@ def slip_command(problem: GaitProblem, most: int, given: Namespace, out: Path) -
 
 def summary(problem: GaitProblem, found: SlipTransfer) -> Table:
     """One row: the walk as planned, and as its replay ends."""
-    unit = "-" if problem.goal.unit == "weighted" else problem.goal.unit
+    unit = problem.goal.column_unit
     rows: dict[Column, object] = {
         Column("objective", words=True): problem.goal.words,
         Column("feasible", words=True): "yes" if found.feasible else "no walk found",
