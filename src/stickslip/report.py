@@ -6,17 +6,14 @@ from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
+from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.lazily import require
 from stickslip.envs.rendering.animation import require_format
-from stickslip.envs.rendering.sheet import png
 from stickslip.optim.progress import say_stage
 from stickslip.records import files as paths
-from stickslip.records.table import Column, Table
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from stickslip.records.table import Column, Content, Table, json_text
 
 Maker: TypeAlias = "Callable[[Path], object]"
 """Writes a file to the path that it is given."""
@@ -58,32 +55,46 @@ def write_simulation(given: Namespace, table: Table, plot: Maker, film: Maker) -
     return write_files({Path(name): make for name, make in pairs if name is not None})
 
 
-def result_folder(path: str, overwrite: bool) -> Path:
+def result_folder(given: Namespace, default: str) -> Path:
     """The folder for a result; ValueError if something is there and may not be replaced."""
-    out = Path(path)
+    out = Path(given.out or default)
     paths.require_folder(out)
     if out.exists() and not out.is_dir():
         raise ValueError(f"{out} is a file; accepted: a directory, or a new path, for --out")
-    if not overwrite and out.is_dir() and any(out.iterdir()):
+    if not given.overwrite and out.is_dir() and any(out.iterdir()):
         raise ValueError(f"{out} exists; accepted: another --out, or --overwrite to replace")
     paths.require_makeable(out)
+    if given.pictures:
+        require("matplotlib.figure")
     return out
 
 
 def write_result(
-    out: Path, files: Mapping[str, Callable[[], bytes | str]], usual: Iterable[str], overwrite: bool
-) -> list[str]:
-    """Write a result's files by name into its folder; return their paths.
+    given: Namespace,
+    out: Path,
+    tables: Mapping[str, Table],
+    facts: dict[str, object],
+    files: Mapping[str, Callable[[], bytes | str]],
+    usual: Iterable[str],
+    found: bool,
+) -> Content:
+    """Print a result and write its files by name into the folder, beside the facts in RESULT;
+    return all of it.
 
     usual: names of all that the command may write, of which no older one stays beside these.
     """
-    for name in {*usual, RESULT} - files.keys() if overwrite else ():
+    show(*tables.values())
+    files = {RESULT: lambda: json_text(facts)} | dict(files)
+    if not given.pictures:
+        files = {name: make for name, make in files.items() if not name.endswith(".png")}
+    for name in {*usual, RESULT} - files.keys() if given.overwrite else ():
         (out / name).unlink(missing_ok=True)
 
     def maker(make: Callable[[], bytes | str]) -> Maker:
-        return lambda path: paths.write_whole(path, make(), overwrite=overwrite)
+        return lambda path: paths.write_whole(path, make(), overwrite=given.overwrite)
 
-    return write_files({out / name: maker(make) for name, make in files.items()})
+    written = write_files({out / name: maker(make) for name, make in files.items()})
+    return Content(tables, facts | {"files": written}, status=OK if found else NOTHING_FOUND)
 
 
 def write_files(files: Mapping[Path, Maker]) -> list[str]:
@@ -95,11 +106,6 @@ def write_files(files: Mapping[Path, Maker]) -> list[str]:
     names = list(map(str, files))
     print(f"Written: {', '.join(names)}")
     return names
-
-
-def picture(draw: Callable[[], Figure], title: str) -> Callable[[], bytes]:
-    """A drawing as the bytes of a PNG file, drawn when they are asked for."""
-    return lambda: png(draw(), title)
 
 
 def one_row(columns: Mapping[Column, object]) -> Table:

@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import shown
-from stickslip.dynamics.lazily import require
+from stickslip.envs.rendering.sheet import png
 from stickslip.optim import GaitProblem, GaitResult, Replay, best_transfer, replay
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
 from stickslip.optimise.picture import draw_gait
-from stickslip.optimise.slip import slip_command
+from stickslip.optimise.slip import WALK, WALK_PICTURE, find_walk
 from stickslip.parser import finite
-from stickslip.records.table import Column, Content, Table, json_text
-from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
+from stickslip.records.table import Column, Content, Table
+from stickslip.report import one_row, result_folder, with_unit, write_result
 
 if TYPE_CHECKING:
     from stickslip.optim import Gait
+    from stickslip.optimise.slip import Answer
 
 NODES, PICTURE, ROBOT = "gait.csv", "gait.png", "robot.toml"
 TORQUE_LIMIT = 4.0
@@ -37,40 +37,39 @@ VALUES = ("value", "lower_bound", "every_bound", "held_value")
 
 
 def optimise_command(flags: Mapping[str, Any]) -> Content:
-    """Find a gait, replay it, print and write it; without one NOTHING_FOUND and result.json."""
+    """Find a gait, or a walk whose foot may slip, replay it, print and write it; without one
+    NOTHING_FOUND and result.json."""
     given = Namespace(**flags)
     problem = gait_problem_of(given)
     default = f"runs/biped-{given.objective.replace('=', '').replace(',', '-')}"
-    out = result_folder(given.out or default, given.overwrite)
+    out = result_folder(given, default)
     require_scalar("feedback", given.feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
-    if given.pictures:
-        require("matplotlib.figure")
     if given.mark is not None and given.most_steps is not None:
         raise ValueError("most_steps with mark, which tells the steps; accepted: one of them")
     most = problem.steps_taken if given.most_steps is None else given.most_steps
-    if given.mu_kinetic is not None:
-        return slip_command(problem, most, given, out)
-    problem, result = best_transfer(problem, most, progress=True)
-    replays, found = _replays(problem, result, given), result.gait is not None
-    tables = {"summary": gait_summary(problem, result)}
+    find = find_gait if given.mu_kinetic is None else find_walk
+    found, tables, result, files = find(problem, most, given)
     limits = {name: getattr(problem, name) for name in MOTOR}
-    files: dict[str, Any] = {}
     if given.robot is not None or given.changes:
         motor = {name: value for name, value in limits.items() if value is not None}
         files[ROBOT] = lambda: robot_text(vars(problem.params), motor)
-    if found:
+    facts = {"asked": vars(given) | limits, "robot": problem.params, "result": result}
+    usual = NODES, PICTURE, WALK, WALK_PICTURE, ROBOT
+    return write_result(given, out, tables, facts, files, usual, found)
+
+
+def find_gait(problem: GaitProblem, most: int, given: Namespace) -> Answer:
+    """The best gait of problem.steps_taken to `most` steps, and its replays."""
+    problem, result = best_transfer(problem, most, progress=True)
+    replays, tables = _replays(problem, result, given), {"summary": gait_summary(problem, result)}
+    content, files = gait_content(problem, result, replays), dict[str, Any]()
+    if result.gait is not None:
         tables["replays"] = replay_table(replays)
         files[NODES] = gait_table(result.best).csv
-        if given.pictures:
-            goal = problem.goal
-            title = f"Least {goal.words}: {with_unit(result.value, goal.column_unit, 4)}"
-            files[PICTURE] = picture(lambda: draw_gait(problem, result), title)
-    show(*tables.values())
-    facts = {"asked": vars(given) | limits, **gait_content(problem, result, replays)}
-    files = {RESULT: lambda: json_text(facts), **files}
-    written = write_result(out, files, (NODES, PICTURE, ROBOT), given.overwrite)
-    status = OK if found and result.feasible else NOTHING_FOUND
-    return Content(tables, facts | {"files": written}, status=status)
+        goal = problem.goal
+        title = f"Least {goal.words}: {with_unit(result.value, goal.column_unit, 4)}"
+        files[PICTURE] = lambda: png(draw_gait(problem, result), title)
+    return result.gait is not None and result.feasible, tables, content, files
 
 
 def gait_problem_of(given: Namespace) -> GaitProblem:
@@ -212,7 +211,7 @@ OF_GAIT = ("mean_rate", "friction_use", "spent", "theta", "crank_rate", "torque"
 def gait_content(
     problem: GaitProblem, result: GaitResult, replays: Mapping[str, Replay]
 ) -> dict[str, object]:
-    """The robot's numbers and the result."""
+    """The result."""
     found: dict[str, object] = {name: getattr(result, name) for name in STATED}
     found["unit"] = problem.goal.unit
     if result.certificate is not None:
@@ -222,4 +221,4 @@ def gait_content(
         found |= {name: getattr(gait, name) for name in OF_GAIT}
         found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss, problem.efficiency)
         found["replays"] = {name: asdict(one) | {"kept": one.kept} for name, one in replays.items()}
-    return {"robot": problem.params, "result": found}
+    return found

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from argparse import Namespace
 from dataclasses import asdict
-from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from stickslip.commands import NOTHING_FOUND, OK
+from stickslip.envs.rendering.sheet import png
 from stickslip.optim import GaitProblem, SlipTransfer, best_transfer, slip_transfer
 from stickslip.optimise.picture import draw_slip
-from stickslip.records.table import Column, Content, Table, json_text
-from stickslip.report import RESULT, one_row, picture, show, write_result
+from stickslip.records.table import Column, Table
+from stickslip.report import one_row
 
-NODES, PICTURE = "walk.csv", "walk.png"
+Answer: TypeAlias = tuple[bool, dict[str, Table], dict[str, object], dict[str, Any]]
+"""Whether something was found, tables, entries of the result, and files by name."""
+WALK, WALK_PICTURE = "walk.csv", "walk.png"
 STATED = ("value", "lower_bound", "feasible", "reserve", "duration", "slid", "distance")
 ARRAYS = ("theta", "clock", "crank_rate", "foot_velocity", "torque")
 
 
-def slip_command(problem: GaitProblem, most: int, given: Namespace, out: Path) -> Content:
-    """Find the best walk of problem.steps_taken to `most` steps, print it and write it to `out`."""
+def find_walk(problem: GaitProblem, most: int, given: Namespace) -> Answer:
+    """The best walk of problem.steps_taken to `most` steps, and its replay."""
     options: dict[str, Any] = {"mu_kinetic": given.mu_kinetic, "feedback": given.feedback}
     options |= {"reserve": given.reserve or None, "progress": True}
     problem, found = best_transfer(problem, most, slip_transfer, **options)
@@ -30,16 +31,10 @@ def slip_command(problem: GaitProblem, most: int, given: Namespace, out: Path) -
     files: dict[str, Any] = {}
     if found.feasible:
         facts |= {"replay": asdict(found.replay), "arrives": found.arrives}
-        files[NODES] = walk_table(found).csv
-        if given.pictures:
-            title = f"Least {problem.goal.words} where the foot may slip: {found.value:.4g}"
-            files[PICTURE] = picture(lambda: draw_slip(found), title)
-    show(*tables.values())
-    content = {"asked": vars(given), "robot": problem.params, "result": facts}
-    files = {RESULT: lambda: json_text(content), **files}
-    written = write_result(out, files, (NODES, PICTURE), given.overwrite)
-    status = OK if found.feasible and found.arrives else NOTHING_FOUND
-    return Content(tables, content | {"files": written}, status=status)
+        files[WALK] = walk_table(found).csv
+        title = f"Least {problem.goal.words} where the foot may slip: {found.value:.4g}"
+        files[WALK_PICTURE] = lambda: png(draw_slip(found), title)
+    return found.feasible and found.arrives, tables, facts, files
 
 
 def summary(problem: GaitProblem, found: SlipTransfer) -> Table:

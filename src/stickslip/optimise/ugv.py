@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.lazily import require
 from stickslip.dynamics.machine_file import quantity
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import vehicle_text
+from stickslip.envs.rendering.sheet import png
 from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
@@ -28,7 +28,7 @@ from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, json_text
-from stickslip.report import RESULT, one_row, picture, result_folder, show, with_unit, write_result
+from stickslip.report import RESULT, one_row, result_folder, with_unit, write_result
 
 if TYPE_CHECKING:
     from stickslip.optim import Station
@@ -56,7 +56,7 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     """Solve a posture problem, print and write the drive; NOTHING_FOUND without one."""
     given = Namespace(**flags)
     default = f"runs/ugv-{Path(given.track).stem}-{given.criterion}-{given.method}"
-    out = result_folder(given.out or default, given.overwrite)
+    out = result_folder(given, default)
     require_choice("criterion", given.criterion, tuple(CRITERIA))
     require_choice("method", given.method, tuple(METHODS))
     vehicle, survey, limits = vehicle_on_track(given)
@@ -73,34 +73,25 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
         free_split=given.free_split,
         **limits,
     )
-    if given.pictures:
-        require("matplotlib.figure")
     if given.method == "cma":
         require("cma", "the method 'cma'", "optim")  # before anything is computed in vain
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
-    summary, tables, x = result_summary(problem, result), {}, result.x
-    files: dict[str, Any] = {}
+    tables, x = {"summary": result_summary(problem, result)}, result.x
+    files = _drive_files(given, problem, result)
     if given.vehicle is not None or given.changes:
         files[VEHICLE] = lambda: vehicle_text(vars(problem.params), problem.max_torque)
-    files |= _drive_files(given, problem, result)
     if x is not None:
         tables["criteria"] = criteria_table(problem, x)
     if given.ground:
         tables["ground"] = ground_table(survey)
         files[GROUND[0]] = Table([Column("x", "m"), Column("y", "m")], survey.used.tolist()).csv
-        files[GROUND[1]] = picture(lambda: draw_ground(survey), f"Ground of {given.track}")
-    if not given.pictures:
-        files = {name: make for name, make in files.items() if not name.endswith(".png")}
-    show(summary, *tables.values())
+        files[GROUND[1]] = lambda: png(draw_ground(survey), f"Ground of {given.track}")
     asked = vars(given) | {"track_options": track_options_of(given.track_options)}
     facts: dict[str, object] = {"asked": asked, **result_content(problem, result)}
-    rows = {name: one.records() for name, one in tables.items()}
-    files = {RESULT: lambda: json_text(facts | rows), **files}
-    written = write_result(
-        out, files, (STATIONS, PICTURE, VEHICLE, *GROUND, *CLOSEST), given.overwrite
-    )
-    status = OK if x is not None else NOTHING_FOUND
-    return Content({"summary": summary, **tables}, facts | {"files": written}, status=status)
+    rows = {name: one.records() for name, one in tables.items() if name != "summary"}
+    files[RESULT] = lambda: json_text(facts | rows)
+    usual = STATIONS, PICTURE, VEHICLE, *GROUND, *CLOSEST
+    return write_result(given, out, tables, facts, files, usual, x is not None)
 
 
 ROLLS = 1.1
@@ -195,7 +186,7 @@ def _drive_files(
         value = with_unit(result.value, problem.criterion.unit, 4)
         title = f"{name} {value} {over}, by {result.method}"
     stations = stations_table(problem.stations(x)).csv
-    return {names[0]: stations, names[1]: picture(lambda: draw_drive(problem, x), title)}
+    return {names[0]: stations, names[1]: lambda: png(draw_drive(problem, x), title)}
 
 
 def _method_options(given: Namespace, problem: PostureProblem) -> dict[str, Any]:
