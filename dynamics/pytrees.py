@@ -18,9 +18,9 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property, wraps
-from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeGuard, TypeVar, cast, dataclass_transform
 
 import jax
 import jax.numpy as jnp
@@ -110,6 +110,12 @@ def register_pytree(cls: Class) -> Class:
 
     jax.tree_util.register_pytree_with_keys(cls, flatten_with_keys, unflatten, flatten)
     return cls
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def pytree_dataclass(cls: Class) -> Class:
+    """Decorate a class as a frozen dataclass that is a pytree, see `register_pytree`."""
+    return register_pytree(dataclass(frozen=True)(cls))
 
 
 def float_type(*trees: Any):

@@ -7,7 +7,7 @@ differentiated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, TypedDict, Unpack, get_args
 
 import numpy as np
@@ -17,7 +17,7 @@ from stickslip.dynamics.names import SCENES
 from stickslip.dynamics.pytrees import (
     Numbers,
     Numeric,
-    register_pytree,
+    pytree_dataclass,
     require_broadcast,
     require_numeric,
 )
@@ -26,14 +26,12 @@ STEPS = ("continuous", "one")
 OUTPUTS = ("forces", "state", "joints")
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Grip:
     """A floor on which the foot never slips; no slip equation is compiled."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Uniform:
     """The same dry friction everywhere: coefficients [-], mu_kinetic <= mu_static."""
 
@@ -41,8 +39,7 @@ class Uniform:
     mu_kinetic: Numeric
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Patches:
     """Friction that changes with floor position.
 
@@ -66,8 +63,7 @@ class SceneOptions(TypedDict, total=False):
     outputs: str
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Scene:
     """A floor, the length of the walk, the payload and the outputs.
 

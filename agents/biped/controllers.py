@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from stickslip.agents.biped.output_feedback import OutputFeedback
@@ -10,7 +9,7 @@ from stickslip.agents.biped.prediction import ComputedTorque, OptimalGait, actio
 from stickslip.agents.biped.stopping import CrankSpeedPI, StopAtMark
 from stickslip.agents.protocol import Controller, Memoryless
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
@@ -21,8 +20,7 @@ if TYPE_CHECKING:
     from stickslip.envs.biped.state import BipedEnvState
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class ConstantTorque(Memoryless):
     """The same torque whatever happens (the chapter's Figs. 13 and 14).
 

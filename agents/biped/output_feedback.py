@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -18,7 +18,7 @@ from stickslip.dynamics.biped.estimation import Belief, Noise, initial_belief, m
 from stickslip.dynamics.biped.links import SUPPORT_START
 from stickslip.dynamics.biped.safety import nearest_safe
 from stickslip.dynamics.checks import require_kind
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Uniform
 from stickslip.envs.biped.state import BipedEnvState, drawn_robot
 from stickslip.envs.functional import NON_NEGATIVE, POSITIVE
@@ -78,8 +78,7 @@ class FeedbackMemory(NamedTuple):
     walker: StopMemory
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class OutputFeedback(Ruled):
     """Walk and stop by an encoder of the crank alone, on a floor and with a load not known.
 

@@ -7,7 +7,7 @@ is; OptimalGait follows the best gait of all that do not slip.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
@@ -29,7 +29,7 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.contact import ankle_moment, sticking
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_kind, require_number
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Scene
 from stickslip.envs.biped.state import HOLDS, BipedEnvState, drawn_robot
 from stickslip.envs.functional import POSITIVE
@@ -155,8 +155,7 @@ class Schedule(NamedTuple):
     """Exchanges when this was noted down."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class ComputedTorque(Ruled):
     """Hold P(theta) x crank rate constant: in steady walking the floor need not push at all.
 
@@ -277,8 +276,7 @@ class GaitTable(NamedTuple):
         return a_slow + share * (a_fast - a_slow), b_slow + share * (b_fast - b_slow)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class OptimalGait(Memoryless):
     """Follow a gait found by `stickslip.optim.GaitProblem`, from any state.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -14,7 +14,7 @@ from stickslip.agents.protocol import Ruled
 from stickslip.dynamics.biped.contact import Friction, sticking
 from stickslip.dynamics.biped.safety import nearest_safe
 from stickslip.dynamics.checks import require_kind
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.state import BipedEnvState, centre_of_mass, drawn_robot
 from stickslip.envs.functional import NON_NEGATIVE, POSITIVE
@@ -37,8 +37,7 @@ class PIMemory(NamedTuple):
     """Its integral part [N m]."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class CrankSpeedPI(Ruled):
     """Hold the crank at the commanded rate, as a servo drive would: constant crank speed.
 
@@ -145,8 +144,7 @@ class _Stopping(NamedTuple):
         return last, sound & (last.crank_rate <= STANDS)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class StopAtMark(Ruled):
     """Follow a gait while a stop before the mark remains possible without slip, then brake.
 

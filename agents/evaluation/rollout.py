@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip.agents.protocol import Controller, Env, Memoryless, Params, Planner, State, State_co
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_step
 
 if TYPE_CHECKING:
@@ -140,8 +140,7 @@ def validated(name: str, given: T, kinds: type | tuple[type, ...] = (Controller,
     return given.validate()  # pyright: ignore[reportAttributeAccessIssue], a protocol of both
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Idle(Memoryless):
     """Every action is 0: no torque, or legs held. width: numbers in an action (static)."""
 

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.agents.exchange import files
 from stickslip.dynamics.biped import SUPPORT_START, BipedState, Contact
 from stickslip.dynamics.biped.model import loaded_params
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Floor, Grip, Patches
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.env import BipedEnv
@@ -32,8 +32,7 @@ MOST_ENGINES = 1024
 """Robots whose models are kept."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class MujocoState(BipedEnvState):
     """State of an episode. engine: MuJoCo's positions, velocities and accelerations in a row, each
     the sum of two numbers, since MuJoCo computes in double precision."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING
 
 import jax
@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.agents.protocol import Memoryless
 from stickslip.dynamics.checks import is_concrete, require_choice, require_kind, require_number
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.functional import POSITIVE
 
 if TYPE_CHECKING:
@@ -26,8 +26,7 @@ FARTHEST = 1e6
 MOST = float(np.finfo(np.float32).max) / 2
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class MLPPolicy(Memoryless):
     """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).
 

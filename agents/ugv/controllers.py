@@ -12,7 +12,7 @@ import numpy as np
 
 from stickslip.agents.protocol import Memoryless, Ruled
 from stickslip.dynamics.checks import require_choice, require_kind
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.functional import NON_NEGATIVE
 from stickslip.envs.ugv.env import UGVEnv
 from stickslip.optim.problem import solve
@@ -43,8 +43,7 @@ def towards(
     return jnp.clip((jnp.asarray(target, angles.dtype) - angles) / step, -1.0, 1.0)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class FollowPath(Memoryless):
     """Play back a path: the legs' angles at every waypoint, the first included.
 
@@ -70,8 +69,7 @@ class FollowPath(Memoryless):
         return memory, towards(jnp.asarray(self.angles)[at], env_state, env_params)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class FixedPosture(Ruled):
     """Go to one posture as fast as the legs turn, and keep it: the best on the very track.
 
@@ -113,8 +111,7 @@ class FixedPosture(Ruled):
         return end.totals.reward - late
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class LevelBody(Memoryless):
     """Keep the body level: the leg on the low side straightens, the other one spreads.
 

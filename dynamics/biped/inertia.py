@@ -11,7 +11,6 @@ measures both.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,7 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import links
-from stickslip.dynamics.pytrees import Number, float_type, register_pytree, run_once
+from stickslip.dynamics.pytrees import Number, float_type, pytree_dataclass, run_once
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -115,8 +114,7 @@ def _momenta(params: BipedParams, theta: Scalar) -> tuple[tuple[Scalar, ...], Fl
     return (M, P, Y, L), centres
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class ExactInertia:
     """The reference: exact functions of the crank angle, from the linkage at every call."""
 
@@ -135,8 +133,7 @@ class ExactInertia:
         return ground_moment(self.params, theta)[:2]
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class TableInertia:
     """Coefficients by rising power of the position in [-1, 1] within a piece."""
 
@@ -210,8 +207,7 @@ def _evaluate(
     return value, slope * (2 * scale)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class SeriesInertia:
     """Chebyshev coefficients of values and slopes, by rising degree; slopes by the crank angle."""
 

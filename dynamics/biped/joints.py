@@ -9,7 +9,7 @@ matrix and no linear algebra package.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -18,7 +18,7 @@ import numpy as np
 
 from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia, body_masses
 from stickslip.dynamics.biped.links import BODIES, LINK_OF_BODY, centres_and_angles, kinematics
-from stickslip.dynamics.pytrees import register_pytree, same_rank
+from stickslip.dynamics.pytrees import pytree_dataclass, same_rank
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -175,8 +175,7 @@ class DifferencedInertia(NamedTuple):
     Y_crank: Scalar
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class JointInertia:
     """Inertia functions by solving the body equations for unit motions at every call.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +47,7 @@ def inertia_of(params: BipedParams, fidelity: settings.Fidelity) -> Inertia:
     return JointInertia(params, spec.step if isinstance(spec, settings.Paper) else None)
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class Load:
     """Other masses for a robot that is prepared; see `load`. payload: [kg], None for none."""
 
@@ -56,8 +55,7 @@ class Load:
     payload: pytrees.Numeric | None
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class BipedModel:
     """A robot prepared for stepping. Build it once with `prepare` and step with it many times.
 
@@ -204,8 +202,7 @@ def _derive_one(spec: settings.Fidelity, params: BipedParams) -> Derived:
     )
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class LoadedInertia:
     """Inertia functions of a robot with other masses; they are linear in the masses.
 

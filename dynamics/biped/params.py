@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -33,8 +33,7 @@ NO_NUMBERS = ("cls", "hip_centre", "dtype")
 HIP_CENTRE = ("hip_centre[0]", "hip_centre[1]")
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class BipedParams:
     """PASIBOT's geometry and mass, SI units. Build the default set with `from_bars()`.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -28,8 +27,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class BipedState:
     """State of a walk: `steps` counts exchanges of support, phase and foot_position the rest.
 
@@ -99,8 +97,7 @@ def floor_position(params: BipedParams | BipedModel, state: BipedState) -> Scala
     return jnp.asarray(state.steps).astype(length.dtype) * length + state.foot_position
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class Contact:
     """The foot on the ground at the end of a step, and what happened during it.
 
@@ -127,8 +124,7 @@ class Contact:
     events: Events | None
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class Events:
     """Switching instants within one step, in order; entries past the last have kind NONE."""
 
@@ -137,8 +133,7 @@ class Events:
     crank_angles: Float[Array, " events"]
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class Trajectory:
     """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
 

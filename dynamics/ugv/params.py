@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,8 +39,7 @@ OPTIONAL: dict[str, dict[str, Any]] = {
 """The same of the fields that may be None."""
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class UGVParams:
     """The half vehicle of the chapter's Fig. 20, SI units; masses of one side.
 

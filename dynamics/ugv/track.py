@@ -8,7 +8,7 @@ anticlockwise positive, S being the arc length.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ from stickslip.dynamics.pytrees import (
     Numeric,
     float_type,
     holds_numbers,
-    register_pytree,
+    pytree_dataclass,
     require_one,
     run_once,
     same_rank,
@@ -66,8 +66,7 @@ def _constructor(kind: type[Any]) -> Callable[..., Track]:
     return staticmethod(make)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Track:
     """A ground profile, x forwards and y up [m].
 
@@ -219,8 +218,7 @@ BYTES_A_CELL = 200
 """While it is made, about."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Odometer:
     """Arc length S(x) = integral of sqrt(1 + f'^2) from the start [m].
 

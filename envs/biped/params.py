@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
@@ -44,8 +44,7 @@ OPTIONS = ("phase", "crank_rate", "mean_rate", "mark")
 """Options of a reset: draws that no step reads."""
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class Randomisation:
     """Ranges (low, high) of a reset's uniform draws; None leaves a value as it is.
 
@@ -79,8 +78,7 @@ class Randomisation:
         return self
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class BipedEnvParams:
     """Parameters of BipedEnv, a pytree to vmap over. Build it with `BipedEnv.make_params`.
 

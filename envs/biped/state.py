@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import jax
@@ -19,7 +19,7 @@ from stickslip.dynamics.biped import (
 from stickslip.dynamics.biped.contact import Friction, friction_on, patch_at
 from stickslip.dynamics.biped.model import load
 from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
-from stickslip.dynamics.pytrees import Number, all_finite, register_pytree
+from stickslip.dynamics.pytrees import Number, all_finite, pytree_dataclass
 from stickslip.dynamics.scene import Floor, Grip, Scene
 from stickslip.dynamics.status import Status
 
@@ -86,8 +86,7 @@ class Totals(NamedTuple):
         }
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class BipedEnvState:
     """State of an episode. over: it has ended. mode: 0 sticks, +1 / -1 slides."""
 

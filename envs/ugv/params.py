@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     from stickslip.optim.posture.criteria import Criterion
 
 
-@pytrees.register_pytree
-@dataclass(frozen=True)
+@pytrees.pytree_dataclass
 class UGVEnvParams:
     """Parameters of UGVEnv, a pytree to vmap over. Build it with `UGVEnv.make_params`.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import jax
@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.dynamics import checks
 from stickslip.dynamics.names import RANDOM_TRACKS, TRACKS
-from stickslip.dynamics.pytrees import Number, Numeric, register_pytree
+from stickslip.dynamics.pytrees import Number, Numeric, pytree_dataclass
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.dynamics.ugv.ground.roughness import rough_waves
 from stickslip.dynamics.ugv.ground.shapes import Bump
@@ -33,8 +33,7 @@ BYTES = 256
 """About what a wave, a piece or a cell of a drawn track takes in one environment."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class RandomTrack:
     """Ground drawn for every episode: a bump, roughness, or both.
 
@@ -132,8 +131,7 @@ class RandomTrack:
         return Surface(*pairs(edges, factors, RAMP))
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class UGVRandomisation:
     """Ranges of a reset's draws; what is None stays as it is and is not compiled in.
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.ugv.params import UGVEnvParams
 from stickslip.envs.ugv.randomisation import uniform
 
@@ -41,8 +40,7 @@ class UGVTotals(NamedTuple):
     """The same with the legs' actuators [J]."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class UGVEnvState:
     """State of an episode. station, attitude: the last ones inside the model. over: it has ended.
 

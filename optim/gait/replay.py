@@ -18,7 +18,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedState, EventExact, Table, prepare, step
 from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.gait import Gait
@@ -159,8 +159,7 @@ class Planned(Protocol):
     def law(self) -> Law: ...
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class GaitLaw:
     """A gait as traced arrays: theta [n, K+1] rad, a rad/s^2 and b rad^2/s^2 as in Gait."""
 

@@ -9,7 +9,6 @@ the remainder of the piece.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, cast
 
@@ -18,7 +17,7 @@ import jax.numpy as jnp
 
 from stickslip.dynamics.biped.contact import Motion, ankle_moment, prescribed, zero_moment_point
 from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.optim.gait.replay import locate, wrapped
 
 if TYPE_CHECKING:
@@ -187,8 +186,7 @@ def over_cell(
     return found[-1]._replace(mode=jnp.max(jnp.abs(pieces.mode)), **sums), pieces
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class SlidingLaw:
     """Torque over the crank angle of a walk in pieces: r, w [m^2/s^2] and the centre's place X [m]
     at their beginnings, mode and stop as of Passage, all [n, K]; theta [n, K+1] rad."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import require_choice
-from stickslip.dynamics.pytrees import Number, Numeric, register_pytree, same_rank
+from stickslip.dynamics.pytrees import Number, Numeric, pytree_dataclass, same_rank
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
 from stickslip.dynamics.ugv.poses import stand, wheel_lags
@@ -206,8 +206,7 @@ LEAST_NORMAL = 1e-3
 STATIC = {"static": True}
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Criterion:
     """One criterion; all of it static but for `rates`.
 

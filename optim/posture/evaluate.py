@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.pytrees import Numeric, float64_program, register_pytree
+from stickslip.dynamics.pytrees import Numeric, float64_program, pytree_dataclass
 from stickslip.dynamics.ugv import Odometer, PoseSolver, UGVParams
 from stickslip.dynamics.ugv.poses import over_poses
 from stickslip.optim.posture.criteria import Station, drive_cost, station, torque_left
@@ -39,8 +39,7 @@ A_CALL = 170
 """Stations that take as long as a call takes beside its stations."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Posture:
     """A posture problem as a pytree of numbers: problems of one structure share compiled programs.
 

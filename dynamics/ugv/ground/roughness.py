@@ -11,7 +11,6 @@ and classes A (very good) to H by G(n0), whose geometric means are 16e-6 x 4^k m
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -25,7 +24,7 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.pytrees import Numeric, float_type, register_pytree, same_rank
+from stickslip.dynamics.pytrees import Numeric, float_type, pytree_dataclass, same_rank
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table
 
@@ -57,8 +56,7 @@ def class_roughness(iso_class: str) -> float:
     return 16e-6 * 4.0 ** CLASSES.index(iso_class)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Waves(Closed):
     """Sum of cosines, y = sum_i amplitude_i cos(2 pi n_i x + phase_i); exact but slow."""
 

@@ -14,7 +14,7 @@ lies; taken from world coordinates they lose what those round off, in single pre
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import jax
@@ -22,7 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
-from stickslip.dynamics.pytrees import Numeric, float_type, register_pytree
+from stickslip.dynamics.pytrees import Numeric, float_type, pytree_dataclass
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -125,8 +125,7 @@ def require_numbers(shape: Shape) -> None:
         require_number(name, value, **(length if positive else number))
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Flat(Closed):
     """Level ground, y = 0."""
 
@@ -138,8 +137,7 @@ class Flat(Closed):
         return jnp.zeros_like(radius)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Incline(Closed):
     """One endless straight through the origin, y = slope x. slope = tan(angle) [-]."""
 
@@ -153,8 +151,7 @@ class Incline(Closed):
         return jnp.zeros_like(m)
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Bump(Closed):
     """The chapter's soft bump, y = height exp(-((x - centre) / width)^2); all in [m]."""
 
@@ -174,8 +171,7 @@ class Bump(Closed):
         return jnp.where(h > 0, BUMP * h, -2 * h) / w**2
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Sinusoid(Closed):
     """y = amplitude sin(2 pi x / wavelength), without end; both in [m]."""
 
@@ -195,8 +191,7 @@ class Sinusoid(Closed):
         return jnp.abs(a) * (2 * np.pi / wavelength) ** 2
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Ramp(Closed):
     """A straight of one slope between two levels, y = 0 before it.
 
@@ -225,8 +220,7 @@ class Ramp(Closed):
         return 1.5 * jnp.abs(m) / joint
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Step(Closed):
     """A smoothed step from y = 0 up to y = height [m].
 
@@ -252,8 +246,7 @@ class Step(Closed):
         return RISE * jnp.abs(h) / length**2
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Ditch(Closed):
     """A smoothed ditch (a flat-topped hump for depth < 0) in level ground, y = 0 outside.
 
@@ -281,8 +274,7 @@ class Ditch(Closed):
         return sides * RISE * jnp.abs(depth) / side**2
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Function:
     """A profile given as a function, scalar to scalar, in jax.numpy; static, so it must hash.
 
@@ -350,8 +342,7 @@ def _quintic_rise(z: Values, length: Values) -> Profile:
     return value, 30 * (u * (1 - u)) ** 2 / length, 60 * u * (1 - u) * (1 - 2 * u) / length**2
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Near:
     """A ground with distances u forwards from `base` [m] and heights above the ground there [m].
 

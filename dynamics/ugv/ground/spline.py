@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ import numpy as np
 from jax.core import eval_context
 
 from stickslip.dynamics import checks
-from stickslip.dynamics.pytrees import Numeric, read_only, register_pytree
+from stickslip.dynamics.pytrees import Numeric, pytree_dataclass, read_only
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats, in_two, locate, require_ends
 
 if TYPE_CHECKING:
@@ -39,8 +39,7 @@ BYTES_A_PIECE = 400
 """Memory for each piece of a table while it is made, about [bytes]."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Spline(Closed):
     """Polynomials by rising power of the distance from the knot at their left.
 

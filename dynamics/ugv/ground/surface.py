@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import is_concrete, require_number, shown
-from stickslip.dynamics.pytrees import Number, Numbers, register_pytree
+from stickslip.dynamics.pytrees import Number, Numbers, pytree_dataclass
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Surface:
     """Friction coefficient along the ground, relative to the problem's.
 
