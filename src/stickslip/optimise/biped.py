@@ -1,11 +1,11 @@
-"""`stickslip optimise biped`: find the best gait, replay it, print and write the result."""
+"""`stickslip optimise biped`: find the best gait, or a walk whose foot may slip, and replay it."""
 
 from __future__ import annotations
 
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,21 +13,30 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.sheet import png
-from stickslip.optim import GaitProblem, GaitResult, Replay, best_transfer, replay
+from stickslip.optim import (
+    GaitProblem,
+    GaitResult,
+    Replay,
+    SlipTransfer,
+    best_transfer,
+    replay,
+    slip_transfer,
+)
 from stickslip.optim.gait.footing import Footing
 from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
-from stickslip.optimise.picture import draw_gait
-from stickslip.optimise.slip import WALK, WALK_PICTURE, find_walk
+from stickslip.optimise.picture import draw_gait, draw_slip
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table
 from stickslip.report import one_row, result_folder, with_unit, write_result
 
 if TYPE_CHECKING:
     from stickslip.optim import Gait
-    from stickslip.optimise.slip import Answer
 
+Answer: TypeAlias = tuple[bool, dict[str, Table], dict[str, object], dict[str, Any]]
+"""Whether something was found, tables, entries of the result, and files by name."""
 NODES, PICTURE, ROBOT = "gait.csv", "gait.png", "robot.toml"
+WALK, WALK_PICTURE = "walk.csv", "walk.png"
 TORQUE_LIMIT = 4.0
 """Of the motor, unless something else is said [N m]."""
 MOTOR = ("torque_limit", "copper_loss", "max_power", "efficiency")
@@ -222,3 +231,62 @@ def gait_content(
         found["cost_of_transport"] = gait.cost_of_transport(problem.copper_loss, problem.efficiency)
         found["replays"] = {name: asdict(one) | {"kept": one.kept} for name, one in replays.items()}
     return found
+
+
+WALK_STATED = ("value", "lower_bound", "feasible", "reserve", "duration", "slid", "distance")
+WALK_ARRAYS = ("theta", "clock", "crank_rate", "foot_velocity", "torque")
+
+
+def find_walk(problem: GaitProblem, most: int, given: Namespace) -> Answer:
+    """The best walk of problem.steps_taken to `most` steps, and its replay."""
+    options: dict[str, Any] = {"mu_kinetic": given.mu_kinetic, "feedback": given.feedback}
+    options |= {"reserve": given.reserve or None, "progress": True}
+    problem, found = best_transfer(problem, most, slip_transfer, **options)
+    tables = {"summary": walk_summary(problem, found)}
+    facts: dict[str, object] = {name: getattr(found, name) for name in WALK_STATED + WALK_ARRAYS}
+    files: dict[str, Any] = {}
+    if found.feasible:
+        facts |= {"replay": asdict(found.replay), "arrives": found.arrives}
+        files[WALK] = walk_table(found).csv
+        title = f"Least {problem.goal.words} where the foot may slip: {found.value:.4g}"
+        files[WALK_PICTURE] = lambda: png(draw_slip(found), title)
+    return found.feasible and found.arrives, tables, facts, files
+
+
+def walk_summary(problem: GaitProblem, found: SlipTransfer) -> Table:
+    """One row: the walk as planned, and as its replay ends."""
+    unit = problem.goal.column_unit
+    rows: dict[Column, object] = {
+        Column("objective", words=True): problem.goal.words,
+        Column("feasible", words=True): "yes" if found.feasible else "no walk found",
+        Column("value", unit): found.value,
+        Column("lower_bound", unit): found.lower_bound,
+        Column("steps"): problem.steps_taken,
+    }
+    if (walked := found.replay) is not None:
+        rows |= {
+            Column("duration", "s"): found.duration,
+            Column("slid", "m"): found.slid,
+            Column("distance", "m"): found.distance,
+            Column("reserve"): found.reserve,
+            Column("replay_arrives", words=True): "yes" if found.arrives else "no",
+            Column("replay_slid", "m"): walked.slid,
+            Column("replay_end_rate", "rad/s"): walked.end_rate,
+            Column("replay_end_velocity", "m/s"): walked.end_velocity,
+        }
+    return one_row(rows)
+
+
+def walk_table(found: SlipTransfer) -> Table:
+    """A row for each end of a piece, numbers in SI units and radians; torque: of the next piece."""
+    n, count = found.theta.shape
+    last = np.full((n, 1), np.nan)
+    columns = {
+        "step": np.repeat(np.arange(n), count).reshape(n, count),
+        "crank angle [rad]": found.theta,
+        "time [s]": found.clock,
+        "crank rate [rad/s]": found.crank_rate,
+        "foot velocity [m/s]": found.foot_velocity,
+        "torque [N m]": np.concatenate([found.torque, last], axis=1),
+    }
+    return Table.of_columns({name: of.ravel() for name, of in columns.items()})

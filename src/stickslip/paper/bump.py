@@ -14,7 +14,7 @@ from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.optim import PostureProblem, Station, solve
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.problem import refined
-from stickslip.paper.result import Claim, Result, claim
+from stickslip.paper.result import Result
 
 STEP = 10
 """Between the angles of all pairs, over the vehicle's whole range [degrees]."""
@@ -74,8 +74,8 @@ def statics(vehicle: UGVParams, samples: int) -> Result:
     at = all_pairs(problem)
     passing = np.all(np.asarray(at.status) == Status.OK, axis=1)
     count = f"{int(np.sum(passing))} of {len(passing)} pairs pass"
-    passes = claim("fig24", "passes", f"{count}: {_needs(at)} above the ground or more")
-    return Result(WHEEL, problem.x, [panel], [passes])
+    passes = f"{count}: {_needs(at)} above the ground or more"
+    return Result(WHEEL, problem.x, [panel], {"passes": passes})
 
 
 def all_pairs(problem: PostureProblem) -> Station:
@@ -151,7 +151,7 @@ def _drive(problem: PostureProblem, x: np.ndarray) -> Drive:
     return Drive(fine.stations(between), free.objective(x), fine.objective(between))
 
 
-def turning(drives: Mapping[str, Drive], degrees: Pair) -> list[Claim]:
+def turning(drives: Mapping[str, Drive], degrees: Pair) -> dict[str, str]:
     """Variation at the points and between them, and what holds there. degrees: of the best held."""
     held, *others = drives.values()
     below = " and ".join(f"{100 * (1 - one.variation / held.variation):.0f}" for one in others)
@@ -163,11 +163,10 @@ def turning(drives: Mapping[str, Drive], degrees: Pair) -> list[Claim]:
     )
     at = drives[LIMITED].stations
     fails = int(np.sum(np.asarray(at.status) != Status.OK))
-    measured = {
+    return {
         "varies_less": f"∫(dM/dx)² dx {points} N² m at the points: {below} % below the best "
         f"posture held ({name_of(degrees)})",
         "between": f"legs turning evenly between the points: {dense} N² m: {shown} the legs held",
         "passes": f"{LIMITED}, between the points, too: {_needs(at)} of clearance or more"
         + f", {fails} of them fail" * (fails > 0),
     }
-    return [claim("fig25", name, words) for name, words in measured.items()]

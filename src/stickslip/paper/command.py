@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from stickslip.paper.figure import Figure, figures_of
 from stickslip.records.files import require_makeable, require_new, write_whole
 from stickslip.records.table import Column, Content, Table
 
+TEXTS = json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
+"""Statements and reasons by figure and claim."""
 TABLE = "table.md"
 HEAD = ("figure", "the chapter states", "measured here", "why")
 
@@ -42,8 +45,9 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
             picture, text = png(result.draw(), title), result.table().csv(digits=10)
             write_whole(out / f"{name}.png", picture, overwrite=overwrite)
             write_whole(out / f"{name}.csv", text, overwrite=overwrite)
-            for stated, measured, why in result.claims:  # the chapter is about no other machine
-                rows.append([name, stated * reference, measured, why * reference])
+            for claim, measured in result.measured.items():
+                text = TEXTS[name][claim] if reference else {"stated": "", "why": ""}
+                rows.append([name, text["stated"], measured, text["why"]])
     kept = [i for i in range(len(HEAD)) if not rows or any(row[i] for row in rows)]
     heads = [Column(HEAD[i], words=True) for i in kept]
     table = Table(heads, [[row[i] for i in kept] for row in rows])

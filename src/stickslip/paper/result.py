@@ -1,12 +1,10 @@
-"""A computed figure: curves over one axis, which its CSV file and its picture show, and claims."""
+"""A computed figure: curves over one axis, which its CSV file and its picture show."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,26 +17,17 @@ if TYPE_CHECKING:
 
 HEIGHT = 2.6
 """Of a panel [inches]."""
-TEXTS = json.loads(Path(__file__).with_name("claims.json").read_text(encoding="utf-8"))
-"""Statements and reasons by figure and claim."""
-
-
-class Claim(NamedTuple):
-    """The chapter's statement, our measurement, and the reason or the limit."""
-
-    stated: str
-    measured: str
-    why: str
 
 
 @dataclass(frozen=True)
 class Result:
-    """A figure's panels over an axis [n] (name and unit), and its claims."""
+    """A figure's panels over an axis [n] (name and unit), and what was measured for each of its
+    claims, by their names in claims.json."""
 
     axis: str
     x: np.ndarray
     panels: Sequence[Panel]
-    claims: Sequence[Claim] = ()
+    measured: Mapping[str, str] = field(default_factory=dict)
 
     def table(self) -> Table:
         """A column for each curve."""
@@ -60,12 +49,6 @@ class Result:
         axes[-1].set_xlabel(self.axis)
         axes[-1].set_xlim(self.x[0], self.x[-1])
         return figure
-
-
-def claim(figure: str, name: str, measured: str) -> Claim:
-    """A claim of claims.json with our measurement."""
-    text = TEXTS[figure][name]
-    return Claim(text["stated"], measured, text["why"])
 
 
 def each(form: str, values: Mapping[float, float]) -> str:

@@ -17,7 +17,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
 from stickslip.optim.progress import say_stage
-from stickslip.paper.result import Claim, Result, claim, each
+from stickslip.paper.result import Result, each
 from stickslip.paper.steady import TIME, alike, phases, poses
 
 PERIODS = 4
@@ -203,15 +203,14 @@ def frictions(params: biped.BipedParams, samples: int) -> Result:
         "second": f"the other slides, in T: {others or 'none'}",
         "repeatedly": repeatedly(walks[min(walks)]),
     }
-    claims = [claim("fig17", name, words) for name, words in measured.items()]
-    return _result("μ = {:g}", walks, claims)
+    return _result("μ = {:g}", walks, measured)
 
 
 def speeds(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 18."""
     rates = alike(params, "rate", *RATES)
     walks = inside({rate: (rate, RATE_FRICTION) for rate in rates}, params, samples)
-    return _result("{:g} rad/s", walks, [])
+    return _result("{:g} rad/s", walks, {})
 
 
 def kinetic(params: biped.BipedParams, samples: int) -> Result:
@@ -222,14 +221,12 @@ def kinetic(params: biped.BipedParams, samples: int) -> Result:
     shown = "; ".join(f"{', '.join(at) or 'none'} for {mu:g}" for mu, at in onsets.items())
     slid = each("{:.2f} mm for {:g}", {mu: 1e3 * w.distance(SECOND) for mu, w in walks.items()})
     net = ", ".join(f"{1e3 * one.displacement:+.2f}" for one in walks.values())
-    smaller = (
-        f"distance slid in the second step {slid}; displacement after {PERIODS} steps {net} mm"
-    )
-    claims = [
-        claim("fig19", "later_onsets", f"onsets in the second step, in T: {shown}"),
-        claim("fig19", "smaller_slide", smaller),
-    ]
-    return _result("μk = {:g}", walks, claims)
+    measured = {
+        "later_onsets": f"onsets in the second step, in T: {shown}",
+        "smaller_slide": f"distance slid in the second step {slid}; displacement after {PERIODS} "
+        f"steps {net} mm",
+    }
+    return _result("μk = {:g}", walks, measured)
 
 
 def inside(
@@ -283,8 +280,8 @@ def repeatedly(one: Walk) -> str:
     return f"{len(found)} slides in the second step, {share:.0f} % of its time: {shown}"
 
 
-def _result(name: str, walks: Walks, claims: list[Claim]) -> Result:
+def _result(name: str, walks: Walks, measured: dict[str, str]) -> Result:
     """Places of the foot by the number that varies; name: of a curve."""
     named = {name.format(x): 1e3 * one.place for x, one in walks.items()}
     time = next(iter(walks.values())).time
-    return Result(TIME, time, [curves("foot position", "mm", named)], claims)
+    return Result(TIME, time, [curves("foot position", "mm", named)], measured)

@@ -16,7 +16,7 @@ from stickslip.dynamics import biped
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
-from stickslip.paper.result import Claim, Result, claim, each
+from stickslip.paper.result import Result, each
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
@@ -81,13 +81,12 @@ def speeds(params: biped.BipedParams, samples: int) -> Result:
     like = {w: float(np.corrcoef(torques[w], slow)[0, 1]) for w in rates}
     named = {f"{w:g} rad/s": curve for w, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
-    gaps, shapes = _percent(gap), each("{:.3f} at {:g}", like)
     about = "the quasi-static curve"
-    claims = [
-        claim("fig11", "hardly", f"largest gap to {about}, of its range: {gaps} rad/s"),
-        claim("fig11", "same_shape", f"correlation with {about}: {shapes} rad/s"),
-    ]
-    return Result(TIME, np.linspace(0, 1, samples + 1), [panel], claims)
+    measured = {
+        "hardly": f"largest gap to {about}, of its range: {_percent(gap)} rad/s",
+        "same_shape": f"correlation with {about}: {each('{:.3f} at {:g}', like)} rad/s",
+    }
+    return Result(TIME, np.linspace(0, 1, samples + 1), [panel], measured)
 
 
 def loads(params: biped.BipedParams, samples: int) -> Result:
@@ -104,19 +103,16 @@ def loads(params: biped.BipedParams, samples: int) -> Result:
     rise = each("{:+.1f} % with {:g} kg", {m: 100 * (peak[m] / peak[0.0] - 1) for m in masses[1:]})
     heights = np.asarray(poses(params, angles).centres)[:, biped.BODIES.index("13"), 1]
     load, share = list(_gaps(still).items())[-1]
-    slightly = (
-        f"at {speed:g} rad/s peak torque {rise} (robot: {float(params.total_mass):.2f} kg); "
-        f"largest gap of the range: {_percent(_gaps(torques))} kg"
-    )
-    level = (
-        f"the hip moves {1e3 * float(np.ptp(heights)):.2f} mm up and down in a step of "
+    measured = {
+        "slightly": f"at {speed:g} rad/s peak torque {rise} (robot: {float(params.total_mass):.2f} "
+        f"kg); largest gap of the range: {_percent(_gaps(torques))} kg",
+        "level": f"the hip moves {1e3 * float(np.ptp(heights)):.2f} mm up and down in a step of "
         f"{1e3 * float(biped.step_length(params)):.0f} mm; without inertia {load:g} kg change the "
-        f"torque by {100 * share:.1f} % of its range"
-    )
-    claims = [claim("fig12", "slightly", slightly), claim("fig12", "level", level)]
+        f"torque by {100 * share:.1f} % of its range",
+    }
     named = {f"{m:g} kg": curve for m, curve in torques.items()}
     panel = curves("motor torque", "N m", named, (0.0,))
-    return Result(TIME, np.linspace(0, 1, samples + 1), [panel], claims)
+    return Result(TIME, np.linspace(0, 1, samples + 1), [panel], measured)
 
 
 def _gaps(torques: Mapping[float, np.ndarray]) -> dict[float, float]:
@@ -156,8 +152,8 @@ def forces(params: biped.BipedParams, samples: int) -> Result:
         f"to link {link}'s other end {of.min():.1f} to {of.max():.1f} mm"
         for link, of in far.items()
     )
-    pinned = claim("fig15", "pinned", f"over a step, from the foot's second pin {shown}")
-    return Result(TIME, np.linspace(0, 1, samples + 1), panels, [pinned])
+    pinned = f"over a step, from the foot's second pin {shown}"
+    return Result(TIME, np.linspace(0, 1, samples + 1), panels, {"pinned": pinned})
 
 
 def foot_forces(motion: biped.InverseDynamics) -> Forces:
@@ -197,8 +193,8 @@ def torques(params: biped.BipedParams, samples: int) -> Result:
         f"{Footing.of(params).start_torque:.4f} N m by the balance of work; of the walks drawn "
         f"those with {', '.join(f'{torque:g}' for torque in starts)} N m end the first step"
     )
-    found = claim("fig13", "starts_at", measured)
-    return _result({f"{torque:g} N m": walk for torque, walk in walks.items()}, found)
+    named = {f"{torque:g} N m": walk for torque, walk in walks.items()}
+    return _result(named, {"starts_at": measured})
 
 
 def weights(params: biped.BipedParams, samples: int) -> Result:
@@ -215,8 +211,7 @@ def weights(params: biped.BipedParams, samples: int) -> Result:
         f"first step in {ended}; walks up to {own * torque / least:.2f} kg = {own:.2f} kg x "
         f"{torque:g} N m / {least:.4f} N m"
     )
-    found = claim("fig14", "heavier", measured)
-    return _result({f"{mass:g} kg": walk for mass, walk in walks.items()}, found)
+    return _result({f"{mass:g} kg": walk for mass, walk in walks.items()}, {"heavier": measured})
 
 
 def from_rest(
@@ -240,11 +235,11 @@ def first_step(walk: biped.Trajectory) -> float:
     return float(time[i - 1] + share * (time[i] - time[i - 1]))
 
 
-def _result(walks: Mapping[str, biped.Trajectory], found: Claim) -> Result:
+def _result(walks: Mapping[str, biped.Trajectory], measured: dict[str, str]) -> Result:
     """Crank angles by name, NaN after the walk has left the model."""
     angles = {}
     for name, walk in walks.items():
         angles[name] = np.array(walk.states.crank_angle)
         angles[name][1:][np.asarray(walk.contacts.status) > Status.SLIP_ONSET] = np.nan
     time = DURATION * np.linspace(0, 1, len(next(iter(angles.values()))))
-    return Result("time [s]", time, [curves("crank angle", "rad", angles, (np.pi / 2,))], [found])
+    return Result("time [s]", time, [curves("crank angle", "rad", angles, (np.pi / 2,))], measured)
