@@ -166,8 +166,7 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
             *("with_options", "label", "details", "parts", "build", "training_task", "swept"),
         ),
         "stickslip.agents.biped.controllers": ("baseline",),
-        "stickslip.agents.biped.measures": ("measures",),
-        "stickslip.agents.biped.episodes": ("as_episode",),
+        "stickslip.agents.biped.episodes": ("measures", "as_episode"),
         "stickslip.agents.exchange.mujoco_env": ("moved_by",),
     }
 

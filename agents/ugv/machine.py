@@ -165,8 +165,7 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
             *("training_task", "swept"),
         ),
         "stickslip.agents.ugv.controllers": ("baseline",),
-        "stickslip.agents.ugv.measures": ("measures",),
-        "stickslip.agents.ugv.episodes": ("as_episode",),
+        "stickslip.agents.ugv.episodes": ("measures", "as_episode"),
     }
 
     def env(self) -> UGVEnv:
