@@ -7,7 +7,7 @@ imports at its top, needs neither JAX nor NumPy, so that help is quick.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
@@ -60,7 +60,8 @@ class Machine(ABC, Generic[Env, Params, Config]):
     """Configuration of its training runs."""
     modules: ClassVar[tuple[str, ...]] = ()
     """Full names of the modules whose dataclasses a task in a policy's file is made of."""
-    baselines: ClassVar[tuple[str, ...]] = ()
+    baselines: ClassVar[Collection[str]] = ()
+    """By name; a mapping says the class of each, as "module:Class" of this package."""
     scenes: ClassVar[tuple[str, ...]] = ()
     """Floors or grounds by name."""
     scene_files: ClassVar[str] = ""
@@ -157,8 +158,12 @@ class Machine(ABC, Generic[Env, Params, Config]):
         return ""
 
     def baseline(self, name: str, env: Env) -> AnyPlayer:
-        """A baseline for an environment. ValueError for an unknown name."""
-        raise ValueError(f"baseline {name!r} is unknown; accepted: none, the {self.title} has none")
+        """A baseline, of the environment where it has a field for one. ValueError for an unknown
+        name."""
+        places = self.baselines if isinstance(self.baselines, Mapping) else {}
+        require_choice("baseline", name, tuple(places))
+        kind = resolve_name(f"stickslip.agents.{places[name]}")
+        return kind(env=env) if "env" in kind.__dataclass_fields__ else kind()
 
     def moved_by(self, env: Env, program: str) -> Env:
         """The environment with its motion computed by another program. ValueError for none."""

@@ -7,7 +7,6 @@ from dataclasses import fields
 
 import pytest
 
-from stickslip.agents.biped.controllers import CONTROLLERS
 from stickslip.agents.biped.machine import BIPED_BASELINES, TrainConfig
 from stickslip.agents.ugv.machine import TRACK_NAMES, UGV_BASELINES, UGVTrainConfig
 from stickslip.cli import COMMANDS, OK, WRONG_INPUT, main, make_parser
@@ -36,10 +35,9 @@ def test_help_names_every_field_of_the_configuration(capsys):
 
 
 def test_help_names_what_may_be_named(capsys):
-    assert tuple(CONTROLLERS) == BIPED_BASELINES
     for command in ("evaluate", "view"):
         shown = help_of(capsys, command)
-        for names in (CONTROLLERS, UGV_BASELINES, SCENES, TRACK_NAMES, CRITERIA):
+        for names in (BIPED_BASELINES, UGV_BASELINES, SCENES, TRACK_NAMES, CRITERIA):
             assert all(name in shown for name in names)
     assert ", ".join(SCENES) in help_of(capsys, "train", "biped")
     shown = help_of(capsys, "train", "ugv")

@@ -108,14 +108,14 @@ class TrainConfig(Configuration):
             )
 
 
-BIPED_BASELINES = (
-    "constant-torque",
-    "crank-speed-pi",
-    "computed-torque",
-    "optimal-gait",
-    "stop-at-mark",
-    "output-feedback",
-)
+BIPED_BASELINES = {
+    "constant-torque": "biped.controllers:ConstantTorque",
+    "crank-speed-pi": "biped.controllers:CrankSpeedPI",
+    "computed-torque": "biped.prediction:ComputedTorque",
+    "optimal-gait": "biped.prediction:OptimalGait",
+    "stop-at-mark": "biped.controllers:StopAtMark",
+    "output-feedback": "biped.output_feedback:OutputFeedback",
+}
 STOPPING = "stop-at-mark"
 """The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
 
@@ -165,7 +165,6 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "stickslip.agents.biped.task": (
             *("with_options", "label", "details", "parts", "build", "training_task", "swept"),
         ),
-        "stickslip.agents.biped.controllers": ("baseline",),
         "stickslip.agents.biped.episodes": ("measures", "as_episode"),
         "stickslip.agents.exchange.mujoco_env": ("moved_by",),
     }

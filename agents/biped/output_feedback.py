@@ -10,8 +10,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.biped.controllers import StopAtMark, StopMemory
 from stickslip.agents.biped.prediction import action_of
-from stickslip.agents.biped.stopping import StopAtMark, StopMemory
 from stickslip.agents.protocol import Ruled
 from stickslip.dynamics.biped.contact import Friction
 from stickslip.dynamics.biped.estimation import Belief, Noise, initial_belief, mixed, observe

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, ClassVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.protocol import Memoryless, Ruled
-from stickslip.dynamics.checks import require_choice, require_kind
+from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.functional import NON_NEGATIVE
 from stickslip.envs.ugv.env import UGVEnv
@@ -21,15 +20,12 @@ if TYPE_CHECKING:
     from jax.typing import ArrayLike
     from jaxtyping import Array, Float
 
-    from stickslip.agents.protocol import Action, Controller, Obs, Planner
+    from stickslip.agents.protocol import Action, Obs
     from stickslip.envs.ugv.params import UGVEnvParams
     from stickslip.envs.ugv.state import UGVEnvState
     from stickslip.optim import PostureResult
 
 
-UGVPlayer: TypeAlias = (
-    "Controller[Any, UGVEnvState, UGVEnvParams] | Planner[UGVEnv, UGVEnvState, UGVEnvParams]"
-)
 MOST_POSTURES = 1000
 """Most angles of each leg that FixedPosture tries."""
 
@@ -205,17 +201,3 @@ def _follow(
         angles = np.asarray(jax.device_get(state.leg_angles), float)[None]
     missing = int(params.steps) + 1 - len(angles)
     return FollowPath(np.concatenate([angles, np.repeat(angles[-1:], missing, axis=0)])).validate()
-
-
-BASELINES: dict[str, Callable[[UGVEnv], UGVPlayer]] = {
-    "fixed-posture": FixedPosture,
-    "level-body": lambda env: LevelBody(),
-    "receding-horizon": lambda env: RecedingHorizon(),
-    "optimum": lambda env: Optimum(),
-}
-
-
-def baseline(name: str, env: UGVEnv) -> UGVPlayer:
-    """A baseline or planner for an environment. ValueError for an unknown name."""
-    require_choice("baseline", name, BASELINES)
-    return BASELINES[name](env)

@@ -120,7 +120,12 @@ def require_ground(name: str) -> None:
         )
 
 
-UGV_BASELINES = ("fixed-posture", "level-body", "receding-horizon", "optimum")
+UGV_BASELINES = {
+    "fixed-posture": "ugv.controllers:FixedPosture",
+    "level-body": "ugv.controllers:LevelBody",
+    "receding-horizon": "ugv.controllers:RecedingHorizon",
+    "optimum": "ugv.controllers:Optimum",
+}
 
 
 class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
@@ -164,7 +169,6 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
             *("standard_task", "with_options", "label", "details", "parts", "build"),
             *("training_task", "swept"),
         ),
-        "stickslip.agents.ugv.controllers": ("baseline",),
         "stickslip.agents.ugv.episodes": ("measures", "as_episode"),
     }
 

@@ -10,9 +10,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import GaitTable, OptimalGait, gaits_of
+from stickslip.agents import ComputedTorque, GaitTable, OptimalGait, gaits_of
 from stickslip.agents.biped import controllers
+from stickslip.agents.biped.machine import BIPED_BASELINES
 from stickslip.agents.evaluation.rollout import episode_key, horizon, rollout
+from stickslip.agents.machine import machine_of_env
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams
@@ -50,7 +52,7 @@ def friction_need(played: Any) -> np.ndarray:
 
 @pytest.mark.long
 def test_computed_torque_walks_on_a_slippery_floor_without_sliding():
-    played = walk_on(controllers.ComputedTorque(), ENV.default_params, [0.06, 0.05], [0.05, 0.04])
+    played = walk_on(ComputedTorque(), ENV.default_params, [0.06, 0.05], [0.05, 0.04])
     assert not np.any(played.terminated)
     slid = np.asarray(played.info["episode_slid"])[:, -1]
     assert slid[0] < 1e-6
@@ -97,11 +99,11 @@ def test_constant_crank_speed_slips_where_computed_torque_does_not():
             marks=[pytest.mark.long]
             * (name not in ("constant-torque", "crank-speed-pi", "computed-torque")),
         )
-        for name in controllers.CONTROLLERS
+        for name in BIPED_BASELINES
     ],
 )
 def test_memory_keeps_its_structure_and_the_action_its_shape(name, dtype):
-    controller = controllers.baseline(name, ENV)
+    controller = machine_of_env(ENV).baseline(name, ENV)
     assert isinstance(controller, Controller)
     params = jax.eval_shape(lambda: ENV.make_params(dtype=dtype))
     obs, state = jax.eval_shape(ENV.reset_env, jax.random.key(0), params)
@@ -132,7 +134,7 @@ def test_the_integral_does_not_wind_up():
     [
         (lambda: controllers.ConstantTorque(float("nan")), "torque"),
         (lambda: controllers.CrankSpeedPI(acceleration=0.0), "acceleration"),
-        (lambda: controllers.ComputedTorque(footing=1.5), "footing"),
+        (lambda: ComputedTorque(footing=1.5), "footing"),
     ],
 )
 def test_bad_settings_are_named(make, words):
@@ -142,7 +144,7 @@ def test_bad_settings_are_named(make, words):
 
 def test_unknown_names_list_the_known_ones():
     with pytest.raises(ValueError, match=r"'walk'.*'constant-torque', 'crank-speed-pi', 'comp"):
-        controllers.baseline("walk", ENV)
+        machine_of_env(ENV).baseline("walk", ENV)
 
 
 RATES = (2.0, 3.0, 4.0)

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from stickslip.agents.biped.controllers import StopAtMark
 from stickslip.agents.biped.output_feedback import FRICTIONS, OutputFeedback
 from stickslip.agents.biped.prediction import GaitTable, OptimalGait
-from stickslip.agents.biped.stopping import StopAtMark
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped.estimation import Belief, mixed
 from stickslip.envs import BipedEnv, Randomisation
