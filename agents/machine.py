@@ -17,9 +17,9 @@ from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
 
 if TYPE_CHECKING:
-    from stickslip.agents.evaluation.rollout import AnyRollout
-    from stickslip.agents.evaluation.table import AnyMeasures
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer
+    from stickslip.agents.evaluation.rollout import Rollout
+    from stickslip.agents.evaluation.table import Measures
+    from stickslip.agents.protocol import AnyEnv, Player
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
@@ -157,7 +157,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         """Unit on which a table's columns depend; environments of one table share it."""
         return ""
 
-    def baseline(self, name: str, env: Env) -> AnyPlayer:
+    def baseline(self, name: str, env: Env) -> Player:
         """A baseline, of the environment where it has a field for one. ValueError for an unknown
         name."""
         places = self.baselines if isinstance(self.baselines, Mapping) else {}
@@ -171,7 +171,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
 
     # Evaluation.
 
-    def measures(self, env: Env) -> AnyMeasures:
+    def measures(self, env: Env) -> Measures:
         """Kept values of an environment's episodes, and the columns of its tables."""
         from stickslip.agents.evaluation.table import MEASURES
 
@@ -193,7 +193,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
     # Pictures.
 
     def as_episode(
-        self, played: AnyRollout, env: Env, params: Params, name: str, scale: Scale | None = None
+        self, played: Rollout, env: Env, params: Params, name: str, scale: Scale | None = None
     ) -> Episode:
         """An episode for plots and pages; name: of the player, scale: of a named task's scores.
 
@@ -208,18 +208,14 @@ class Machine(ABC, Generic[Env, Params, Config]):
         return params
 
 
-AnyMachine: TypeAlias = Machine[Any, Any, Any]
-"""Whichever machine."""
-
-
-_MACHINES: dict[str, AnyMachine | str] = {
+_MACHINES: dict[str, Machine | str] = {
     "biped": "stickslip.agents.biped.machine:BipedMachine",
     "ugv": "stickslip.agents.ugv.machine:UGVMachine",
 }
 """Machines by name, or their classes, which are imported when they are used."""
 
 
-def register(machine: AnyMachine) -> None:
+def register(machine: Machine) -> None:
     """Make a machine known to training, evaluation, policy files and the command line.
 
     ValueError where its name, its environment or a baseline's name is another machine's; a machine
@@ -237,7 +233,7 @@ def register(machine: AnyMachine) -> None:
     _MACHINES[machine.name] = machine
 
 
-def machines() -> tuple[AnyMachine, ...]:
+def machines() -> tuple[Machine, ...]:
     """All machines in order of their registration; the first is the default."""
     return tuple(map(machine_by_name, _MACHINES))
 
@@ -247,7 +243,7 @@ def environments() -> dict[str, str]:
     return {one.name: one.environment for one in machines()}
 
 
-def machine_by_name(name: str) -> AnyMachine:
+def machine_by_name(name: str) -> Machine:
     """The machine of a name. ValueError for an unknown one."""
     require_choice("machine", name, tuple(_MACHINES))
     found = _MACHINES[name]
@@ -256,7 +252,7 @@ def machine_by_name(name: str) -> AnyMachine:
     return found
 
 
-def machine_of_env(env: AnyEnv) -> AnyMachine:
+def machine_of_env(env: AnyEnv) -> Machine:
     """The machine of an environment, or of what its class inherits from. ValueError for none."""
     kinds = (machine_of_environment(kind.__name__) for kind in type(env).__mro__)
     found = next((one for one in kinds if one is not None), None)
@@ -266,12 +262,12 @@ def machine_of_env(env: AnyEnv) -> AnyMachine:
     return found
 
 
-def machine_of_environment(environment: Json) -> AnyMachine | None:
+def machine_of_environment(environment: Json) -> Machine | None:
     """The machine whose environment's class has that name, if there is one."""
     return next((one for one in machines() if one.environment == environment), None)
 
 
-def machine_of_baseline(name: str) -> AnyMachine | None:
+def machine_of_baseline(name: str) -> Machine | None:
     """The machine that has a baseline of that name, if there is one."""
     return next((one for one in machines() if name in one.baselines), None)
 

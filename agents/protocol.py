@@ -81,8 +81,6 @@ class Planner(Protocol[Env_contra, State_contra, Params_contra]):
 
 Player: TypeAlias = Controller[Any, State, Params] | Planner[Any, State, Params]
 """Controller, planner or policy of an environment with such states and parameters."""
-AnyPlayer: TypeAlias = Player[Any, Any]
-"""Player of some machine's environment."""
 Options: TypeAlias = Mapping[str, Any]
 """Parsed flags by name; None for one that is not given."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from stickslip.agents.evaluation import players, rollout
-from stickslip.agents.evaluation.table import AnyMeasures, Column, Evaluation, Row, Say, joined
+from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say, joined
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import TaskDefinition, task_by_name
@@ -18,7 +18,7 @@ from stickslip.records.files import require_folder, require_new, require_writabl
 from stickslip.records.table import Content
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State
+    from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State
     from stickslip.envs.functional import FunctionalEnv
 
     Who: TypeAlias = Mapping[str, players.Named]
@@ -53,7 +53,7 @@ def evaluate(
 
 def evaluate_task(
     name: str,
-    controllers: Mapping[str, AnyPlayer],
+    controllers: Mapping[str, Player],
     *,
     episodes: int | None = None,
     seeds: Sequence[int] | None = None,
@@ -93,8 +93,8 @@ def env_with(env: AnyEnv, margin: float | None = None, program: str | None = Non
 
 
 def scored(
-    measures: AnyMeasures, known: Known, unit: str, seeds: Sequence[int] | None = None
-) -> AnyMeasures:
+    measures: Measures, known: Known, unit: str, seeds: Sequence[int] | None = None
+) -> Measures:
     """The measures with the columns task_score and gap behind the return, and cost where there is a
     limit, over which there is neither score nor gap.
 
@@ -118,9 +118,9 @@ def scored(
 
 def _evaluated(
     env: AnyEnv,
-    controllers: Mapping[str, AnyPlayer],
+    controllers: Mapping[str, Player],
     scenes: Mapping[str, Any],
-    measures: AnyMeasures,
+    measures: Measures,
     seeds: tuple[int, ...],
     progress: Say | None,
 ) -> Evaluation:

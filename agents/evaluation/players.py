@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.machine import (
-    AnyMachine,
+    Machine,
     machine_of_baseline,
     machine_of_environment,
     machines,
@@ -22,7 +22,7 @@ from stickslip.dynamics.checks import nearest, require_choice
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Task, Timed
+    from stickslip.agents.protocol import AnyEnv, Options, Player, Task, Timed
 
 
 @dataclass(frozen=True)
@@ -30,11 +30,11 @@ class Named:
     """A policy with its file's metadata, or a baseline (policy None)."""
 
     name: str
-    machine: AnyMachine
+    machine: Machine
     policy: MLPPolicy | None = None
     metadata: Mapping[str, Json] = field(default_factory=dict)
 
-    def player(self, env: AnyEnv, params: Timed) -> AnyPlayer:
+    def player(self, env: AnyEnv, params: Timed) -> Player:
         """The policy, or the baseline made for an environment and suited to its parameters."""
         if self.policy is not None:
             return self.policy
@@ -74,7 +74,7 @@ class Place:
         return f"{self.label}: {', '.join(dict.fromkeys(self.origins))}\n  {self.details}"
 
 
-def read_named(who: Sequence[str], machine: AnyMachine | None = None) -> dict[str, Named]:
+def read_named(who: Sequence[str], machine: Machine | None = None) -> dict[str, Named]:
     """Policies and baselines by name. ValueError for anything else, and for two machines'.
 
     machine: whose they are to be, by default that of the first.
@@ -93,7 +93,7 @@ def read_named(who: Sequence[str], machine: AnyMachine | None = None) -> dict[st
     return found
 
 
-def _read_named(name: str, machine: AnyMachine | None) -> Named:
+def _read_named(name: str, machine: Machine | None) -> Named:
     if (owner := machine_of_baseline(name)) is not None:
         return Named(name, owner)
     usual, path = machine or machines()[0], policy_path(name)
@@ -110,7 +110,7 @@ def _read_named(name: str, machine: AnyMachine | None) -> Named:
     return Named(name, owner, policy, metadata)
 
 
-def machine_of(named: Mapping[str, Named]) -> AnyMachine:
+def machine_of(named: Mapping[str, Named]) -> Machine:
     """The machine of those who were named."""
     return next(iter(named.values())).machine
 
@@ -147,7 +147,7 @@ def places_of(named: Mapping[str, Named], options: Options, viewed: bool = False
     return places
 
 
-def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
+def require_one_table(places: Sequence[Place], machine: Machine) -> None:
     """Raise ValueError for places that cannot stand in one table."""
     units = {machine.unit_of(env) for place in places for env in place.who.values()}
     if len(units) > 1:
@@ -157,7 +157,7 @@ def require_one_table(places: Sequence[Place], machine: AnyMachine) -> None:
         )
 
 
-def every_option() -> dict[str, AnyMachine]:
+def every_option() -> dict[str, Machine]:
     """The names of all machines' options, and the first machine that has each."""
     return {name: machine for machine in reversed(machines()) for name in machine.options}
 
@@ -172,7 +172,7 @@ def given_flags(options: Options) -> dict[str, str]:
     return found | ({"--set": " ".join(changed)} if changed else {})
 
 
-def _require_options(options: Options, machine: AnyMachine) -> None:
+def _require_options(options: Options, machine: Machine) -> None:
     """Raise ValueError for options of another machine, or that contradict each other."""
     for name, other in every_option().items():
         if name not in machine.options and options[name] is not None:
@@ -185,7 +185,7 @@ def _require_options(options: Options, machine: AnyMachine) -> None:
         require_choice("the part of --set", part, parts)
 
 
-def players_on(name: str, named: Mapping[str, Named], options: Options) -> dict[str, AnyPlayer]:
+def players_on(name: str, named: Mapping[str, Named], options: Options) -> dict[str, Player]:
     """Players of a named task. ValueError for options that would change it, and for a policy that
     observes something else."""
     task = task_by_name(name)

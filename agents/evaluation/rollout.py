@@ -19,7 +19,7 @@ from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_s
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Timed
+    from stickslip.agents.protocol import AnyEnv, Player, Timed
 
 
 STEP_BYTES = 300
@@ -61,10 +61,7 @@ class Rollout(NamedTuple, Generic[State_co]):
         return Rollout(*here[:2], *rows, here.length)  # pyright: ignore[reportCallIssue]
 
 
-AnyRollout: TypeAlias = Rollout[Any]
-"""An episode of some machine's environment."""
-AnyController: TypeAlias = Controller[Any, Any, Any]
-Keep: TypeAlias = Callable[[AnyRollout, Any], Kept]
+Keep: TypeAlias = Callable[[Rollout, Any], Kept]
 """What is kept of an episode with its parameters; traced."""
 
 
@@ -109,7 +106,7 @@ def first_state(env: AnyEnv, params: Timed, seed: int) -> Any:
     return env.reset(episode_key(seed), params)[1]
 
 
-def planned(env: AnyEnv, controller: AnyPlayer, params: Timed, seed: int) -> AnyController:
+def planned(env: AnyEnv, controller: Player, params: Timed, seed: int) -> Controller:
     """The path of a planner for a seed's first episode; any other controller as it is."""
     if isinstance(controller, Planner):
         return controller.path(env, params, first_state(env, params, seed))
@@ -160,8 +157,8 @@ class Idle(Memoryless):
 
 @partial(jax.jit, static_argnums=(0, 1))
 def _rollout(
-    env: AnyEnv, count: int, controller: AnyController, params: Timed, key: PRNGKeyArray
-) -> AnyRollout:
+    env: AnyEnv, count: int, controller: Controller, params: Timed, key: PRNGKeyArray
+) -> Rollout:
     start_obs, start = env.reset_env(key, params)
     unused = jax.random.key(0)  # a step draws nothing when it does not reset
 
@@ -210,7 +207,7 @@ def seeds_of(episodes: int, seeds: Sequence[int] | None) -> tuple[int, ...]:
 
 
 def play(
-    env: AnyEnv, controller: AnyPlayer, params: Timed, seeds: Sequence[int], keep: Keep[Kept]
+    env: AnyEnv, controller: Player, params: Timed, seeds: Sequence[int], keep: Keep[Kept]
 ) -> Kept:
     """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
     count, what = horizon(params), f"episodes = {len(seeds)}"
@@ -225,7 +222,7 @@ def play(
 
 
 def play_unseen(
-    env: AnyEnv, policy: AnyPlayer, params: Timed, episodes: int, keep: Keep[Kept]
+    env: AnyEnv, policy: Player, params: Timed, episodes: int, keep: Keep[Kept]
 ) -> Kept:
     """Whole episodes that training never sees; one where a reset draws nothing."""
     seeds = range(TEST_SEEDS, TEST_SEEDS + (episodes if is_random(params) else 1))
@@ -243,11 +240,11 @@ def _play(
     count: int,
     keep: Keep[Kept],
     axis: int | None,
-    controller: AnyController,
+    controller: Controller,
     params: Timed,
     keys: PRNGKeyArray,
 ) -> Kept:
-    def one(controller: AnyController, key: PRNGKeyArray) -> Kept:
+    def one(controller: Controller, key: PRNGKeyArray) -> Kept:
         return keep(rollout(env, controller, params, key, count), params)
 
     return jax.vmap(one, (axis, 0))(controller, keys)

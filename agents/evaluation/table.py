@@ -72,10 +72,6 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
     cost: tuple[Column, Callable[[Kept], Interval]] | None = None
 
 
-AnyMeasures: TypeAlias = Measures[Any, Any, Any]
-"""Measures of any machine."""
-
-
 @dataclass(frozen=True)
 class Row:
     """One controller in one scene. metrics: by the names of the columns, in SI units."""

@@ -1,4 +1,4 @@
-"""Races: methods x instances of the suite x seeds, in processes of their own."""
+"""Races: methods x instances of the suite x seeds, in processes of their own; `stickslip bench`."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
-from stickslip.agents.optimisers.methods import METHODS, Optimiser, methods_of
-from stickslip.agents.optimisers.report import Run, read_results
+from stickslip.agents.optimisers import report
+from stickslip.agents.optimisers.methods import METHODS, Optimiser, methods_of, methods_table
 from stickslip.agents.optimisers.worker import Task, begin_worker, lost_run, make_run
-from stickslip.agents.sweeps.cells import missing_cells, open_store, run_cells, write_cell
+from stickslip.agents.sweeps import cells
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
 from stickslip.dynamics.lazily import require
@@ -22,6 +22,9 @@ from stickslip.optim.instances.instance import suite
 from stickslip.optim.instances.objective import OUTSIDE
 from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import Bar
+from stickslip.records.files import require_folder, write_whole
+from stickslip.records.signals import stoppable
+from stickslip.records.table import Content
 
 MOST = 10**6
 """Runs of one race."""
@@ -41,7 +44,7 @@ def race(
     limit: float = 120.0,
     progress: bool = False,
     stop: Callable[[], bool] = lambda: False,
-) -> list[Run]:
+) -> list[report.Run]:
     """Run every method on every instance that suits it, with every seed; return all runs.
 
     methods: names of METHODS, or functions by names of one's own. A function takes an Objective
@@ -75,7 +78,8 @@ def race(
         path = Path(folder) / "race" if out is None else Path(out)
         stack.enter_context(only_writer(path, "racing"))
         about = {"definition": _definition(tasks), "cells": len(tasks), "about": {}}
-        head, todo = open_store(path, "race", **about, resume=resume), missing_cells(path, "race")
+        head = cells.open_store(path, "race", **about, resume=resume)
+        todo = cells.missing_cells(path, "race")
         at = len(tasks) - len(todo)
         bar = stack.enter_context(Bar("race", len(tasks), "run", progress, at=at))
         spawn = multiprocessing.get_context("spawn")
@@ -83,21 +87,21 @@ def race(
         stack.callback(pool.join)
         stack.callback(pool.stop)  # which kills its processes, first
 
-        def submit(number: int) -> Future[Run]:
+        def submit(number: int) -> Future[report.Run]:
             return pool.schedule(make_run, args=[pickles.dumps(tasks[number])], timeout=limit)
 
-        def keep(number: int, made: Future[Run]) -> None:
+        def keep(number: int, made: Future[report.Run]) -> None:
             try:
                 run = made.result()
             except TimeoutError:
                 run = lost_run(tasks[number], "timed out", f"{limit:g} s")
             except pebble.ProcessExpired as error:
                 run = lost_run(tasks[number], "died", str(error))
-            write_cell(path, number, head, run.table())
+            cells.write_cell(path, number, head, run.table())
             bar.advance()
 
-        run_cells(submit, keep, todo, stop)
-        return read_results(path)
+        cells.run_cells(submit, keep, todo, stop)
+        return report.read_results(path)
 
 
 def _tasks(
@@ -151,3 +155,46 @@ def _definition(tasks: Sequence[Task]) -> dict[str, object]:
         "runs": len(tasks),
         **{name: getattr(first, name) for name in ("budget", "seconds", "outside")},
     }
+
+
+ASKED = ("out", "budget", "seconds", "seeds", "resume", "workers", "limit")
+"""Flags that `race` takes by their names."""
+
+
+def run_command(flags: Mapping[str, Any]) -> Content:
+    """Run methods on instances into a directory."""
+    require_folder(flags["out"])
+    methods, names = flags["methods"] or list(METHODS), flags["instances"] or list(suite())
+    given = {name: flags[name] for name in ASKED}
+    with stoppable() as stop:
+        try:
+            runs = race(methods, names, **given, progress=True, stop=stop)
+        except cells.StoppedError:
+            message = f"Stopped; go on with the same command and --resume ({flags['out']})"
+            raise stop.interrupted(message) from None
+    print(report.counted_text(runs), end="")
+    print(f"Compare them: stickslip bench report {flags['out']} --out DIR")
+    return Content({"runs": report.runs_table(runs)}, {"directory": flags["out"]})
+
+
+def report_command(flags: Mapping[str, Any]) -> Content:
+    """Compare runs: tables, ECDF plots."""
+    out = Path(flags["out"])
+    require_folder(out)
+    if out.exists():
+        raise ValueError(f"{out} exists; accepted: a new directory")
+    runs = report.read_results(*flags["source"])
+    text = report.report_text(runs)
+    print(text)
+    written = [write_whole(out / "report.md", text, overwrite=False)]
+    written.append(write_whole(out / "runs.csv", report.runs_table(runs).csv(), overwrite=False))
+    written += report.draw_ecdfs(runs, out)
+    print("Written: " + ", ".join(map(str, written)))
+    return Content({"runs": report.runs_table(runs)}, {"written": [str(one) for one in written]})
+
+
+def methods_command(_: Mapping[str, Any]) -> Content:
+    """List the methods."""
+    table = methods_table()
+    print(table.terminal())
+    return Content({"methods": table})

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array
     from numpy.typing import ArrayLike
 
-    from stickslip.agents.evaluation.rollout import AnyRollout
+    from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
     from stickslip.envs.functional import FunctionalEnv
 
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 
 def standard_episode(
-    played: AnyRollout, env: AnyEnv, params: Timed, name: str, scale: Scale | None
+    played: Rollout, env: AnyEnv, params: Timed, name: str, scale: Scale | None
 ) -> Episode:
     """An episode of any machine without a drawing: actions, numbers of the info, reward."""
     played = played.trimmed()
@@ -97,7 +97,7 @@ def beside(
 
 
 def reward_panels(
-    played: AnyRollout, terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
+    played: Rollout, terms: Mapping[str, np.ndarray], unit: str, scale: Scale | None
 ) -> tuple[Panel, ...]:
     """Reward terms, the return so far, and on a named task the score so far.
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.players import common_task, machine_of, places_of, read_named
-from stickslip.agents.machine import AnyMachine, machine_of_env
+from stickslip.agents.machine import Machine, machine_of_env
 from stickslip.agents.pictures.episodes import scale_of, write_film
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
@@ -24,7 +24,7 @@ from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_suffix, require_writable, write_whole
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Params, Player, State, Timed
+    from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State, Timed
     from stickslip.envs.functional import FunctionalEnv
 
 TALL = 860
@@ -92,12 +92,10 @@ class Played(NamedTuple):
     label: str
     env: AnyEnv
     params: Timed
-    episode: rollout.AnyRollout
+    episode: rollout.Rollout
 
 
-def _play(
-    name: str, label: str, env: AnyEnv, player: AnyPlayer, params: Timed, seed: int
-) -> Played:
+def _play(name: str, label: str, env: AnyEnv, player: Player, params: Timed, seed: int) -> Played:
     found = rollout.rollout(env, rollout.planned(env, player, params, seed), params, seed)
     return Played(name, label, env, params, found)
 
@@ -164,7 +162,7 @@ def _file_name(who: str, place: str, task: str | None) -> str:
 
 
 def _page(
-    machine: AnyMachine, played: Sequence[Played], task: str | None, lead: Sequence[str] = ()
+    machine: Machine, played: Sequence[Played], task: str | None, lead: Sequence[str] = ()
 ) -> Page:
     """The page of episodes with names of their own; of several places, each is a fact."""
     names, labels = [one.name for one in played], {one.label for one in played}

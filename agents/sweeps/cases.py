@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.agents.evaluation.players import given_flags, places_of, read_named, require_observed
 from stickslip.agents.evaluation.rollout import horizon, is_random, validated, without_resets
-from stickslip.agents.machine import AnyMachine, machine_by_name, machine_of_env
+from stickslip.agents.machine import Machine, machine_by_name, machine_of_env
 from stickslip.agents.protocol import Controller
 from stickslip.dynamics.checks import require_kind, shown
 from stickslip.envs.functional import FunctionalEnv
@@ -23,20 +23,20 @@ from stickslip.envs.tasks.definition import task_by_name
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.protocol import AnyEnv, AnyPlayer, Options, Timed
+    from stickslip.agents.protocol import AnyEnv, Options, Player, Timed
 
     Axes: TypeAlias = Mapping[str, tuple[float, ...]]
     Pair: TypeAlias = tuple[AnyEnv, Timed]
     Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
     """A named task, or an environment and its parameters, or several."""
-    Policies: TypeAlias = str | Sequence[str] | Mapping[str, AnyPlayer]
+    Policies: TypeAlias = str | Sequence[str] | Mapping[str, Player]
     """Names of baselines and policy files, or controllers by names of one's own."""
 
 MOST_CORNERS = 64
 """Corners of the box of the axes that are checked."""
 
 
-def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[AnyMachine, list[Case]]:
+def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[Machine, list[Case]]:
     """Every policy on every task, task by task. ValueError for unknown ones and two machines."""
     tasks = _tasks(task)
     machines = {machine_of_env(env).name for env, _ in tasks.values()}
@@ -56,7 +56,7 @@ def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[AnyMachine, l
 
 
 def cases_named(
-    machine: AnyMachine,
+    machine: Machine,
     who: Sequence[str],
     options: Options,
     tasks: Sequence[str] | None,
@@ -98,9 +98,7 @@ def _tasks(task: object) -> dict[str, Pair]:
     return {one.name: one.make() for one in map(task_by_name, task)}
 
 
-def _players(
-    policies: Policies, env: AnyEnv, params: Timed, machine: AnyMachine
-) -> dict[str, AnyPlayer]:
+def _players(policies: Policies, env: AnyEnv, params: Timed, machine: Machine) -> dict[str, Player]:
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
     require_kind("policies", policies, (str, Sequence), "names, or controllers by name in a dict")
@@ -133,13 +131,13 @@ class Case:
     @classmethod
     def of(
         cls,
-        machine: AnyMachine,
+        machine: Machine,
         axes: Axes,
         task: str,
         policy: str,
         env: AnyEnv,
         params: Timed,
-        player: AnyPlayer,
+        player: Player,
     ) -> Case:
         """Check a case before anything is compiled.
 

@@ -25,7 +25,7 @@ from stickslip.dynamics.status import Status
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.machine import AnyMachine
+    from stickslip.agents.machine import Machine
     from stickslip.agents.sweeps.cases import Axes, Case
     from stickslip.agents.sweeps.swept import Swept
 
@@ -112,14 +112,14 @@ class Cell(NamedTuple):
 class Plan:
     """A whole sweep. episodes: of each point, of seeds 0, 1, ...; cell: episodes of a cell."""
 
-    machine: AnyMachine
+    machine: Machine
     cases: tuple[Case, ...]
     axes: Axes
     episodes: int
     cell: int = 0
 
     @classmethod
-    def of(cls, machine: AnyMachine, cases: Sequence[Case], axes: Axes, episodes: int) -> Plan:
+    def of(cls, machine: Machine, cases: Sequence[Case], axes: Axes, episodes: int) -> Plan:
         """Check a plan, not cut yet. ValueError for what cannot be played."""
         checks.require_integer("episodes", episodes, high=MOST_EPISODES)
         if not cases:

@@ -24,8 +24,8 @@ import numpy as np
 
 from stickslip.agents.evaluation.evaluate import SCORES, scored, task_in_words, unit_of
 from stickslip.agents.evaluation.rollout import play_unseen
-from stickslip.agents.evaluation.table import INTERVALS, AnyMeasures, row_of_test
-from stickslip.agents.machine import AnyMachine, machine_by_name
+from stickslip.agents.evaluation.table import INTERVALS, Measures, row_of_test
+from stickslip.agents.machine import Machine, machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
 from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
@@ -237,14 +237,14 @@ def best_evaluation(directory: Path) -> tuple[int, float]:
     return int(best[1]), best[2]
 
 
-def evaluation_line(machine: AnyMachine, row: Mapping[str, float]) -> str:
+def evaluation_line(machine: Machine, row: Mapping[str, float]) -> str:
     """An evaluation in a line."""
     score = f"score {row[SCORES[0]]:6.3f}  " if SCORES[0] in row else ""
     given = (name for name in dict.fromkeys((*machine.evaluated, COST)) if name in row)
     return score + "  ".join(f"{name.replace('_', ' ')} {row[name]:.4g}" for name in given)
 
 
-def measures_of(machine: AnyMachine, config: Configuration, env: AnyEnv) -> AnyMeasures:
+def measures_of(machine: Machine, config: Configuration, env: AnyEnv) -> Measures:
     """Measures of a run's evaluations: `evaluated`, and the scores of a named task."""
     measures, task = machine.measures(env), config.task and task_by_name(config.task)
     if task and (known := known_of(task)) is not None:

@@ -179,7 +179,7 @@ COMMANDS = {
     "bench": Command(
         "races of optimisers on the suite's instances",
         "flags:bench_flags",
-        "races:{part}_command",
+        "agents.optimisers.racing:{part}_command",
         {
             "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
             "--budget 500 --out runs/race": "three methods on an instance",

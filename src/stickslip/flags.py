@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
 from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.machine import AnyMachine, machine_by_name, machines
+from stickslip.agents.machine import Machine, machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_titles
 from stickslip.dynamics.names import SCENES, TRACKS, UNKNOWNS
 from stickslip.envs.tasks.definition import TASKS
@@ -153,7 +153,7 @@ def sweep_flags(parser: Parser, name: str) -> None:
     parser.tables |= _names_of([machine])
 
 
-def _names_of(every: Sequence[AnyMachine]) -> dict[str, Mapping[str, str]]:
+def _names_of(every: Sequence[Machine]) -> dict[str, Mapping[str, str]]:
     """Tables of the machines' baselines, scenes and what else they name."""
     baselines = {one.title: ", ".join(one.baselines) for one in every if one.baselines}
     named = {one.title: (*one.scenes, one.scene_files) for one in every if one.scenes}
