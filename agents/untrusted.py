@@ -221,33 +221,6 @@ def require_entries(content: Mapping[str, Json], rules: Mapping[str, Rule]) -> d
         raise RefusedError(str(error)) from error
 
 
-def arrays_in(raw: bytes, largest: int = LARGEST) -> dict[str, np.ndarray]:
-    """The arrays of an .npz file's contents: little-endian numbers (NUMBERS) and text.
-
-    RefusedError for anything else, and for more than `largest` bytes packed or unpacked. Each entry
-    is read up to the size that the archive declares, into memory that the system provides as it is
-    written.
-    """
-    import numpy as np
-
-    if len(raw) > largest:
-        raise RefusedError(f"larger than {largest} bytes")
-    if raw.count(ENTRY) > 2 * MOST_ENTRIES:
-        raise RefusedError(f"an archive of more than {MOST_ENTRIES} entries")
-    with refusing("the .npz archive"):
-        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-            if sum(member.file_size for member in archive.infolist()) > largest:
-                raise RefusedError(f"unpacks to more than {largest} bytes")
-        with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
-            found = dict(archive)
-    for name, one in found.items():
-        if not isinstance(one, np.ndarray):
-            raise RefusedError(f"its entry {name[:80]!r} is no array")
-        if (one.dtype.str not in NUMBERS and one.dtype.kind != "U") or not one.dtype.itemsize:
-            raise RefusedError(f"its entry {name[:80]!r} holds {one.dtype.str}; accepted: numbers")
-    return found
-
-
 METADATA = "metadata"
 
 
@@ -272,9 +245,31 @@ def unpack(raw: bytes, largest: int = LARGEST) -> dict[str, Any]:
 
 
 def arrays_and_metadata(raw: bytes, largest: int = LARGEST) -> tuple[dict[str, np.ndarray], Json]:
-    """Arrays of an .npz file, and the value of its JSON text. RefusedError as in `arrays_in`."""
-    arrays = arrays_in(raw, largest)
-    text = arrays.pop(METADATA, None)
+    """Arrays of an .npz file's contents, little-endian numbers (NUMBERS) and text, and the value of
+    its JSON text.
+
+    RefusedError for anything else, and for more than `largest` bytes packed or unpacked. Each entry
+    is read up to the size that the archive declares, into memory that the system provides as it is
+    written.
+    """
+    import numpy as np
+
+    if len(raw) > largest:
+        raise RefusedError(f"larger than {largest} bytes")
+    if raw.count(ENTRY) > 2 * MOST_ENTRIES:
+        raise RefusedError(f"an archive of more than {MOST_ENTRIES} entries")
+    with refusing("the .npz archive"):
+        with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+            if sum(member.file_size for member in archive.infolist()) > largest:
+                raise RefusedError(f"unpacks to more than {largest} bytes")
+        with np.load(io.BytesIO(raw), allow_pickle=False) as archive:
+            found = dict(archive)
+    for name, one in found.items():
+        if not isinstance(one, np.ndarray):
+            raise RefusedError(f"its entry {name[:80]!r} is no array")
+        if (one.dtype.str not in NUMBERS and one.dtype.kind != "U") or not one.dtype.itemsize:
+            raise RefusedError(f"its entry {name[:80]!r} holds {one.dtype.str}; accepted: numbers")
+    text = found.pop(METADATA, None)
     if text is None or text.shape != () or text.dtype.kind != "U":
-        raise RefusedError(f"no {METADATA} among its entries ({checks.shown(sorted(arrays))})")
-    return arrays, parse_json(str(text), f"its {METADATA}")
+        raise RefusedError(f"no {METADATA} among its entries ({checks.shown(sorted(found))})")
+    return found, parse_json(str(text), f"its {METADATA}")

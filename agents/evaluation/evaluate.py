@@ -11,11 +11,11 @@ from stickslip.agents.evaluation import players, rollout
 from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say, joined
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.dynamics.checks import require_integer
-from stickslip.envs.tasks.definition import TaskDefinition, task_by_name
+from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import UNKNOWN, Interval, Known, known_of
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_folder, require_new, require_writable
-from stickslip.records.table import Content
+from stickslip.records.table import Content, with_unit
 
 if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State
@@ -209,18 +209,13 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
 def task_in_words(name: str) -> str:
     """Text of the task, and of what the scores 0 and 1 are."""
     task = task_by_name(name)
-    known, unit, head = known_of(task), unit_of(task), task.headline
+    known, head = known_of(task), task.headline
     if task.cost_limit is not None:
         head += f"\n  cost limit: {task.cost_limit:g}, of the mean over the episodes"
     if known is None:
         return f"{head}\n  nothing is known of it"
+    trivial, best = (with_unit(one.value, task.unit, 4) for one in (known.trivial, known.best))
     return (
-        f"{head}\n  score 0: {known.trivial.policy}, {known.trivial.value:.4g}{unit}; "
-        f"1: the best known, {known.best.value:.4g}{unit}; how, and what is proved: "
-        f"stickslip tasks {task.name}"
+        f"{head}\n  score 0: {known.trivial.policy}, {trivial}; 1: the best known, {best}; how, "
+        f"and what is proved: stickslip tasks {task.name}"
     )
-
-
-def unit_of(task: TaskDefinition) -> str:
-    """Unit of a task's returns, behind a number."""
-    return "" if task.unit == "-" else f" {task.unit}"

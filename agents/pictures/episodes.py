@@ -17,6 +17,7 @@ from stickslip.envs.rendering.sheet import LEVEL, make_sheet, name_panel, save_s
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import Scale, known_of
 from stickslip.optim.progress import Bar
+from stickslip.records.table import with_unit
 
 if TYPE_CHECKING:
     from jaxtyping import Array
@@ -144,7 +145,7 @@ def scale_of(task: str | None) -> Scale | None:
 def facts(rows: Sequence[tuple[str, float, str]]) -> tuple[tuple[str, str], ...]:
     """Format numbers of a whole episode (title, value, unit); without those that are not finite."""
     return tuple(
-        (title, f"{value:.4g}".replace("-", "−") + ("" if unit == "-" else f" {unit}"))
+        (title, with_unit(value, unit, 4).replace("-", "−"))
         for title, value, unit in rows
         if np.isfinite(value)
     )

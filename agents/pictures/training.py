@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -23,21 +23,6 @@ if TYPE_CHECKING:
 FILM, TRAINED = "episode.gif", "trained policy"
 """The animation of a finished run; the policy's name in pictures."""
 COLUMNS = 3
-
-
-class LearningPanel(NamedTuple):
-    """A column of evaluations.csv, or of metrics.csv."""
-
-    title: str
-    column: str
-    factor: float = 1.0
-    """From the column's unit to the panel's."""
-
-
-SCORE = LearningPanel("score (0: doing nothing, 1: best known)", "task_score")
-"""Panel of a run on a named task."""
-NOISE = LearningPanel("exploration: noise", "noise")
-"""Panel of metrics.csv."""
 
 
 def write_products(trained: Trained[Configuration]) -> list[Path]:
@@ -73,33 +58,34 @@ def plot_learning(directory: Path, config: Configuration) -> Path:
         axis.set_visible(False)
     axes = axes[: len(panels)]
     unit, scale = ("millions", 1e6) if config.timesteps >= 500_000 else ("thousands", 1e3)
-    for axis, panel in zip(axes, panels, strict=True):
-        name_panel(axis, panel.title)
-        _draw(axis, panel, metrics if panel is NOISE else tests, scale)
+    for axis, (column, (name, factor)) in zip(axes, panels.items(), strict=True):
+        name_panel(axis, name)
+        _draw(axis, column, metrics if column == "noise" else tests, factor, scale)
     for axis in axes[-COLUMNS:]:
         axis.set_xlabel(f"control steps [{unit}]")
     return save_sheet(figure, directory / "learning.png")
 
 
-def learning_panels(config: Configuration) -> list[LearningPanel]:
-    """Panels of a run's learning curves: the score on a named task, `evaluated`, the noise."""
+def learning_panels(config: Configuration) -> dict[str, tuple[str, float]]:
+    """Panels of a run's learning curves, the score on a named task, `evaluated` and the noise, by
+    their columns: title, and the factor from the column's unit to the panel's."""
     machine = machine_by_name(config.machine)
     columns = machine.measures(machine.training_task(config).env).columns
-    panels = [] if config.task is None else [SCORE]
-    for name in machine.evaluated:
-        column = columns[name][0]
-        panels.append(LearningPanel(column.title, name, 100.0 if column.percent else 1.0))
-    return [*panels, NOISE]
+    shown = {name: columns[name][0] for name in machine.evaluated}
+    score = {"task_score": ("score (0: doing nothing, 1: best known)", 1.0)}
+    panels = {name: (one.title, 100.0 if one.percent else 1.0) for name, one in shown.items()}
+    return (score if config.task else {}) | panels | {"noise": ("exploration: noise", 1.0)}
 
 
-def _draw(axis: Axes, panel: LearningPanel, table: dict[str, list[float]], scale: float) -> None:
+def _draw(
+    axis: Axes, column: str, table: dict[str, list[float]], factor: float, scale: float
+) -> None:
     """A column of a run's table over its steps, with its 95 % band where there is one."""
-    column = panel.column
     if not table.get(column):
         return
     steps = np.asarray(table["timesteps"]) / scale
     marker, colour = "o" if len(steps) < 3 else None, theme.SLIDES
-    axis.plot(steps, panel.factor * np.asarray(table[column]), marker=marker, ms=4, color=colour)
+    axis.plot(steps, factor * np.asarray(table[column]), marker=marker, ms=4, color=colour)
     if f"{column}_low" in table:
-        low, high = (panel.factor * np.asarray(table[f"{column}_{end}"]) for end in ("low", "high"))
+        low, high = (factor * np.asarray(table[f"{column}_{end}"]) for end in ("low", "high"))
         axis.fill_between(steps, low, high, color=colour, alpha=0.18, lw=0)

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.agents.sweeps.cells import CELL_FILE, Head, cell_files, read_head
-from stickslip.agents.sweeps.plan import ENDINGS, Plan, values_at
+from stickslip.agents.sweeps.plan import ENDINGS, Plan
+from stickslip.agents.sweeps.swept import values_at
 from stickslip.agents.untrusted import reading, refusing
 from stickslip.dynamics.checks import require_known, require_memory
 from stickslip.envs.rendering import theme
@@ -236,8 +237,7 @@ def _measures(
 def _drawn(found: SweepArrays, view: Sequence[str], panels: Sequence[Panel], task: str) -> Figure:
     """A row for each panel: lines of all policies along one axis, or a map for each policy."""
     names = [str(one) for one in found.coordinates["policy"][: len(COLOURS)]]
-    units = (found.units.get(name, "-") for name in view)
-    titles = [n if u == "-" else f"{n} [{u}]" for n, u in zip(view, units, strict=True)]
+    titles = [Column(name, found.units.get(name, "-")).title for name in view]
     values, lines = [found.coordinates[name] for name in view], len(titles) == 1
     columns = 1 if lines else len(names)
     size = (7.5 if lines else max(5.5, 1.2 + 3.7 * columns), 0.7 + 2.7 * len(panels))

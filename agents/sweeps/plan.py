@@ -1,4 +1,5 @@
-"""The plan of a sweep: the grid of its axes, cases (a policy on a task), and cells of episodes.
+"""The plan of a sweep: cases (a policy on a task, checked before anything is compiled), the grid of
+its axes, and cells of episodes.
 
 A cell is one file and one call of a vmapped program. All cells of a case have one size, the last
 one padded, so that a case is one program, and results depend on nothing but the cells' size.
@@ -6,9 +7,10 @@ one padded, so that a case is one program, and results depend on nothing but the
 
 from __future__ import annotations
 
+import hashlib
+import itertools
 import math
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
@@ -17,79 +19,182 @@ import jax
 import numpy as np
 from jax.core import Tracer
 
-from stickslip.agents.evaluation.rollout import STEP_BYTES, episode_key, rollout
-from stickslip.agents.sweeps.cases import digest_of
+from stickslip.agents.evaluation import rollout
+from stickslip.agents.evaluation.players import given_flags, places_of, read_named, require_observed
+from stickslip.agents.machine import Machine, machine_by_name, machine_of_env
+from stickslip.agents.protocol import Controller
+from stickslip.agents.sweeps.swept import values_at
 from stickslip.dynamics import checks
 from stickslip.dynamics.status import Status
+from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.machine import Machine
-    from stickslip.agents.sweeps.cases import Axes, Case
+    from stickslip.agents.protocol import AnyEnv, Options, Player, Timed
     from stickslip.agents.sweeps.swept import Swept
 
-RANGE = re.compile(r"([^:]+):([^:]+):(\d{1,6})(:log)?")
-FORMS = "LOW:HIGH:N (even), LOW:HIGH:N:log, or values as 0.1,0.2,0.5"
+    Axes: TypeAlias = Mapping[str, tuple[float, ...]]
+    Pair: TypeAlias = tuple[AnyEnv, Timed]
+    Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
+    """A named task, or an environment and its parameters, or several."""
+    Policies: TypeAlias = str | Sequence[str] | Mapping[str, Player]
+    """Names of baselines and policy files, or controllers by names of one's own."""
 
-AxisLike: TypeAlias = "str | float | Iterable[float]"
-"""Accepted forms of an axis: its text, one value or several."""
-
-
-def axis_values(given: AxisLike) -> tuple[float, ...]:
-    """The values of an axis from a text (see FORMS), a number or several. ValueError otherwise."""
-    if isinstance(given, str) and ":" in given:
-        return _range(given)
-    if isinstance(given, str):
-        given = [_number(one, given) for one in given.split(",")]
-    values = np.atleast_1d(np.asarray(list(given) if isinstance(given, Iterable) else given))
-    checks.require_number("values", values, accepted="finite numbers, at least one")
-    if len(set(values.tolist())) < values.size:
-        raise ValueError(f"values = {checks.shown(values.tolist())}; accepted: each value once")
-    return tuple(map(float, values))
+MOST_CORNERS = 64
+"""Corners of the box of the axes that are checked."""
 
 
-def _range(text: str) -> tuple[float, ...]:
-    found = RANGE.fullmatch(text)
-    if found is None:
-        raise ValueError(f"{checks.shown(text)} is no axis; accepted: {FORMS}")
-    low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
-    count = int(found[3])
-    if not -math.inf < low < high < math.inf or (log and low <= 0) or count < 2:
+def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[Machine, list[Case]]:
+    """Every policy on every task, task by task. ValueError for unknown ones and two machines."""
+    tasks = _tasks(task)
+    machines = {machine_of_env(env).name for env, _ in tasks.values()}
+    if len(machines) != 1:
+        found = ", ".join(sorted(machines)) or "none"
+        raise ValueError(f"tasks of {found}; accepted: those of one machine, at least one")
+    machine = machine_by_name(machines.pop())
+    units = {machine.unit_of(env) for env, _ in tasks.values()}
+    if len(units) > 1:
+        raise ValueError(f"tasks in {' and '.join(sorted(units))}; accepted: of one criterion")
+    found = []
+    for label, (env, params) in tasks.items():
+        env.check_params(params)
+        for name, player in _players(policies, env, params, machine).items():
+            found.append(Case.of(machine, axes, label, name, env, params, player))
+    return machine, found
+
+
+def cases_named(
+    machine: Machine,
+    who: Sequence[str],
+    options: Options,
+    tasks: Sequence[str] | None,
+    axes: Axes,
+) -> tuple[list[Case], str]:
+    """The cases of a command line and a description: on named tasks, or on the policies' own task
+    changed by options. ValueError where policies have several tasks of their own."""
+    if tasks:
+        if given := given_flags(options):
+            raise ValueError(f"{', '.join(given)} with --task; accepted: one of them, or an --axis")
+        named = [task_by_name(one) for one in tasks]
+        if others := [one.name for one in named if one.machine != machine.name]:
+            raise ValueError(f"--task {others[0]}; accepted: tasks of the {machine.title}")
+        _, found = cases_on([one.name for one in named], list(who), axes)
+        return found, "\n".join(f"{one.name}: {one.title}" for one in named)
+    named = read_named(who, machine)
+    places = places_of(named, options)
+    if len(places) > 1:
+        labels = "; ".join(place.label for place in places)
         raise ValueError(
-            f"{checks.shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 values or more"
+            f"{len(places)} tasks: {labels}; accepted: policies of one task, or --task NAME for all"
         )
-    return tuple((np.geomspace if log else np.linspace)(low, high, count).tolist())
+    (place,), found = places, []
+    for name, env in place.who.items():
+        player = named[name].player(env, place.params)
+        found.append(Case.of(machine, axes, place.label, name, env, place.params, player))
+    return found, place.line()
 
 
-def _number(text: str, whole: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
+def _tasks(task: object) -> dict[str, Pair]:
+    if isinstance(task, str):
+        task = [task]
+    if isinstance(task, tuple) and len(task) == 2 and isinstance(task[0], FunctionalEnv):
+        return {"own": task}
+    if isinstance(task, Mapping):
+        return {str(label): pair for label, pair in task.items()}
+    if not isinstance(task, Sequence):
         raise ValueError(
-            f"{checks.shown(text)} in {checks.shown(whole)} is no number; accepted: {FORMS}"
-        ) from None
+            f"task = {checks.shown(task)}; accepted: a name, (env, params), or several"
+        )
+    return {one.name: one.make() for one in map(task_by_name, task)}
 
 
-def axes_of(given: Mapping[str, AxisLike]) -> Axes:
-    """Values of axes by name. ValueError naming the axis."""
+def _players(policies: Policies, env: AnyEnv, params: Timed, machine: Machine) -> dict[str, Player]:
+    if isinstance(policies, Mapping):
+        return {str(name): one for name, one in policies.items()}
     checks.require_kind(
-        "axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such'
+        "policies", policies, (str, Sequence), "names, or controllers by name in a dict"
     )
-    found = {}
-    for name, values in given.items():
-        try:
-            found[str(name)] = axis_values(values)
-        except ValueError as error:
-            raise ValueError(f"axis {name}: {error}") from error
-    return found
+    read = read_named([policies] if isinstance(policies, str) else policies, machine)
+    return {name: one.player(env, params) for name, one in read.items()}
 
 
-def values_at(axes: Axes, points: np.ndarray) -> dict[str, np.ndarray]:
-    """The axes' values at points by their flat indices, the last axis fastest, in float64."""
-    places = np.unravel_index(points, tuple(map(len, axes.values())) or (1,))
-    pairs = zip(axes.items(), places, strict=False)
-    return {name: np.asarray(values)[place] for (name, values), place in pairs}
+@dataclass(frozen=True)
+class Case:
+    """A checked policy on a task.
+
+    fields: axis -> dotted fields that it sets. steps: control steps of the longest episode.
+    random: whether a reset draws anything that no axis sets.
+    """
+
+    task: str
+    policy: str
+    env: PyTree
+    params: PyTree
+    player: PyTree
+    fields: dict[str, tuple[str, ...]]
+    steps: int
+    random: bool
+
+    @cached_property
+    def program(self) -> str:
+        """Digest of all that is compiled but the player."""
+        return digest_of(self.env, self.params, sorted(self.fields.items()), self.steps)
+
+    @classmethod
+    def of(
+        cls,
+        machine: Machine,
+        axes: Axes,
+        task: str,
+        policy: str,
+        env: AnyEnv,
+        params: Timed,
+        player: Player,
+    ) -> Case:
+        """Check a case before anything is compiled.
+
+        ValueError naming the axis or the policy for unknown fields, values out of the task's range,
+        a policy that does not fit and planners.
+        """
+        swept = machine.swept()
+        env = rollout.without_resets(env)
+        player = rollout.validated(policy, player, Controller)
+        require_observed(player, policy, env, params, task)
+        opened = swept.opened(params, axes)
+        fields = {name: swept.targets(opened, name) for name in axes}
+        twice = list(itertools.chain(*fields.values()))
+        if common := {one for one in twice if twice.count(one) > 1}:
+            names = " and ".join(name for name in fields if common & set(fields[name]))
+            raise ValueError(f"axes {names} both set {common.pop()}; accepted: one of them")
+        corners = [opened, *(swept.changed(params, values) for values in _corners(axes))]
+        steps = max(rollout.horizon(one) for one in corners)
+        return cls(task, policy, env, opened, player, fields, steps, rollout.is_random(corners[-1]))
+
+
+def _corners(axes: Axes) -> list[dict[str, float]]:
+    """Values at corners of the axes' box, the one opposite to the first among them."""
+    ends = [dict.fromkeys((min(values), max(values))) for values in axes.values()]
+    corners = list(itertools.islice(itertools.product(*ends), MOST_CORNERS))
+    corners.append(tuple(list(one)[-1] for one in ends))
+    return [dict(zip(axes, one, strict=True)) for one in dict.fromkeys(corners) if one]
+
+
+def digest_of(*parts: object) -> str:
+    """Digest of static things by their repr and of pytrees by structure and numbers."""
+    found = hashlib.sha256()
+    for part in parts:
+        leaves, structure = jax.tree.flatten(part)
+        found.update(repr(structure).encode())
+        for leaf in leaves:
+            if isinstance(leaf, jax.Array | np.ndarray | np.generic | float | int):
+                array = np.asarray(leaf)
+                found.update(f"{array.dtype} {array.shape}".encode())
+                found.update(array.tobytes())
+            else:
+                found.update(repr(leaf).encode())
+    return found.hexdigest()
 
 
 MOST_EPISODES = 2**20
@@ -127,12 +232,12 @@ class Plan:
         if not any(one.random for one in cases):
             episodes = 1  # all would be the same
         steps = max(one.steps for one in cases)
-        checks.require_memory(f"steps = {steps}", "steps of an episode", steps, STEP_BYTES)
+        checks.require_memory(f"steps = {steps}", "steps of an episode", steps, rollout.STEP_BYTES)
         return cls(machine, tuple(cases), axes, episodes)
 
     def cut(self, cell: int | None, threads: int) -> Plan:
         """Choose the cells' size, for the memory at hand where None is given."""
-        each = max(one.steps for one in self.cases) * STEP_BYTES
+        each = max(one.steps for one in self.cases) * rollout.STEP_BYTES
         if cell is not None:
             count = checks.require_integer("cell", cell)
             checks.require_memory(f"cell = {cell}", "episodes", count, each)
@@ -191,7 +296,7 @@ class Plan:
         return axes | dict(measures.kept)
 
 
-class Player:
+class CellPlayer:
     """Plays cells of a plan, by their numbers, on the devices in turn. Threads may share it.
 
     A program is not partitioned over devices: a partitioned one rounds differently, and results
@@ -254,6 +359,7 @@ def play_cell(
 
     def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
         mine = jax.tree.unflatten(structure, [own.get(i, leaf) for i, leaf in enumerate(leaves)])
-        return keep(rollout(case.env, player, mine, episode_key(seed), case.steps), mine)
+        key = rollout.episode_key(seed)
+        return keep(rollout.rollout(case.env, player, mine, key, case.steps), mine)
 
     return jax.vmap(one)(here, seeds)

@@ -18,22 +18,22 @@ import jax
 from stickslip.agents.evaluation.players import every_option
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.sweeps import cells
-from stickslip.agents.sweeps.cases import cases_named, cases_on
 from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays, write_pictures
-from stickslip.agents.sweeps.plan import FORMS, AxisLike, Plan, Player, axes_of
+from stickslip.agents.sweeps.plan import CellPlayer, Plan, cases_named, cases_on
+from stickslip.agents.sweeps.swept import FORMS, AxisLike, axes_of
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import shown
 from stickslip.envs.collecting import cores_here
 from stickslip.optim.progress import Bar
 from stickslip.records.files import require_folder
 from stickslip.records.signals import stoppable
-from stickslip.records.table import Content
+from stickslip.records.table import Content, with_unit
 
 if TYPE_CHECKING:
     import numpy as np
 
     from stickslip.agents.protocol import Options
-    from stickslip.agents.sweeps.cases import Policies, Tasks
+    from stickslip.agents.sweeps.plan import Policies, Tasks
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def run_plan(
 
         pool = executor or stack.enter_context(ThreadPoolExecutor(threads))
         here = isinstance(pool, ThreadPoolExecutor)
-        play = Player(plan) if here else partial(_play, pickle.dumps(partial(Player, plan)))
+        play = CellPlayer(plan) if here else partial(_play, pickle.dumps(partial(CellPlayer, plan)))
         cells.run_cells(partial(pool.submit, play), keep, todo, stop)
     return SweepResult(path, plan.total, plan.cells, len(todo))
 
@@ -118,7 +118,7 @@ def _play(content: bytes, number: int) -> dict[str, np.ndarray]:
 
 
 @lru_cache(maxsize=4)
-def _loaded(content: bytes) -> Player:
+def _loaded(content: bytes) -> CellPlayer:
     """A worker's player, with the programs that it compiled."""
     return pickle.loads(content)()
 
@@ -182,10 +182,9 @@ def _planned(given: Options) -> Plan:
     plan = Plan.of(machine, cases, grid, given["episodes"])
     print(about)
     for name, values in grid.items():
-        unit = "" if plan.units[name] == "-" else f" {plan.units[name]}"
         sets = ", ".join(plan.cases[0].fields[name])
-        span = f"{len(values)} values, {min(values):g} to {max(values):g}{unit}"
-        print(f"  {name}: {span}, in place of the task's {sets}")
+        span = f"{min(values):g} to {with_unit(max(values), plan.units[name], 6)}"
+        print(f"  {name}: {len(values)} values, {span}, in place of the task's {sets}")
     print(
         f"{plan.total:,} episodes of up to {max(one.steps for one in plan.cases)} steps: "
         f"{len(plan.cases)} cases (policy on task) x {plan.points:,} points x {plan.episodes} "

@@ -1,16 +1,18 @@
-"""Numbers of a machine's task that a sweep may vary, by dotted names, with units."""
+"""Axes of a sweep: numbers of a machine's task, by dotted names, with units, and their values."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+import math
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, shown
+from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
 from stickslip.dynamics.pytrees import Number, float_type
 
 if TYPE_CHECKING:
@@ -124,3 +126,64 @@ def _entries(path: tuple, leaf: PyTree) -> Iterator[tuple[str, tuple[int, ...]]]
     elif hasattr(leaf, "dtype") and leaf.dtype.kind == "f" and leaf.size <= MOST_ENTRIES:
         for place in np.ndindex(leaf.shape):
             yield ".".join((name, *map(str, place))), place
+
+
+RANGE = re.compile(r"([^:]+):([^:]+):(\d{1,6})(:log)?")
+FORMS = "LOW:HIGH:N (even), LOW:HIGH:N:log, or values as 0.1,0.2,0.5"
+
+AxisLike: TypeAlias = "str | float | Iterable[float]"
+"""Accepted forms of an axis: its text, one value or several."""
+
+
+def axis_values(given: AxisLike) -> tuple[float, ...]:
+    """The values of an axis from a text (see FORMS), a number or several. ValueError otherwise."""
+    if isinstance(given, str) and ":" in given:
+        return _range(given)
+    if isinstance(given, str):
+        given = [_number(one, given) for one in given.split(",")]
+    values = np.atleast_1d(np.asarray(list(given) if isinstance(given, Iterable) else given))
+    require_number("values", values, accepted="finite numbers, at least one")
+    if len(set(values.tolist())) < values.size:
+        raise ValueError(f"values = {shown(values.tolist())}; accepted: each value once")
+    return tuple(map(float, values))
+
+
+def _range(text: str) -> tuple[float, ...]:
+    found = RANGE.fullmatch(text)
+    if found is None:
+        raise ValueError(f"{shown(text)} is no axis; accepted: {FORMS}")
+    low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
+    count = int(found[3])
+    if not -math.inf < low < high < math.inf or (log and low <= 0) or count < 2:
+        raise ValueError(
+            f"{shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 values or more"
+        )
+    return tuple((np.geomspace if log else np.linspace)(low, high, count).tolist())
+
+
+def _number(text: str, whole: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError(
+            f"{shown(text)} in {shown(whole)} is no number; accepted: {FORMS}"
+        ) from None
+
+
+def axes_of(given: Mapping[str, AxisLike]) -> dict[str, tuple[float, ...]]:
+    """Values of axes by name. ValueError naming the axis."""
+    require_kind("axes", given, Mapping, 'a dict of axes by name, {"mu": "0.02:0.3:64"} or such')
+    found = {}
+    for name, values in given.items():
+        try:
+            found[str(name)] = axis_values(values)
+        except ValueError as error:
+            raise ValueError(f"axis {name}: {error}") from error
+    return found
+
+
+def values_at(axes: Mapping[str, tuple[float, ...]], points: np.ndarray) -> dict[str, np.ndarray]:
+    """The axes' values at points by their flat indices, the last axis fastest, in float64."""
+    places = np.unravel_index(points, tuple(map(len, axes.values())) or (1,))
+    pairs = zip(axes.items(), places, strict=False)
+    return {name: np.asarray(values)[place] for (name, values), place in pairs}

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import SCORES, scored, task_in_words, unit_of
+from stickslip.agents.evaluation.evaluate import SCORES, scored, task_in_words
 from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, Measures, row_of_test
 from stickslip.agents.machine import Machine, machine_by_name
@@ -36,6 +36,7 @@ from stickslip.envs.tasks.known import known_of
 from stickslip.optim.progress import Bar, say_stage
 from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
+from stickslip.records.table import with_unit
 
 if TYPE_CHECKING:
     from stickslip.agents.protocol import AnyEnv, Options
@@ -304,6 +305,6 @@ def _say_best(trained: Trained[Any], name: str) -> None:
     score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
     if task.cost_limit is not None:
         score = "within the cost limit, or else of least cost: "
-    best = f"{score}mean return {earned:.4g}{unit_of(task)}"
+    best = f"{score}mean return {with_unit(earned, task.unit, 4)}"
     print(f"Best evaluation, after {steps:,} steps, over unseen episodes: {best}")
     print(task_in_words(name))

@@ -9,7 +9,7 @@ from typing import Any
 from stickslip.agents.policy.file import Record, every_record, record_of
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import known_of
-from stickslip.records.table import Column, Content, Table
+from stickslip.records.table import Column, Content, Table, with_unit
 
 SCORES = """
 Scores: 0 is a trivial policy (every action 0), 1 the most that a policy is known to have earned in
@@ -89,7 +89,7 @@ def _task_facts(task: TaskDefinition) -> Mapping[str, object]:
 
 def _policy_row(one: Record) -> list[str]:
     score = "" if one.score is None else one.score.shown(2)
-    value = f"{one.earned_return:.4g} {one.task.unit.removeprefix('-')}".rstrip()
+    value = with_unit(one.earned_return, one.task.unit, 4)
     layers, size = " x ".join(map(str, one.layer_sizes)), one.path.stat().st_size
     return [one.name, one.task.title, value, score, layers, f"{size / 1000:.1f}"]
 

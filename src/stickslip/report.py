@@ -13,7 +13,7 @@ from stickslip.dynamics.lazily import require
 from stickslip.envs.rendering.animation import require_format
 from stickslip.optim.progress import say_stage
 from stickslip.records import files as paths
-from stickslip.records.table import Column, Content, Table, json_text
+from stickslip.records.table import Column, Content, Table, json_text, with_unit
 
 Maker: TypeAlias = "Callable[[Path], object]"
 """Writes a file to the path that it is given."""
@@ -124,9 +124,3 @@ def show(summary: Table, *others: Table) -> None:
     print(Table(columns, rows).terminal(head=False), end="")
     for table in others:
         print("\n" + table.rounded(6).terminal(), end="")
-
-
-def with_unit(value: object, unit: str, digits: int = 8) -> str:
-    """A number with its unit; a unit of "-" goes unsaid."""
-    text = f"{value:.{digits}g}" if isinstance(value, float) else str(value)
-    return text if unit == "-" else f"{text} {unit}"

@@ -27,8 +27,8 @@ from stickslip.optim.gait.problem import RESIDUAL_UNITS
 from stickslip.optim.problem import require_scalar
 from stickslip.optimise.picture import draw_gait, draw_slip
 from stickslip.parser import finite
-from stickslip.records.table import Column, Content, Table
-from stickslip.report import one_row, result_folder, with_unit, write_result
+from stickslip.records.table import Column, Content, Table, with_unit
+from stickslip.report import one_row, result_folder, write_result
 
 if TYPE_CHECKING:
     from stickslip.optim import Gait

@@ -27,8 +27,8 @@ from stickslip.optim.posture.track_file import Survey, read_survey
 from stickslip.optim.problem import methods_of, options_of_method
 from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.parser import finite
-from stickslip.records.table import Column, Content, Table, json_text
-from stickslip.report import RESULT, one_row, result_folder, with_unit, write_result
+from stickslip.records.table import Column, Content, Table, json_text, with_unit
+from stickslip.report import RESULT, one_row, result_folder, write_result
 
 if TYPE_CHECKING:
     from stickslip.optim import Station

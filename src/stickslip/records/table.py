@@ -151,6 +151,12 @@ def cell_text(value: Any, digits: int | None = None) -> str:
     return f"{float(value):.{digits}g}"
 
 
+def with_unit(value: object, unit: str, digits: int = 8) -> str:
+    """A number with its unit; a unit of "-" goes unsaid."""
+    text = f"{value:.{digits}g}" if isinstance(value, float) else str(value)
+    return text if unit == "-" else f"{text} {unit}"
+
+
 def csv_line(cells: Iterable[Any]) -> str:
     """One line of CSV, with its end."""
     text = io.StringIO()

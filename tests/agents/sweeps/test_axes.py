@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.agents.sweeps.plan import axes_of, axis_values, values_at
+from stickslip.agents.sweeps.swept import axes_of, axis_values, values_at
 
 
 def test_texts_are_the_axes_that_they_say():

@@ -12,7 +12,7 @@ import pytest
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.controllers import ConstantTorque, CrankSpeedPI
 from stickslip.agents.machine import machine_by_name
-from stickslip.agents.sweeps.cases import Case
+from stickslip.agents.sweeps.plan import Case
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.robot_file import ROBOT
 from stickslip.dynamics.scene import Scene
