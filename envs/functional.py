@@ -34,6 +34,7 @@ from stickslip.dynamics.kernels.fused import fused, where_needed
 from stickslip.dynamics.pytrees import Lists, Number, Numeric, require_broadcast, require_numeric
 
 if TYPE_CHECKING:
+    from jax.typing import DTypeLike
     from jaxtyping import Array, Bool, Float, Real
 
 
@@ -321,6 +322,12 @@ def _is_none(name: str, value: object, rules: Mapping[str, Rule]) -> bool:
 
 
 Range = tuple[Numeric, Numeric]
+
+
+def uniform(key: Array, bounds: Range, dtype: DTypeLike, shape: tuple[int, ...] = ()):
+    """Numbers of that shape, each even in the range (low, high)."""
+    low, high = (jnp.asarray(bound, dtype) for bound in bounds)
+    return low + (high - low) * jax.random.uniform(key, shape, dtype)
 
 
 def require_range(

@@ -157,21 +157,15 @@ def _definition(tasks: Sequence[Task]) -> dict[str, object]:
     }
 
 
-ASKED = ("out", "budget", "seconds", "seeds", "resume", "workers", "limit")
-"""Flags that `race` takes by their names."""
-
-
 def run_command(flags: Mapping[str, Any]) -> Content:
     """Run methods on instances into a directory."""
     require_folder(flags["out"])
     methods, names = flags["methods"] or list(METHODS), flags["instances"] or list(suite())
-    given = {name: flags[name] for name in ASKED}
-    with stoppable() as stop:
-        try:
-            runs = race(methods, names, **given, progress=True, stop=stop)
-        except cells.StoppedError:
-            message = f"Stopped; go on with the same command and --resume ({flags['out']})"
-            raise stop.interrupted(message) from None
+    asked = ("out", "budget", "seconds", "seeds", "resume", "workers", "limit")
+    given = {name: flags[name] for name in asked}
+    message = f"Stopped; go on with the same command and --resume ({flags['out']})"
+    with stoppable(message) as stop:
+        runs = race(methods, names, **given, progress=True, stop=stop)
     print(report.counted_text(runs), end="")
     print(f"Compare them: stickslip bench report {flags['out']} --out DIR")
     return Content({"runs": report.runs_table(runs)}, {"directory": flags["out"]})

@@ -21,6 +21,7 @@ from stickslip.agents.policy.file import installed
 from stickslip.agents.untrusted import RefusedError, parse_json, read_text, reading, require_format
 from stickslip.dynamics.checks import shown
 from stickslip.records.files import PARTIAL, is_remains, write_whole, writing
+from stickslip.records.signals import StoppedError
 from stickslip.records.table import json_text
 
 if TYPE_CHECKING:
@@ -35,10 +36,6 @@ POLL, WINDOW = 0.2, 1024
 """Longest interval at which `stop` is polled [s]; cells submitted at once."""
 CELL_FILE = "a cell as it was written; move the file away, and --resume computes it again"
 LOST = "the workers were lost; what was written stays: start others, and continue with --resume"
-
-
-class StoppedError(Exception):
-    """The work was asked to stop."""
 
 
 def run_cells(

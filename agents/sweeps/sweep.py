@@ -145,12 +145,8 @@ def sweep_command(given: Options) -> Content:
     """Play the sweep, print its summary and draw it."""
     path, plan = Path(given["out"]), _planned(given)
     begun = time.monotonic()
-    with stoppable() as stop:
-        try:
-            done = run_plan(plan, path, resume=given["resume"], progress=True, stop=stop)
-        except cells.StoppedError:
-            message = f"Stopped; go on with the same command and --resume ({path})"
-            raise stop.interrupted(message) from None
+    with stoppable(f"Stopped; go on with the same command and --resume ({path})") as stop:
+        done = run_plan(plan, path, resume=given["resume"], progress=True, stop=stop)
     print(f"Played {done.played} of {done.cells} cells in {time.monotonic() - begun:.1f} s")
     slip, found = plan.machine.swept().slip, sweep_arrays(path)
     table, files = summary_table(found, slip), list[Path]()

@@ -369,9 +369,6 @@ class PPOTrainer(Trainer):
             self.losses = (*LOSSES, COST, "multiplier")
         self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
-    def begin_stretch(self) -> None:
-        """See Trainer. Episodes and random numbers are in the state, so they go on."""
-
     def advance(self, goal: int) -> None:
         while self.timesteps < goal and not self.stopped:
             self._update()

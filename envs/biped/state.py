@@ -22,6 +22,7 @@ from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
 from stickslip.dynamics.pytrees import Number, all_finite, pytree_dataclass
 from stickslip.dynamics.scene import Floor, Grip, Scene
 from stickslip.dynamics.status import Status
+from stickslip.envs.functional import uniform
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -140,29 +141,27 @@ def draw(key: Array, params: BipedEnvParams) -> tuple[Drawn, Array, Array]:
     ranges = params.randomisation
     dtype = jnp.result_type(params.robot.total_mass)
 
-    def uniform(index: int, bounds: Range | None, otherwise: Number) -> Array:
+    def one(index: int, bounds: Range | None, otherwise: Number) -> Array:
         if bounds is None:
             return jnp.asarray(otherwise, dtype)
-        low, high = (jnp.asarray(bound, dtype) for bound in bounds)
-        share = jax.random.uniform(jax.random.fold_in(key, index), (), dtype)
-        return low + (high - low) * share
+        return uniform(jax.random.fold_in(key, index), bounds, dtype)
 
     commands = None
     if ranges.command_interval is not None and ranges.mean_rate is not None:
         ends = (jnp.asarray(bound, dtype) for bound in ranges.mean_rate)
         chain = jax.random.key_data(jax.random.fold_in(key, 7))
-        commands = Commands(chain, uniform(6, ranges.command_interval, 0.0), *ends)
+        commands = Commands(chain, one(6, ranges.command_interval, 0.0), *ends)
     drawn = Drawn(
-        friction=uniform(0, ranges.friction, 1.0),
-        mass=uniform(1, ranges.mass, 1.0),
-        payload=uniform(2, ranges.payload, 0.0),
-        mean_rate=uniform(3, ranges.mean_rate, params.mean_rate),
+        friction=one(0, ranges.friction, 1.0),
+        mass=one(1, ranges.mass, 1.0),
+        payload=one(2, ranges.payload, 0.0),
+        mean_rate=one(3, ranges.mean_rate, params.mean_rate),
         commands=commands,
-        mark=None if params.mark is None else uniform(8, ranges.mark, params.mark),
+        mark=None if params.mark is None else one(8, ranges.mark, params.mark),
     )
-    phase = uniform(4, ranges.phase, SUPPORT_START)
+    phase = one(4, ranges.phase, SUPPORT_START)
     phase = jnp.clip(phase, SUPPORT_START, SUPPORT_END)
-    return drawn, phase, uniform(5, ranges.crank_rate, 0.0)
+    return drawn, phase, one(5, ranges.crank_rate, 0.0)
 
 
 def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
@@ -172,9 +171,8 @@ def commanded_at(drawn: Drawn, duration: Array) -> Drawn:
     chain, interval, low, high = drawn.commands
     number = jnp.floor(duration / interval + ROUNDING).astype(jnp.int32)
     key = jax.random.fold_in(jax.random.wrap_key_data(chain), number)
-    share = jax.random.uniform(key, (), low.dtype)
-    rate = jnp.where(number == 0, drawn.mean_rate, low + (high - low) * share)
-    return drawn._replace(mean_rate=rate)
+    rate = uniform(key, (low, high), low.dtype)
+    return drawn._replace(mean_rate=jnp.where(number == 0, drawn.mean_rate, rate))
 
 
 def drawn_robot(drawn: Drawn, params: BipedEnvParams) -> BipedModel:

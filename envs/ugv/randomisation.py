@@ -18,7 +18,7 @@ from stickslip.dynamics.ugv.ground.shapes import Bump
 from stickslip.dynamics.ugv.ground.spline import hermite_table
 from stickslip.dynamics.ugv.ground.surface import Surface, pairs
 from stickslip.dynamics.ugv.track import track_of
-from stickslip.envs.functional import Range, require_range
+from stickslip.envs.functional import Range, require_range, uniform
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike
@@ -117,7 +117,7 @@ class RandomTrack:
             shape = hermite_table(both, start, end, self.pieces)
         track = Track(shape, start, end, self._surface(key, start, dtype))
         odometer = Odometer.along(track, start, end, self.cells)
-        return jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), odometer)
+        return cast(odometer, dtype)
 
     def _surface(self, key: Array, start: Real[Number, ""], dtype: DTypeLike) -> Surface | None:
         """Surface from a key of its own, so that the ground is the same with and without it."""
@@ -167,12 +167,6 @@ def ground_of(track: Any, drawn: UGVRandomisation) -> tuple[Track, UGVRandomisat
                 )
             return Track.flat(), replace(drawn, track=RandomTrack.named(track))
     return track_of(track), drawn
-
-
-def uniform(key: Array, bounds: Range, dtype: DTypeLike, shape: tuple[int, ...] = ()):
-    """Numbers of that shape, each even in the range (low, high)."""
-    low, high = (jnp.asarray(bound, dtype) for bound in bounds)
-    return low + (high - low) * jax.random.uniform(key, shape, dtype)
 
 
 T = TypeVar("T")

@@ -8,8 +8,8 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.pytrees import pytree_dataclass
+from stickslip.envs.functional import uniform
 from stickslip.envs.ugv.params import UGVEnvParams
-from stickslip.envs.ugv.randomisation import uniform
 
 if TYPE_CHECKING:
     from jax.typing import DTypeLike

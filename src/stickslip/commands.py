@@ -98,7 +98,7 @@ COMMANDS = {
     ),
     "tasks": Command(
         "named tasks that never change, and the best known on each",
-        "flags:tasks_flags",
+        "flags:names_flags",
         "listing:tasks_command",
         {
             "stickslip tasks": "all of them",
@@ -108,7 +108,7 @@ COMMANDS = {
     ),
     "policies": Command(
         "trained policies of the package, one for each task",
-        "flags:policies_flags",
+        "flags:names_flags",
         "listing:policies_command",
         {
             "stickslip policies": "all of them",

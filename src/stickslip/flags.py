@@ -25,7 +25,6 @@ AXIS_VALUES = {
     "LOW:HIGH:N:log": "the same, evenly spaced in the logarithm",
     "A,B,C": "these values",
 }
-NAMES = "one or more of those below"
 POLICY = "a policy of the package, a policy file, a run's directory or a baseline, see below"
 TRACK_OPTIONS = {
     "flat": ("start=0.0", "end=8.0"),
@@ -165,16 +164,12 @@ def _names_of(every: Sequence[Machine]) -> dict[str, Mapping[str, str]]:
     return tables
 
 
-def tasks_flags(parser: Parser, _: object) -> None:
-    """Add the tasks' names."""
-    parser.tables = {"tasks": {name: task.title for name, task in TASKS.items()}}
-    parser.add("names NAME", NAMES, nargs="*")
-
-
-def policies_flags(parser: Parser, _: object) -> None:
-    """Add the policies' names."""
-    parser.tables = {"policies": shipped_titles()}
-    parser.add("names NAME", NAMES, nargs="*")
+def names_flags(parser: Parser, _: object) -> None:
+    """Add the names of tasks or of policies."""
+    titles = {name: task.title for name, task in TASKS.items()}
+    named = {"tasks": titles, "policies": shipped_titles()}
+    parser.tables = {title: of for title, of in named.items() if parser.prog.endswith(title)}
+    parser.add("names NAME", "one or more of those below", nargs="*")
 
 
 def export_flags(parser: Parser, _: object) -> None:

@@ -16,7 +16,7 @@ from stickslip.dynamics.biped.estimation import NAMES
 from stickslip.dynamics.biped.settings import precision
 from stickslip.optim.identification import Identified, WalkLog, identify
 from stickslip.records.table import Column, Content, Table
-from stickslip.report import require_picture, write_files
+from stickslip.report import picture_path, write_files
 
 UNITS = {"payload": "kg", "torque_loss": "N m", "encoder_bias": "rad", "encoder_delay": "s"}
 
@@ -26,8 +26,7 @@ def identify_command(flags: Mapping[str, Any]) -> Content:
     explain the log."""
     given = Namespace(**flags)
     path = Path(given.log)
-    picture = Path(given.out) if given.out else path.with_suffix(".png")
-    require_picture(picture, given.overwrite)
+    picture = picture_path(given.out, path, given.overwrite)
     log = WalkLog.from_file(path)
     with precision("float64"):
         robot, _ = BipedParams.with_motor(given.robot, given.changes)

@@ -41,11 +41,13 @@ def require_files(given: Namespace, seconds: float) -> None:
     paths.require_writable([one for one in (table, plot, film) if one is not None], given.overwrite)
 
 
-def require_picture(path: Path, overwrite: bool) -> None:
-    """Refuse a .png that cannot be drawn or written."""
+def picture_path(out: str | None, beside: Path, overwrite: bool) -> Path:
+    """The path of a .png, by default beside a file; refuse one that cannot be drawn or written."""
+    path = Path(out) if out else beside.with_suffix(".png")
     paths.require_suffix(path, (".png",))
     paths.require_writable([path], overwrite)
     require("matplotlib.figure")
+    return path
 
 
 def write_simulation(given: Namespace, table: Table, plot: Maker, film: Maker) -> list[str]:

@@ -27,7 +27,7 @@ from stickslip.optimise.biped import TORQUE_LIMIT
 from stickslip.optimise.picture import vehicles_drawing
 from stickslip.records.files import write_whole
 from stickslip.records.table import Column, Content, Table
-from stickslip.report import require_picture
+from stickslip.report import picture_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,8 +67,7 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
         write_whole(path, (TEMPLATES / f"{flags['machine']}.toml").read_bytes(), overwrite=False)
         print(f"Written: {path}")
         return Content(facts={"files": [str(path)]})
-    picture = Path(flags["out"]) if flags["out"] else path.with_suffix(".png")
-    require_picture(picture, flags["overwrite"])
+    picture = picture_path(flags["out"], path, flags["overwrite"])
     make = vehicle_page if machine_in(path) == "ugv" else robot_page
     page = make(path, flags["changes"], flags["mu"])
     columns = [Column("name", words=True), Column("value", words=True)]

@@ -268,7 +268,7 @@ def stations_table(found: Station) -> Table:
     """A row a waypoint, numbers in SI units and radians, every digit."""
     torques = np.asarray(found.motors[0]).T
     wheels = ["each wheel"] if len(torques) == 1 else ["the rear wheel", "the front wheel"]
-    columns: dict[Column, object] = {
+    columns: dict[Column, Any] = {
         Column(FRONT_WHEEL, "m"): found.x,
         Column(REAR_LEG, "rad"): found.leg_angles[:, 0],
         Column(FRONT_LEG, "rad"): found.leg_angles[:, 1],
@@ -284,9 +284,9 @@ def stations_table(found: Station) -> Table:
         Column("clearance", "m"): found.clearance,
         Column("between the wheels", "m"): found.wheel_clearance,
     }
-    numbers = [np.asarray(values, float).tolist() for values in columns.values()]
-    status = [Status(int(code)).name for code in np.asarray(found.status)]
-    return Table([*columns, Column("status", words=True)], list(zip(*numbers, status, strict=True)))
+    columns = {name: np.asarray(values, float).tolist() for name, values in columns.items()}
+    columns[Column("status", words=True)] = [Status(int(code)).name for code in found.status]
+    return Table.of_columns(columns)
 
 
 def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:

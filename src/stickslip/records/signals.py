@@ -68,12 +68,20 @@ class Stop:
         return Interrupted(self.number or signal.SIGINT, message)
 
 
+class StoppedError(Exception):
+    """The work was asked to stop."""
+
+
 @contextmanager
-def stoppable() -> Iterator[Stop]:
-    """Inside, a signal of ENDING asks the work to stop."""
+def stoppable(message: str = "") -> Iterator[Stop]:
+    """Inside, a signal of ENDING asks the work to stop. Where it does by a StoppedError, it was
+    interrupted, with the message."""
     stop = Stop()
     with handled(stop.ask):
-        yield stop
+        try:
+            yield stop
+        except StoppedError:
+            raise stop.interrupted(message) from None
 
 
 def complain(line: str) -> None:

@@ -42,9 +42,10 @@ class Table:
     rows: Sequence[Sequence[Any]]
 
     @classmethod
-    def of_columns(cls, columns: Mapping[str, Iterable[Any]]) -> Table:
-        """From equally long columns by their titles."""
-        return cls([Column(title) for title in columns], list(zip(*columns.values(), strict=True)))
+    def of_columns(cls, columns: Mapping[Any, Iterable[Any]]) -> Table:
+        """From equally long columns, each by its title or a Column."""
+        heads = [one if isinstance(one, Column) else Column(one) for one in columns]
+        return cls(heads, list(zip(*columns.values(), strict=True)))
 
     def rounded(self, digits: int) -> Table:
         """Round floats to so many significant digits, as text; None becomes empty."""

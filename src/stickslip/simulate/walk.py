@@ -209,11 +209,11 @@ def walk_table(walk: Walk) -> Table:
             Column(str(name), "N"): one
             for name, one in zip(biped.JOINT_FORCES, forces, strict=True)
         }
-    columns = [np.asarray(values).tolist() for values in at_ends.values()]
-    columns += [[None, *np.asarray(values).tolist()] for values in of_periods.values()]
-    columns.append([None, *(Status(int(code)).name for code in contacts.status)])
-    heads = [*at_ends, *of_periods, Column("status", words=True)]
-    return Table(heads, list(zip(*columns, strict=True)))
+    columns: dict[Column, list[Any]]
+    columns = {name: np.asarray(of).tolist() for name, of in at_ends.items()}
+    columns |= {name: [None, *np.asarray(of).tolist()] for name, of in of_periods.items()}
+    status = [None, *(Status(int(code)).name for code in contacts.status)]
+    return Table.of_columns(columns | {Column("status", words=True): status})
 
 
 def event_table(walk: Walk) -> Table:

@@ -13,7 +13,7 @@ import pytest
 
 from stickslip.agents.optimisers import race
 from stickslip.agents.optimisers.report import counted_text, read_results
-from stickslip.agents.sweeps.cells import StoppedError
+from stickslip.records.signals import StoppedError
 from tests.agents.optimisers import users
 from tests.agents.optimisers.table import NAME
 

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
 from stickslip.agents.sweeps import cells
-from stickslip.agents.sweeps.cells import StoppedError
+from stickslip.records.signals import StoppedError
 from tests.agents.mass import MassEnv, MassParams, Pull
 from tests.agents.sweeps.masses import WHO, StillParams, swept
 
