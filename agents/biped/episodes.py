@@ -17,9 +17,8 @@ from stickslip.agents.evaluation.table import (
     ratio_interval,
 )
 from stickslip.agents.pictures import episodes
-from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import BipedFrame, biped_frames, biped_picture
-from stickslip.envs.biped.state import BipedEnvState, Drawn, cost_of, drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, Drawn, cost_of, drawn_robot, fell
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 
 if TYPE_CHECKING:
@@ -65,7 +64,7 @@ class Episodes(NamedTuple):
     @property
     def fell(self) -> Array | np.ndarray:
         """Ended by a status outside the model (topple, lift-off, runaway, ...)."""
-        return (self.status > Status.SLIP_ONSET) & (self.status != Status.STEP_COMPLETE)
+        return fell(jnp.asarray(self.status))
 
     @property
     def cost(self) -> Array | np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeAlias
@@ -267,8 +267,8 @@ def closeness_table(runs: Sequence[Run]) -> Table:
     families = _by_family(runs)
     columns = [Column(name, words=True) for name in ("method", *(FAMILIES[at] for at in families))]
     rows = [
-        [name, *(_closeness(_by_method(here).get(name, [])) for here in families.values())]
-        for name in _by_method(runs)
+        [name, *(_closeness(_grouped(here).get(name, [])) for here in families.values())]
+        for name in _grouped(runs)
     ]
     return Table(columns, rows)
 
@@ -292,15 +292,15 @@ def first_table(runs: Sequence[Run]) -> Table:
         "expected evaluations to 1 %, with interval",
         "expected processor time [s]",
     )
-    rows = []
-    for name in dict.fromkeys(run.instance for run in runs):
-        here = [run for run in runs if run.instance == name]
-        rows.append([f"`{name}`", *(_first(_comparable(here, cost), cost) for cost in COSTS)])
+    rows = [
+        [f"`{name}`", *(_first(_comparable(here, cost), cost) for cost in COSTS)]
+        for name, here in _grouped(runs, lambda run: run.instance).items()
+    ]
     return Table([Column(head, words=True) for head in heads], rows)
 
 
 def _first(runs: Sequence[Run], cost: Cost) -> str:
-    found = [(ert(mine, CLOSE, cost), name) for name, mine in _by_method(runs).items()]
+    found = [(ert(mine, CLOSE, cost), name) for name, mine in _grouped(runs).items()]
     hit = sorted((one.value, name, one) for one, name in found if np.isfinite(one.value))
     words = (
         f"{name} {one.value:.3g} ({one.low:.3g} to {one.high:.3g}, {one.successes}/{one.runs})"
@@ -323,16 +323,18 @@ def _of_one_goal(runs: Sequence[Run]) -> list[Run]:
 
 def _by_family(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """Runs by family, in the order of FAMILIES."""
-    found = {
-        name: [one for one in runs if suite()[one.instance].family == name] for name in FAMILIES
-    }
-    return {name: here for name, here in found.items() if here}
+    found = _grouped(runs, lambda run: suite()[run.instance].family)
+    return {name: found[name] for name in FAMILIES if name in found}
 
 
-def _by_method(runs: Sequence[Run]) -> dict[str, list[Run]]:
-    """Runs by method, in the order of the runs."""
-    names = dict.fromkeys(run.method for run in runs)
-    return {name: [run for run in runs if run.method == name] for name in names}
+def _grouped(
+    runs: Sequence[Run], of: Callable[[Run], str] = lambda run: run.method
+) -> dict[str, list[Run]]:
+    """Runs by method or by something else, in the order of the runs."""
+    found: dict[str, list[Run]] = {}
+    for run in runs:
+        found.setdefault(of(run), []).append(run)
+    return found
 
 
 @styled
@@ -342,7 +344,7 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
     single = _of_one_goal(runs)
     styles: dict[str, dict[str, Any]] = {
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
-        for i, name in enumerate(_by_method(runs))
+        for i, name in enumerate(_grouped(runs))
     }
     return [
         _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(single, cost))
@@ -358,7 +360,7 @@ def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], fo
     for axis in axes[len(families) :]:
         axis.set_axis_off()
     for axis, (family, here) in zip(axes, families.items(), strict=False):
-        for method, mine in _by_method(here).items():
+        for method, mine in _grouped(here).items():
             at, share = ecdf(mine, cost)
             ends = [float(getattr(one, cost)[-1]) / _scale(one, cost) for one in mine]
             x, y = np.append(at, max([*ends, *at])), np.append(share, max([0.0, *share]))
@@ -367,7 +369,7 @@ def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], fo
         axis.set_xscale("log")
         axis.set_ylim(0, 1.02)
         name_panel(axis, FAMILIES[family], "", LABELS[cost])
-    names = list(_by_method(runs))
+    names = list(_grouped(runs))
     lines = [axes[0].plot([], [], **styles[name])[0] for name in names]
     figure.legend(lines, names, loc="outside lower center", ncols=5)
     return save_sheet(figure, folder / f"ecdf_{cost}.png")

@@ -119,7 +119,7 @@ def _add_parts(parser: Parser, command: Command, arguments: Sequence[str]) -> No
 
 def _add_flags(parser: Parser, command: Command, part: str | None = None) -> None:
     """A command's own flags, those that every command has, and examples."""
-    function_of(command.flags)(parser, part)
+    function_of(f"flags:{parser.prog.split()[1]}_flags")(parser, part)
     if command.json:
         about = "print one JSON object and nothing else, with every number (docs/commands.md)"
         parser.add_argument("--json", action="store_true", help=about)

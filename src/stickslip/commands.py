@@ -1,8 +1,8 @@
 """The commands of `stickslip` in one table.
 
-`flags` adds a command's flags to its parser (of a part, where each has flags of its own) and
-imports nothing heavy. `run` takes the parsed flags by name and returns a Content, or None. Both are
-named as "module:function" and imported when their command is asked for. Examples begin the help.
+NAME_flags of flags.py adds a command's flags to its parser (of a part, where each has flags of its
+own) and imports nothing heavy. `run` takes the parsed flags by name and returns a Content, or None;
+it is "module:function", imported when its command is asked for. Examples begin the help.
 """
 
 from __future__ import annotations
@@ -21,7 +21,6 @@ class Command(NamedTuple):
     and descriptions, where each machine or part has flags of its own."""
 
     about: str
-    flags: str
     run: str
     examples: Mapping[str, str]
     json: bool = True
@@ -41,7 +40,6 @@ def _environments() -> Mapping[str, str]:
 COMMANDS = {
     "train": Command(
         "train a policy with PPO",
-        "flags:train_flags",
         "agents.training.run:train_command",
         {
             "stickslip train biped --task BipedFast-v0 --out runs/fast": "on a named task",
@@ -54,7 +52,6 @@ COMMANDS = {
     ),
     "evaluate": Command(
         "compare policies and baselines in a table",
-        "flags:evaluate_flags",
         "agents.evaluation.evaluate:evaluate_command",
         {
             "stickslip evaluate biped-ice crank-speed-pi": "a trained policy beside a baseline",
@@ -63,7 +60,6 @@ COMMANDS = {
     ),
     "simulate": Command(
         "a walk under a torque, or a drive with given leg angles, as data and a picture",
-        "flags:simulate_flags",
         "simulate.{part}:simulate_command",
         {
             'stickslip simulate biped --torque "8 * (3 - crank_rate)" --crank-rate 3 --scene wet '
@@ -76,7 +72,6 @@ COMMANDS = {
     ),
     "sweep": Command(
         "policies at every point of a grid of frictions, loads, speeds and more, into a directory",
-        "flags:sweep_flags",
         "agents.sweeps.sweep:sweep_command",
         {
             "stickslip sweep biped --policy biped-ice crank-speed-pi --axis mu=0.03:0.3:10 "
@@ -88,7 +83,6 @@ COMMANDS = {
     ),
     "view": Command(
         "an animation or a page of a policy or baseline at work",
-        "flags:view_flags",
         "agents.pictures.view:view_command",
         {
             "stickslip view biped-ice": "a policy of the package, as biped-ice.gif",
@@ -98,7 +92,6 @@ COMMANDS = {
     ),
     "tasks": Command(
         "named tasks that never change, and the best known on each",
-        "flags:names_flags",
         "listing:tasks_command",
         {
             "stickslip tasks": "all of them",
@@ -108,7 +101,6 @@ COMMANDS = {
     ),
     "policies": Command(
         "trained policies of the package, one for each task",
-        "flags:names_flags",
         "listing:policies_command",
         {
             "stickslip policies": "all of them",
@@ -118,7 +110,6 @@ COMMANDS = {
     ),
     "export": Command(
         "a policy as ONNX or a NumPy archive; a robot for MuJoCo or as URDF",
-        "flags:export_flags",
         "export:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
@@ -132,7 +123,6 @@ COMMANDS = {
     ),
     "optimise": Command(
         "a UGV's leg angles along a track, or the biped's best gait",
-        "flags:optimise_flags",
         "optimise.{part}:optimise_command",
         {
             "stickslip optimise ugv --track bump --track-option height=0.2 --max-torque 400": (
@@ -146,7 +136,6 @@ COMMANDS = {
     ),
     "robot": Command(
         "check a robot's or a vehicle's file, tell what it can do and draw it",
-        "flags:robot_flags",
         "robot:robot_command",
         {
             "stickslip robot --new my.toml": "a template of the reference robot, to be changed",
@@ -158,7 +147,6 @@ COMMANDS = {
     ),
     "identify": Command(
         "friction, load and the encoder's errors from the log of a walk",
-        "flags:identify_flags",
         "identify:identify_command",
         {
             "stickslip identify log.csv --robot my.toml": "friction and payload; and log.png",
@@ -169,7 +157,6 @@ COMMANDS = {
     ),
     "reproduce": Command(
         "compute the chapter's figures again and compare its claims with what comes out",
-        "flags:reproduce_flags",
         "paper.command:reproduce_command",
         {
             "stickslip reproduce fig13 fig17": "two figures",
@@ -178,7 +165,6 @@ COMMANDS = {
     ),
     "bench": Command(
         "races of optimisers on the suite's instances",
-        "flags:bench_flags",
         "agents.optimisers.racing:{part}_command",
         {
             "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "

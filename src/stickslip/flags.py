@@ -164,12 +164,15 @@ def _names_of(every: Sequence[Machine]) -> dict[str, Mapping[str, str]]:
     return tables
 
 
-def names_flags(parser: Parser, _: object) -> None:
+def tasks_flags(parser: Parser, _: object) -> None:
     """Add the names of tasks or of policies."""
     titles = {name: task.title for name, task in TASKS.items()}
     named = {"tasks": titles, "policies": shipped_titles()}
     parser.tables = {title: of for title, of in named.items() if parser.prog.endswith(title)}
     parser.add("names NAME", "one or more of those below", nargs="*")
+
+
+policies_flags = tasks_flags
 
 
 def export_flags(parser: Parser, _: object) -> None:
