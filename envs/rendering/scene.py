@@ -229,22 +229,26 @@ def _scale(painter: Painter, camera: Camera) -> None:
             painter.text(x, bottom - 19, words, theme.SMALL, theme.MUTED, align="center")
 
 
-def draw_machine(axis: Axes, drawing: Drawing, i: int, scale: float) -> None:
-    """Draw the machine of sample i on a matplotlib axis in metres; scale: points a pixel."""
-    points = drawing.points[i]
-    for part, shade in _ordered(drawing, i):
-        fill, edge = theme.DAY[shade + part.role], theme.DAY[part.edge or "panel"]
-        width = scale * part.width
-        for pair in part.bars:
-            for colour, wide in ((edge, width + 2 * scale * theme.CASING), (fill, width)):
-                look = {"color": colour, "lw": wide, "solid_capstyle": "round"}
-                axis.plot(*points[list(pair)].T, zorder=3, **look)
-        for index in part.dots:
-            look = {"mfc": theme.PAGE, "mec": fill, "mew": width / 4.5, "ms": width}
-            axis.plot(*points[index], "o", zorder=3, **look)
-        if part.outline is not None:
-            look = {"facecolor": fill, "edgecolor": edge, "lw": 1.2 * scale}
-            axis.fill(*_placed(part, drawing.bodies[i]).T, zorder=3, **look)
+def draw_machines(axis: Axes, drawing: Drawing, scale: float) -> None:
+    """Draw the machine of every sample on a matplotlib axis, both ways in metres; scale: points a
+    pixel."""
+    axis.grid(visible=False)
+    axis.set_yticks([])
+    axis.set_aspect("equal", adjustable="datalim")
+    for i, (points, bodies) in enumerate(zip(drawing.points, drawing.bodies, strict=True)):
+        for part, shade in _ordered(drawing, i):
+            fill, edge = theme.DAY[shade + part.role], theme.DAY[part.edge or "panel"]
+            width = scale * part.width
+            for pair in part.bars:
+                for colour, wide in ((edge, width + 2 * scale * theme.CASING), (fill, width)):
+                    look = {"color": colour, "lw": wide, "solid_capstyle": "round"}
+                    axis.plot(*points[list(pair)].T, zorder=3, **look)
+            for index in part.dots:
+                look = {"mfc": theme.PAGE, "mec": fill, "mew": width / 4.5, "ms": width}
+                axis.plot(*points[index], "o", zorder=3, **look)
+            if part.outline is not None:
+                look = {"facecolor": fill, "edgecolor": edge, "lw": 1.2 * scale}
+                axis.fill(*_placed(part, bodies).T, zorder=3, **look)
 
 
 def _placed(part: Part, bodies: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.envs.biped.picture import BipedFrame, biped_drawing
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.linkage import Mechanism
-from stickslip.envs.rendering.scene import draw_machine
+from stickslip.envs.rendering.scene import draw_machines
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled
 from stickslip.optim import GaitProblem, PostureProblem, solve
 from stickslip.optim.gait.footing import Footing
@@ -227,12 +227,8 @@ def draw(page: Page) -> Figure:
     figure, (machine, curve) = make_sheet(2, 1, (WIDTH, 5.4), sharex=False)
     drawing = page.drawing
     wide = float(np.ptp(drawing.points[..., 0])) + drawing.span
-    for k in range(POSES):
-        draw_machine(machine, drawing, k, 72 * WIDTH / wide * drawing.height / 420)
+    draw_machines(machine, drawing, 72 * WIDTH / wide * drawing.height / 420)
     machine.axhline(float(drawing.ground[:, 1].max()), color=theme.INK, zorder=1)
-    machine.grid(visible=False)
-    machine.set_yticks([])
-    machine.set_aspect("equal", adjustable="datalim")
     name_panel(machine, f"{POSES} poses", below="[m]")
     finite = np.isfinite(page.needed)
     curve.plot(page.x[finite], page.needed[finite])

@@ -8,7 +8,7 @@ import jax
 import numpy as np
 
 from stickslip.envs.rendering import theme
-from stickslip.envs.rendering.scene import draw_machine
+from stickslip.envs.rendering.scene import draw_machines
 from stickslip.envs.rendering.sheet import LEVEL, WIDTH, make_sheet, name_panel, styled
 from stickslip.envs.ugv.picture import station_frames, ugv_drawing
 
@@ -43,7 +43,7 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     at = problem.stations(x)
     shown = _chosen(problem)
     vehicles = vehicles_drawing(problem, at, shown)
-    left, right, bottom, top = _extent(problem, vehicles)
+    left, right, bottom, top = extent = _extent(problem, vehicles)
     height = float(np.clip(ACROSS * (top - bottom) / (right - left) * 1.15, LOWEST, HIGHEST))
     heights = [height, 1.4, 1.4, 1.4]
     size = WIDTH, sum(heights) + 1.8
@@ -66,7 +66,7 @@ def draw_drive(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> Figure:
     mu = f"{least:.3g}" if least == most else f"{least:.3g} to {most:.3g}"
     note = f"μ = {mu}; dashed: the least allowed"
     name_panel(grip, "grip margin μ N − |F| [N]", note, "front wheel [m]")
-    _draw_vehicles(scene, problem, vehicles)
+    _draw_vehicles(scene, vehicles, extent)
     name_panel(scene, "along the track", f"{len(shown)} of {len(problem.x)} waypoints")
     return figure
 
@@ -97,19 +97,15 @@ def _chosen(problem: PostureProblem) -> np.ndarray:
     return np.unique(np.argmin(np.abs(problem.x[:, None] - places), axis=0))
 
 
-def _draw_vehicles(axis: Axes, problem: PostureProblem, vehicles: Drawing) -> None:
+def _draw_vehicles(axis: Axes, vehicles: Drawing, extent: tuple[float, ...]) -> None:
     """The ground and the vehicles, to scale; sets both axes' limits."""
-    left, right, bottom, top = _extent(problem, vehicles)
+    left, right, bottom, top = extent
     x, y = vehicles.ground.T
     axis.fill_between(x, y, y.min() - (right - left), color=theme.floor_colour(0.8), lw=0, zorder=1)
     axis.plot(x, y, color=theme.INK, lw=1.2, zorder=4)
-    for k in range(len(vehicles.points)):
-        draw_machine(axis, vehicles, k, 72 * ACROSS / (right - left) / 400)
-    axis.grid(visible=False)
-    axis.set_yticks([])
+    draw_machines(axis, vehicles, 72 * ACROSS / (right - left) / 400)
     axis.set_xlim(left, right)
     axis.set_ylim(bottom - 0.1 * (top - bottom), top + 0.05 * (top - bottom), auto=True)
-    axis.set_aspect("equal", adjustable="datalim")
 
 
 def vehicles_drawing(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Drawing:
