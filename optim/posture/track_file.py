@@ -9,6 +9,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.etree import ElementTree
 from xml.parsers import expat
 
 import numpy as np
@@ -311,13 +312,17 @@ def _straight_on(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 def _gpx(path: Path, text: str) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n"]]:
     """Latitude and longitude [rad], without jumps at 180 degrees, and elevation of each point."""
-    name, points = shown_path(path), _Points()
+    name, found = shown_path(path), []
     try:
-        points.parse(text)
+        for point in _Tree().parsed(text).iter("trkpt"):
+            found.append((point.get("lat"), point.get("lon"), point.findtext("ele") or None))
+            if len(found[-1][2] or "") > MOST_IN_A_LINE:
+                raise ValueError(f"track point {len(found)}: a long text in ele")
     except (expat.ExpatError, ValueError) as error:
-        raise ValueError(f"{name}: {error}; accepted: {ACCEPTED_GPX}") from None
-    values = np.empty((len(points.found), 3))
-    for i, given in enumerate(points.found):
+        why = f"no XML ({error})" if isinstance(error, expat.ExpatError) else error
+        raise ValueError(f"{name}: {why}; accepted: {ACCEPTED_GPX}") from None
+    values = np.empty((len(found), 3))
+    for i, given in enumerate(found):
         place = f"{name}: track point {i + 1}"
         for j, (key, limit) in enumerate(LIMITS.items()):
             text = given[j] or ""
@@ -329,53 +334,31 @@ def _gpx(path: Path, text: str) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndar
     return np.unwrap(np.radians(values[:, :2]), axis=0), values[:, 2]
 
 
-class _Points:
-    """The track points of a GPX file, taken out as expat comes past them; no tree is built."""
+class _Tree(ElementTree.TreeBuilder):
+    """Elements of a GPX file by their names without prefix: expat's own parser takes no time to
+    look names up, of which a file may declare many."""
 
-    def __init__(self):
-        self.found: list[tuple[str | None, str | None, str | None]] = []
-        self._tags: list[str] = []
-        self._place: tuple[str | None, str | None] = (None, None)
-        self._elevation: str | None = None
-        self._reads = False
-
-    def parse(self, text: str) -> None:
+    def parsed(self, text: str) -> ElementTree.Element:
         """ExpatError for what is no XML, ValueError for what is not accepted of it."""
-        parser = expat.ParserCreate("utf-8")
-        parser.StartElementHandler = self._begin
-        parser.EndElementHandler = self._end
-        parser.CharacterDataHandler = self._read
-        parser.StartDoctypeDeclHandler = _no_document_type
-        try:
-            parser.Parse(text.encode(), True)
-        except expat.ExpatError as error:
-            raise ValueError(f"no XML ({error})") from None
+        self._depth, parser = 0, expat.ParserCreate("utf-8")
+        parser.StartElementHandler, parser.EndElementHandler = self._begin, self._end
+        parser.CharacterDataHandler = self.data
+        parser.StartDoctypeDeclHandler = self._refuse
+        parser.Parse(text.encode(), True)
+        return self.close()
 
     def _begin(self, tag: str, attributes: dict[str, str]) -> None:
-        tag = tag.rpartition(":")[2]
-        if len(self._tags) >= DEEPEST:
+        self._depth += 1
+        if self._depth > DEEPEST:
             raise ValueError(f"elements nested deeper than {DEEPEST}")
-        inside = self._tags[-1:] == ["trkpt"]
-        self._tags.append(tag)
-        if tag == "trkpt":
-            self._place = (attributes.get("lat"), attributes.get("lon"))
-            self._elevation = None
-        self._reads = inside and tag == "ele" and self._elevation is None
-
-    def _read(self, text: str) -> None:
-        if self._reads:
-            self._elevation = (self._elevation or "") + text
-            if len(self._elevation) > MOST_IN_A_LINE:
-                raise ValueError(f"track point {len(self.found) + 1}: a long text in ele")
+        self.start(tag.rpartition(":")[2], attributes)
 
     def _end(self, tag: str) -> None:
-        self._reads = False
-        if self._tags.pop() == "trkpt":
-            self.found.append((*self._place, self._elevation))
+        self._depth -= 1
+        self.end(tag.rpartition(":")[2])
 
-
-def _no_document_type(*_: object) -> None:
-    raise ValueError("declares a document type or entities")
+    def _refuse(self, *_: object) -> None:
+        raise ValueError("declares a document type or entities")
 
 
 def _require_advance(x: np.ndarray) -> None:
