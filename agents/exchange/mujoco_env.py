@@ -75,8 +75,9 @@ class MujocoBiped(BipedEnv):
             files.mechanism(loaded_params(robot)),
             scene.floor,
             state.engine,
-            *(robot.step_length, drive.torque, getattr(drive, "max_power", np.inf)),
-            *(period, params.max_crank_rate),
+            *(robot.step_length, drive.torque),
+            *(np.inf if drive.max_power is None else drive.max_power, period),
+            params.max_crank_rate,
             vmap_method="sequential",
         )
         status = contact.status

@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from jax.typing import DTypeLike
     from jaxtyping import Array, Float, Real
 
-    from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
-    from stickslip.dynamics.biped.joints import DifferencedInertia
+    from stickslip.dynamics.biped.inertia import DifferencedInertia, GroundMoment, ReducedInertia
     from stickslip.dynamics.biped.params import BipedParams
     from stickslip.dynamics.biped.settings import Fidelity
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
@@ -216,19 +215,16 @@ def edge_ahead(floor: Patches, patch: Integer, direction: Scalar, dtype: DTypeLi
 
 
 class Torque(NamedTuple):
-    """The motor's torque is given."""
+    """The motor's torque is given, as far as it has the power for it: |torque x crank rate|."""
 
     torque: Scalar
-
-
-class LimitedTorque(NamedTuple):
-    """The torque is given as far as the motor has the power for it: |torque x crank rate|."""
-
-    torque: Scalar
-    max_power: Scalar
+    max_power: Scalar | None = None
+    """[W]; None: any."""
 
     def at(self, crank_rate: Scalar) -> Scalar:
         """The torque at a crank rate [N m]."""
+        if self.max_power is None:
+            return self.torque
         most = self.max_power / jnp.maximum(jnp.abs(crank_rate), jnp.finfo(crank_rate.dtype).tiny)
         return jnp.clip(self.torque, -most, most)
 
@@ -239,12 +235,12 @@ class CrankMotion(NamedTuple):
     crank_acceleration: Scalar
 
 
-Drive = Torque | LimitedTorque | CrankMotion
+Drive = Torque | CrankMotion
 
 
-def torque_at(drive: Torque | LimitedTorque, crank_rate: Scalar) -> Scalar:
-    """The motor's torque at a crank rate [N m]."""
-    return drive.torque if isinstance(drive, Torque) else drive.at(crank_rate)
+def torque_held(drive: Drive) -> Scalar | None:
+    """The motor's torque where it is the same at every crank rate [N m]; else None."""
+    return drive.torque if isinstance(drive, Torque) and drive.max_power is None else None
 
 
 class System(NamedTuple):
@@ -266,7 +262,7 @@ class System(NamedTuple):
         """The motion with the foot held at rest."""
         model, drive = self.model, self.drive
         if not isinstance(drive, CrankMotion):
-            return sticking(model, inertia, crank_rate**2, torque_at(drive, crank_rate))
+            return sticking(model, inertia, crank_rate**2, drive.at(crank_rate))
         zero = jnp.zeros_like(crank_rate)
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
 
@@ -278,7 +274,7 @@ class System(NamedTuple):
             return self.still(inertia, crank_rate)
         model, drive, law = self.model, self.drive, (mode, friction.mu_kinetic)
         if not isinstance(drive, CrankMotion):
-            return moving(model, inertia, crank_rate, torque_at(drive, crank_rate), *law)
+            return moving(model, inertia, crank_rate, drive.at(crank_rate), *law)
         return prescribed(model, inertia, crank_rate, drive.crank_acceleration, *law)
 
     def tiny(self):

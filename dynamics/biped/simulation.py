@@ -14,7 +14,7 @@ from jax.core import eval_context
 
 from stickslip.dynamics import checks, pytrees
 from stickslip.dynamics.biped import settings
-from stickslip.dynamics.biped.contact import CrankMotion, LimitedTorque, System, Torque, at_instant
+from stickslip.dynamics.biped.contact import CrankMotion, System, Torque, at_instant, torque_held
 from stickslip.dynamics.biped.links import exchange_mismatch
 from stickslip.dynamics.biped.model import BipedModel, prepare
 from stickslip.dynamics.biped.params import BipedParams
@@ -216,26 +216,22 @@ def _simulate(
     state = state.astype(dtype)
     begun = state.time
     state = replace(state, time=jnp.where(jnp.isfinite(begun), 0.0, begun))  # its clock counts
-
-    def given(value) -> Drive:
-        if max_power is None:
-            return kind(value)
-        return LimitedTorque(value, jnp.asarray(max_power, dtype))
+    limits = () if max_power is None else (jnp.asarray(max_power, dtype),)
 
     def body(carry, value):
         now, last = carry
         if policy is not None:
             value = policy(replace(now, time=begun + now.time))
-        drive = given(jnp.asarray(value, dtype))
+        drive = kind(jnp.asarray(value, dtype), *limits)
         after, contact = _step(spec, fidelity, model, scene, now, drive, size)
         over = last.status > Status.SLIP_ONSET
         after, contact = jax.tree.map(
             lambda new, old: jnp.where(over, old, new), (after, contact), (now, _idle(last))
         )
-        torque = drive.torque if isinstance(drive, Torque) else contact.torque
-        return (after, contact), (after, torque, contact)
+        held = torque_held(drive)
+        return (after, contact), (after, contact.torque if held is None else held, contact)
 
-    blank_drive = given(jnp.zeros((), dtype))
+    blank_drive = kind(jnp.zeros((), dtype), *limits)
     shapes = jax.eval_shape(
         lambda: _step(spec, fidelity, model, scene, state, blank_drive, size)[1]
     )

@@ -229,14 +229,13 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         if self.shield is not None:
             safe = episode.shielded(params, robot, scene, state.biped, torque, self.shield)
             torque, safety = safe.torque, {"shield": safe.status}
-        drive = contacts.Torque(torque)
-        if params.max_power is not None:
-            drive = contacts.LimitedTorque(torque, jnp.asarray(params.max_power, dtype))
+        power = None if params.max_power is None else jnp.asarray(params.max_power, dtype)
+        drive = contacts.Torque(torque, power)
         moved, contact = self.motion(state, robot, scene, drive, period, params)
         biped = moved.biped
         status, begun = contact.status, torque
         if params.max_power is not None:
-            begun, torque = contacts.torque_at(drive, state.biped.crank_rate), contact.torque
+            begun, torque = drive.at(state.biped.crank_rate), contact.torque
         torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
@@ -274,7 +273,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         state: episode.BipedEnvState,
         robot: BipedModel,
         scene: Scene,
-        drive: contacts.Torque | contacts.LimitedTorque,
+        drive: contacts.Torque,
         period: Float[Array, ""],
         params: BipedEnvParams,
     ) -> tuple[episode.BipedEnvState, Contact]:

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, Friction, System, Torque
+from stickslip.dynamics.biped.contact import EDGE_ROUNDINGS, Friction, System, torque_held
 from stickslip.dynamics.biped.state import Walk, within_turn
 from stickslip.dynamics.biped.stepping.stages import Beginning, Event, Samples, Taken, midpoint
 from stickslip.dynamics.status import EventKind, Status
@@ -82,7 +82,7 @@ def dormand_prince_step(system: System, friction: Friction | None, mode, walk: W
         end=end,
         inertia=inertia,
         middle=midpoint(friction, middle),
-        work=None if isinstance(system.drive, Torque) else work,
+        work=work if torque_held(system.drive) is None else None,
         errors=errors,
     )
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import Motion, System, Torque, edge_ahead
+from stickslip.dynamics.biped.contact import Motion, System, edge_ahead, torque_held
 from stickslip.dynamics.biped.settings import EventExact, RK4Split
 from stickslip.dynamics.biped.state import END, Walk, bounds, hand_over, mode_at, note
 from stickslip.dynamics.biped.stepping import stages
@@ -83,7 +83,7 @@ class Trial(NamedTuple):
         """What `settle` reads."""
         unread = {"normal_force": None, "solvability": None}
         end, middle = self.taken.end._replace(**unread), self.taken.middle._replace(**unread)
-        if isinstance(system.drive, Torque):
+        if torque_held(system.drive) is not None:
             end = end._replace(torque=None)
         middle = middle._replace(cone_margin=None)
         return self._replace(
@@ -119,7 +119,7 @@ def _blank(system: System, walk: Walk) -> Trial:
     """The trial before the first: nothing moves when it is settled."""
     zero, none = jnp.zeros_like(walk.phase), jnp.zeros_like(walk.status)
     no = walk.phase != walk.phase
-    work = None if isinstance(system.drive, Torque) else zero
+    work = zero if torque_held(system.drive) is None else None
     begun, event = stages.Beginning(zero, zero, zero, no), stages.Event(none, none, zero, no, no)
     end, middle = Motion(*[zero] * 6), stages.Midpoint(*[zero] * 5)
     unread: Any = None
@@ -314,8 +314,8 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     velocity = taken.foot_velocity + time * foot + time * part * (foot - middle.foot_acceleration)
     left = walk.left - step - time
     tiny = 8 * jnp.finfo(walk.phase.dtype).eps * system.duration
-    if isinstance(system.drive, Torque):
-        work = system.drive.torque * (theta - walk.phase)
+    if (held := torque_held(system.drive)) is not None:
+        work = held * (theta - walk.phase)
     else:  # no constant torque: integrated along the step
         work = jnp.asarray(taken.work) + time * (end.torque * taken.crank_rate)
     work = jnp.where(step > 0, work, 0.0)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from stickslip.dynamics.biped.contact import CrankMotion, Torque, ankle_moment, fall_under
+from stickslip.dynamics.biped.contact import CrankMotion, ankle_moment, fall_under, torque_held
 from stickslip.dynamics.biped.inertia import GroundMoment
 from stickslip.dynamics.biped.state import Walk, supports
 from stickslip.dynamics.scene import Grip
@@ -111,11 +111,8 @@ class _Stages(NamedTuple):
     phase: Array
     crank_rate: Array
     inertia: Coefficients
-    sum_rate: Array
-    sum_alpha: Array
-    sum_foot: Array
-    sum_slide: Array
-    sum_power: Array | None
+    sums: tuple[Array | None, ...]
+    """Of the rate, its slope, the foot's acceleration, the same for its slide, and the power."""
     middle: Midpoint
     """The mean of the second and third stage, whose errors of second order are opposite."""
 
@@ -126,9 +123,10 @@ def classical_step(
     """The classical fourth-order step, as a loop so that the inertia is compiled once."""
     last = _classical_stages(system, friction, mode, walk, inertia, step)
     velocity, slide = walk.foot_velocity, walk.foot_position
+    _, _, foot, slid, power = last.sums
     if friction is not None:
-        velocity = walk.foot_velocity + step * last.sum_foot
-        slide = walk.foot_position + step * (walk.foot_velocity + step * last.sum_slide)
+        velocity = walk.foot_velocity + step * foot
+        slide = walk.foot_position + step * (walk.foot_velocity + step * slid)
     return Taken(
         phase=last.phase,
         crank_rate=last.crank_rate,
@@ -137,7 +135,7 @@ def classical_step(
         end=system.motion(friction, mode, last.inertia, last.crank_rate),
         inertia=last.inertia,
         middle=last.middle,
-        work=None if last.sum_power is None else step * last.sum_power,
+        work=None if power is None else step * power,
         errors=jnp.zeros(4, walk.phase.dtype),
     )
 
@@ -145,42 +143,31 @@ def classical_step(
 def _classical_stages(
     system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
 ) -> _Stages:
-    dtype = walk.phase.dtype
+    dtype, zero = walk.phase.dtype, jnp.zeros_like(walk.phase)
     shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
     weights = jnp.asarray([1 / 6, 1 / 3, 1 / 3, 1 / 6], dtype)
     slide_weights = jnp.asarray([1 / 6, 1 / 6, 1 / 6, 0.0], dtype)
+    power = zero if torque_held(system.drive) is None else None
 
     def body(index, now: _Stages) -> _Stages:
         motion = system.motion(friction, mode, now.inertia, now.crank_rate)
         alpha, foot = motion.crank_acceleration, motion.foot_acceleration
-        sum_rate = now.sum_rate + weights[index] * now.crank_rate
-        sum_alpha = now.sum_alpha + weights[index] * alpha
-        last = index == 3
-        theta = walk.phase + step * jnp.where(last, sum_rate, shares[index] * now.crank_rate)
-        rate = walk.crank_rate + step * jnp.where(last, sum_alpha, shares[index] * alpha)
-        halfway = (index == 1) | (index == 2)
-        now_here = midpoint(friction, motion)
-        sum_power = now.sum_power
-        if sum_power is not None:
-            sum_power = sum_power + weights[index] * motion.torque * now.crank_rate
-        return _Stages(
-            phase=theta,
-            crank_rate=rate,
-            inertia=system.model.inertia.at(theta),
-            sum_rate=sum_rate,
-            sum_alpha=sum_alpha,
-            sum_foot=now.sum_foot + weights[index] * foot,
-            sum_slide=now.sum_slide + slide_weights[index] * foot,
-            sum_power=sum_power,
-            middle=jax.tree.map(
-                lambda new, old: old + jnp.where(halfway, new / 2, 0.0), now_here, now.middle
-            ),
+        added = [weights[index] * one for one in (now.crank_rate, alpha, foot)]
+        added.append(slide_weights[index] * foot)
+        work = None if power is None else weights[index] * motion.torque * now.crank_rate
+        sums = jax.tree.map(jnp.add, now.sums, (*added, work))
+        last, halfway = index == 3, (index == 1) | (index == 2)
+        theta = walk.phase + step * jnp.where(last, sums[0], shares[index] * now.crank_rate)
+        rate = walk.crank_rate + step * jnp.where(last, sums[1], shares[index] * alpha)
+        middle = jax.tree.map(
+            lambda new, old: old + jnp.where(halfway, new / 2, 0.0),
+            midpoint(friction, motion),
+            now.middle,
         )
+        return _Stages(theta, rate, system.model.inertia.at(theta), sums, middle)
 
-    zero = jnp.zeros_like(walk.phase)
-    power = None if isinstance(system.drive, Torque) else zero
     middle = Midpoint(*[zero] * len(Midpoint._fields))
-    begin = _Stages(walk.phase, walk.crank_rate, inertia, zero, zero, zero, zero, power, middle)
+    begin = _Stages(walk.phase, walk.crank_rate, inertia, (*[zero] * 4, power), middle)
     return jax.lax.fori_loop(0, 4, body, begin)
 
 
