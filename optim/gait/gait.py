@@ -116,6 +116,12 @@ def _weights(
     return {term: weight for term, weight in found.items() if weight > 0}
 
 
+def _at_nodes(name: str) -> Any:
+    """What `Profile` gives by that name, at a gait's nodes [n, K+1]."""
+    about = getattr(Profile, name).__doc__
+    return property(lambda self: getattr(self.nodes, name)(self.a, self.b), doc=about)
+
+
 @dataclass(frozen=True)
 class Gait:
     """Crank acceleration a [n, K+1] at the nodes of a grid, straight between them, and b = crank
@@ -150,31 +156,16 @@ class Gait:
         """Crank rate at the nodes [rad/s]."""
         return np.sqrt(np.maximum(self.b, 0.0))
 
-    @property
-    def torque(self) -> Float[np.ndarray, "n K+1"]:
-        """Motor torque at the nodes [N m]."""
-        return self.nodes.torque(self.a, self.b)
-
-    @property
-    def friction_force(self) -> Float[np.ndarray, "n K+1"]:
-        """Friction force on the foot at the nodes, forwards [N]."""
-        return self.nodes.friction(self.a, self.b)
-
-    @property
-    def normal_force(self) -> Float[np.ndarray, "n K+1"]:
-        """Normal force on the foot at the nodes [N]."""
-        return self.nodes.normal(self.a, self.b)
+    torque = _at_nodes("torque")
+    friction_force = _at_nodes("friction")
+    normal_force = _at_nodes("normal")
+    zmp = _at_nodes("zmp")
 
     @property
     def loaded(self) -> Bool[np.ndarray, "n K+1"]:
         """True at nodes where the foot carries a share UNLOADED of the weight; elsewhere friction
         use and zero-moment point are quotients of nothing."""
         return self.normal_force > UNLOADED * self.nodes.robot.weight
-
-    @property
-    def zmp(self) -> Float[np.ndarray, "n K+1"]:
-        """Zero-moment point from the ankle forwards at the nodes [m]."""
-        return self.nodes.zmp(self.a, self.b)
 
     @property
     def repeats(self) -> bool:

@@ -103,24 +103,12 @@ class GaitProblem(Problem[GaitResult]):
         params: BipedParams,
         objective: str | Mapping[str, float] = "time",
         *,
-        mu: Number | None = None,
-        torque_limit: float | None = None,
-        mean_rate: float | None = None,
-        min_normal: float = 0.0,
-        zmp: bool = False,
-        max_rate: float | None = None,
-        copper_loss: float = 0.5,
         steps: int = 200,
-        max_power: float | None = None,
-        efficiency: float = 1.0,
-        max_torque_rate: float | None = None,
+        **limits: Any,
     ) -> GaitProblem:
-        """One step that ends as it begins. steps: cells of its grid; else see the class."""
-        return cls(
-            params, objective, 1, True, mu, torque_limit, mean_rate, min_normal, zmp, max_rate,
-            copper_loss, cells=steps, max_power=max_power, efficiency=efficiency,
-            max_torque_rate=max_torque_rate,
-        )  # fmt: skip
+        """One step that ends as it begins. steps: cells of its grid. limits: the class's other
+        fields, by name, but those of the walk's ends."""
+        return cls(params, objective, cells=steps, **limits)
 
     @classmethod
     def transfer(
@@ -139,8 +127,7 @@ class GaitProblem(Problem[GaitResult]):
         when the centre of mass is `distance` [m] ahead of its start, in whatever step.
 
         end_rate: 0 for a stop, the crank rate at which a steady gait begins its step to go on with
-        it, None for any. steps: cells of the grid in each step. limits: as of `periodic`; mu may be
-        one number for each step.
+        it, None for any. steps: cells of the grid in each step. limits: as of `periodic`.
         """
         ends = {"start_rate": start_rate, "end_rate": end_rate}
         if steps_taken is None:
@@ -225,7 +212,7 @@ class GaitProblem(Problem[GaitResult]):
 
     def gait(self, x: Vector) -> Gait:
         """The gait of a point."""
-        point = self.batch([x])[0]
+        point = self.point(x)
         return self.on_grid.gait(point[1:].reshape(self.steps_taken, -1), float(point[0]))
 
     def evaluate(self, x: Vector) -> Evaluation:
@@ -235,10 +222,10 @@ class GaitProblem(Problem[GaitResult]):
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """See Problem; a subgradient where the torque changes its sign or friction its worst
         node, 0 where the crank stands still."""
-        return _finite(self.on_grid.slopes[0](self.batch([x])[0]))
+        return _finite(self.on_grid.slopes[0](self.point(x)))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        return _finite(self.on_grid.slopes[1](self.batch([x])[0]))
+        return _finite(self.on_grid.slopes[1](self.point(x)))
 
     def evaluate_gait(self, gait: Gait) -> Evaluation:
         """Value and constraints of a gait on the problem's grid."""
@@ -314,6 +301,9 @@ def _check(p: GaitProblem) -> None:
     if p.end_phase is not None:
         high, accepted = 0.0 if p.is_periodic else np.pi, f"{LEAST_END} to pi, of a transfer"
         require_scalar("end_phase", p.end_phase, low=LEAST_END, high=high, accepted=accepted)
+    for name in ("start_rate", "end_rate"):
+        if p.is_periodic and getattr(p, name) is not None:
+            raise ValueError(f"{name} of a periodic step; accepted: None, or a transfer")
     how: dict[str, Any] = {"low": 0.0, "high": 1.0, "strict": True, "accepted": "above 0, up to 1"}
     require_scalar("efficiency", p.efficiency, **how)
     for name in ("min_normal", "copper_loss", "start_rate", "end_rate"):

@@ -19,7 +19,7 @@ from stickslip.dynamics.pytrees import float64_program, read_only
 from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
-    from jaxtyping import Array, Float
+    from jaxtyping import Array, Float, Int
 
 BLOCK = 512
 """Crank angles computed at once: one program for every number of them."""
@@ -112,6 +112,23 @@ class Grid:
         found = self.theta[:, :-1, None] + share * self.h[..., None]
         found[..., -1] = self.theta[:, 1:]
         return read_only(found)
+
+
+def wrapped(phase: Float[Array, ""]) -> Float[Array, ""]:
+    """The crank angle of the leg that supports at a phase, which may lie beyond its end."""
+    return SUPPORT_START + jnp.mod(phase - SUPPORT_START, np.pi)
+
+
+def locate(
+    theta: Float[Array, "n K+1"], phase: Float[Array, ""], steps: Int[Array, ""]
+) -> tuple[Int[Array, ""], Int[Array, ""], Float[Array, ""]]:
+    """Step, cell and crank angle of a phase; the last step goes on for ever. Beyond a phase's end,
+    within a step's reach, the next step is read."""
+    beyond = (phase - SUPPORT_START >= np.pi).astype(steps.dtype)
+    phase = phase - np.pi * beyond.astype(phase.dtype)
+    row = jnp.clip(steps + beyond, 0, theta.shape[0] - 1)
+    cell = jnp.searchsorted(theta[row], phase, side="right") - 1
+    return row, jnp.clip(cell, 0, theta.shape[1] - 2), phase
 
 
 @dataclass(frozen=True)

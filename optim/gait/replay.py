@@ -9,19 +9,20 @@ one crank angle, so that E - E* = M (w^2 - b*) / 2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedState, EventExact, Table, prepare, step
-from stickslip.dynamics.biped.links import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped.links import SUPPORT_END
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.gait import Gait
+from stickslip.optim.gait.profile import locate, wrapped
 from stickslip.optim.problem import require_scalar
 
 if TYPE_CHECKING:
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedModel, BipedParams
     from stickslip.dynamics.biped.state import Contact
     from stickslip.optim.gait.profile import Grid, Profile
+    from stickslip.optim.gait.sliding import SlidingLaw
+
+    Law: TypeAlias = "GaitLaw | SlidingLaw"
+    Walk: TypeAlias = "Gait | Planned"
 
 NO_TIME = 1e-4
 """Part of a hold so near to the exchange of support that it counts as reached."""
@@ -91,7 +96,7 @@ class Trace(NamedTuple):
 
 def replay(
     params: BipedParams,
-    gait: Gait | Planned,
+    gait: Walk,
     *,
     mu: float | None = None,
     mu_kinetic: float | None = None,
@@ -126,22 +131,6 @@ def replay(
     return _summed(gait, trace, mu, count, whole)
 
 
-class Law(Protocol):
-    """Torque over the crank angle, as a pytree; phase and steps: the place along the walk."""
-
-    def at(self, model: BipedModel, phase: Array, steps: Array) -> tuple[Array, Array]:
-        """Crank acceleration [rad/s^2] and b [rad^2/s^2]."""
-        ...
-
-    def jump_after(self, phase: Array, steps: Array) -> Array | float:
-        """The next angle at which the torque may jump [rad]."""
-        ...
-
-    def torque(self, model: BipedModel, phase: Array, steps: Array) -> Array:
-        """The motor's torque [N m]."""
-        ...
-
-
 class Planned(Protocol):
     """A walk that is no Gait, with the attributes of one that a replay reads, and its law."""
 
@@ -161,7 +150,8 @@ class Planned(Protocol):
 
 @pytree_dataclass
 class GaitLaw:
-    """A gait as traced arrays: theta [n, K+1] rad, a rad/s^2 and b rad^2/s^2 as in Gait."""
+    """Torque over the crank angle of a gait: theta [n, K+1] rad, a rad/s^2 and b rad^2/s^2 as in
+    Gait. Phase and steps are the place along the walk."""
 
     theta: Float[Array, "n K+1"]
     a: Float[Array, "n K+1"]
@@ -176,7 +166,7 @@ class GaitLaw:
     def at(
         self, model: BipedModel, phase: Float[Array, ""], steps: Int[Array, ""]
     ) -> tuple[Float[Array, ""], Float[Array, ""]]:
-        """See Law."""
+        """Crank acceleration [rad/s^2] and b [rad^2/s^2]."""
         row, cell, phase = locate(self.theta, phase, steps)
         left, right = self.theta[row, cell], self.theta[row, cell + 1]
         x, start = phase - left, self.a[row, cell]
@@ -184,7 +174,7 @@ class GaitLaw:
         return start + rise * x, self.b[row, cell] + 2 * start * x + rise * x**2
 
     def jump_after(self, phase: Float[Array, ""], steps: Int[Array, ""]) -> float:
-        """The exchange of support."""
+        """The next angle at which the torque may jump [rad]: the exchange of support."""
         return SUPPORT_END
 
     def torque(
@@ -196,25 +186,8 @@ class GaitLaw:
         return inertia.M * a + inertia.dM * b / 2 + model.gravity * inertia.Y
 
 
-def wrapped(phase: Float[Array, ""]) -> Float[Array, ""]:
-    """The crank angle of the leg that supports at a phase, which may lie beyond its end."""
-    return SUPPORT_START + jnp.mod(phase - SUPPORT_START, np.pi)
-
-
-def locate(
-    theta: Float[Array, "n K+1"], phase: Float[Array, ""], steps: Int[Array, ""]
-) -> tuple[Int[Array, ""], Int[Array, ""], Float[Array, ""]]:
-    """Step, cell and crank angle of a phase; the last step goes on for ever. Beyond a phase's end,
-    within a step's reach, the next step is read."""
-    beyond = (phase - SUPPORT_START >= np.pi).astype(steps.dtype)
-    phase = phase - np.pi * beyond.astype(phase.dtype)
-    row = jnp.clip(steps + beyond, 0, theta.shape[0] - 1)
-    cell = jnp.searchsorted(theta[row], phase, side="right") - 1
-    return row, jnp.clip(cell, 0, theta.shape[1] - 2), phase
-
-
 def _walked(
-    params: BipedParams, gait: Gait | Planned, mu: float | None, kinetic: float | None,
+    params: BipedParams, gait: Walk, mu: float | None, kinetic: float | None,
     feedback: float, count: int, hold: float, zmp: bool, whole: float,
 ) -> Trace:  # fmt: skip
     """All holds, until as many steps are done or the walk takes half as long again as promised."""
@@ -264,9 +237,7 @@ def _block(
     return jax.lax.scan(body, state, None, length=BLOCK)[1]
 
 
-def _summed(
-    gait: Gait | Planned, trace: Trace, mu: float | None, count: int, whole: float
-) -> Replay:
+def _summed(gait: Walk, trace: Trace, mu: float | None, count: int, whole: float) -> Replay:
     """The numbers of a walk, up to its last exchange."""
     times = trace.state.time
     failed = np.nonzero(trace.contact.status > Status.SLIP_ONSET)[0]

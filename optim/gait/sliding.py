@@ -18,7 +18,7 @@ import jax.numpy as jnp
 from stickslip.dynamics.biped.contact import Motion, ankle_moment, prescribed, zero_moment_point
 from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia
 from stickslip.dynamics.pytrees import pytree_dataclass
-from stickslip.optim.gait.replay import locate, wrapped
+from stickslip.optim.gait.profile import locate, wrapped
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
