@@ -11,6 +11,7 @@ measures both.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -51,6 +52,25 @@ class ReducedInertia(NamedTuple):
     def Y_crank(self) -> Scalar:
         """Coefficient of gravity in the crank's equation: Y."""
         return self.Y
+
+
+class DifferencedInertia(NamedTuple):
+    """Coefficients when the links' motion is differenced: the crank's equation has its own.
+
+    T = M alpha + P_crank a1 + dM w^2 / 2 + g Y_crank, f = P alpha + m a1 + dP w^2,
+    N = m g + Y alpha + dY w^2. Exactly differentiated, P_crank = P and Y_crank = Y. Here the first
+    two are the virtual power of the exact geometry, P and Y the differenced momenta.
+    """
+
+    M: Scalar
+    dM: Scalar
+    """Twice the coefficient of w^2 in the crank's equation."""
+    P: Scalar
+    dP: Scalar
+    Y: Scalar
+    dY: Scalar
+    P_crank: Scalar
+    Y_crank: Scalar
 
 
 class GroundMoment(NamedTuple):
@@ -114,27 +134,37 @@ def _momenta(params: BipedParams, theta: Scalar) -> tuple[tuple[Scalar, ...], Fl
     return (M, P, Y, L), centres
 
 
+class Inertia(ABC):
+    """The inertia functions of a robot, or of some of its masses; scalars: batch with vmap."""
+
+    @abstractmethod
+    def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
+        """M, P, Y and slopes at `theta` [rad]."""
+
+    @abstractmethod
+    def moment_at(self, theta: Scalar) -> GroundMoment:
+        """Terms of the ground's moment about the ankle at `theta` [rad]."""
+
+    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
+        """L and its slope alone, at `theta` [rad]."""
+        return self.moment_at(theta)[:2]
+
+
 @pytree_dataclass
-class ExactInertia:
+class ExactInertia(Inertia):
     """The reference: exact functions of the crank angle, from the linkage at every call."""
 
     params: BipedParams
 
     def at(self, theta: Scalar) -> ReducedInertia:
-        """M, P, Y and slopes at `theta` [rad]."""
         return reduced_inertia(self.params, theta)
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
-        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return ground_moment(self.params, theta)
-
-    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
-        """L and its slope alone, at `theta` [rad]."""
-        return ground_moment(self.params, theta)[:2]
 
 
 @pytree_dataclass
-class TableInertia:
+class TableInertia(Inertia):
     """Coefficients by rising power of the position in [-1, 1] within a piece."""
 
     momenta: Float[Array, "pieces 3 powers"]
@@ -143,17 +173,14 @@ class TableInertia:
     """L and the mass moments sum m X, sum m y"""
 
     def at(self, theta: Scalar) -> ReducedInertia:
-        """M, P, Y and slopes at `theta` [rad]."""
         (M, P, Y), (dM, dP, dY) = _evaluate(self.momenta, theta)
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
-        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         (L, X, Y), (dL, _, _) = _evaluate(self.moments, theta)
         return GroundMoment(L, dL, X, Y)
 
     def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
-        """L and its slope alone, at `theta` [rad]."""
         (L,), (dL,) = _evaluate(self.moments[:, :1], theta)
         return L, dL
 
@@ -208,7 +235,7 @@ def _evaluate(
 
 
 @pytree_dataclass
-class SeriesInertia:
+class SeriesInertia(Inertia):
     """Chebyshev coefficients of values and slopes, by rising degree; slopes by the crank angle."""
 
     momenta: Float[Array, "degrees 6"]
@@ -224,11 +251,9 @@ class SeriesInertia:
         return ReducedInertia(M, dM, P, dP, Y, dY)
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
-        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return GroundMoment(*_clenshaw(self.moments, theta)[0])
 
     def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
-        """L and its slope alone, at `theta` [rad]."""
         L, dL = _clenshaw(self.moments[:, :2], theta)[0]
         return L, dL
 
@@ -241,26 +266,15 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     angles = jnp.asarray(links.SUPPORT_START + half * (1 + nodes), dtype)
     inertia, moment = jax.vmap(lambda angle: inertia_and_moment(params, angle))(angles)
     to_slope = jnp.asarray(transform, dtype)
-    to_value = jnp.asarray(half * integrate, dtype)
-
-    def coefficients(
-        values: tuple[Float[Array, " nodes"], ...], slopes: tuple[Float[Array, " nodes"], ...]
-    ) -> tuple[Float[Array, "nodes k"], Float[Array, "nodes k"]]:
-        """Series of the values: integrated slopes, with the constant that fits the values' mean."""
-        fitted = to_slope @ jnp.stack(slopes, axis=1)
-        raised = to_value @ fitted
-        return raised.at[0].set((to_slope @ jnp.stack(values, axis=1))[0]), fitted
-
-    value, slope = coefficients(
-        (inertia.M, inertia.P, inertia.Y), (inertia.dM, inertia.dP, inertia.dY)
-    )
-    turn, turn_slope = coefficients(
-        (moment.L, moment.X, moment.Y), (moment.dL, inertia.P, inertia.Y)
-    )
-    moments = jnp.stack([turn[:, 0], turn_slope[:, 0], turn[:, 1], turn[:, 2]], axis=1)
-    return SeriesInertia(
-        jnp.concatenate([value, slope], axis=1).astype(dtype), moments.astype(dtype)
-    )
+    values = (inertia.M, inertia.P, inertia.Y, moment.L, moment.X, moment.Y)
+    slopes = (inertia.dM, inertia.dP, inertia.dY, moment.dL, inertia.P, inertia.Y)
+    slope = to_slope @ jnp.stack(slopes, axis=1)
+    # Integrated slopes, with the constant that fits the values' mean.
+    value = jnp.asarray(half * integrate, dtype) @ slope
+    value = value.at[0].set((to_slope @ jnp.stack(values, axis=1))[0])
+    momenta = jnp.concatenate([value[:, :3], slope[:, :3]], axis=1)
+    moments = jnp.stack([value[:, 3], slope[:, 3], value[:, 4], value[:, 5]], axis=1)
+    return SeriesInertia(momenta.astype(dtype), moments.astype(dtype))
 
 
 @lru_cache

@@ -16,7 +16,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped.inertia import GroundMoment, ReducedInertia, body_masses
+from stickslip.dynamics.biped.inertia import (
+    DifferencedInertia,
+    GroundMoment,
+    Inertia,
+    ReducedInertia,
+    body_masses,
+)
 from stickslip.dynamics.biped.links import BODIES, LINK_OF_BODY, centres_and_angles, kinematics
 from stickslip.dynamics.pytrees import pytree_dataclass, same_rank
 
@@ -156,38 +162,19 @@ def _ground_balance(at: _Loaded) -> Float[Array, "3 k"]:
     return jnp.sum(jnp.stack([at.loads[:, 0], at.loads[:, 1], moments], axis=1), axis=0)
 
 
-class DifferencedInertia(NamedTuple):
-    """Coefficients when the links' motion is differenced: the crank's equation has its own.
-
-    T = M alpha + P_crank a1 + dM w^2 / 2 + g Y_crank, f = P alpha + m a1 + dP w^2,
-    N = m g + Y alpha + dY w^2. Exactly differentiated, P_crank = P and Y_crank = Y. Here the first
-    two are the virtual power of the exact geometry, P and Y the differenced momenta.
-    """
-
-    M: Scalar
-    dM: Scalar
-    """Twice the coefficient of w^2 in the crank's equation."""
-    P: Scalar
-    dP: Scalar
-    Y: Scalar
-    dY: Scalar
-    P_crank: Scalar
-    Y_crank: Scalar
-
-
 @pytree_dataclass
-class JointInertia:
+class JointInertia(Inertia):
     """Inertia functions by solving the body equations for unit motions at every call.
 
     difference_step: None for exact motion of the links, or the chapter's D [rad] (eqs. 23-25);
-    static. Agrees with `reduced_inertia` to rounding when exact. Neglected: friction in the joints.
+    static, with which `at` gives DifferencedInertia. Agrees with `reduced_inertia` to rounding when
+    exact. Neglected: friction in the joints.
     """
 
     params: BipedParams
     difference_step: float | None = field(default=None, metadata={"static": True})
 
     def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
-        """M, P, Y and slopes at `theta` [rad]; DifferencedInertia with a difference_step."""
         _, torque, (friction, normal, _) = _solution(self._loaded(theta))
         six = ReducedInertia(
             M=torque[ALPHA],
@@ -202,13 +189,8 @@ class JointInertia:
         return DifferencedInertia(*six, P_crank=torque[SLIDE], Y_crank=torque[GRAVITY])
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
-        """Terms of the ground's moment about the ankle at `theta` [rad] (eq. 30)."""
         moment = _ground_balance(self._loaded(theta))[2]
         return GroundMoment(moment[ALPHA], moment[SQUARE], moment[GRAVITY], -moment[SLIDE])
-
-    def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
-        """L and its slope alone, at `theta` [rad]."""
-        return self.moment_at(theta)[:2]
 
     def joint_forces(
         self,

@@ -12,15 +12,15 @@ import jax.numpy as jnp
 from stickslip.dynamics import pytrees
 from stickslip.dynamics.biped import settings
 from stickslip.dynamics.biped.inertia import (
+    DifferencedInertia,
     ExactInertia,
     GroundMoment,
+    Inertia,
     ReducedInertia,
-    SeriesInertia,
-    TableInertia,
     fit_series,
     fit_table,
 )
-from stickslip.dynamics.biped.joints import DifferencedInertia, JointInertia
+from stickslip.dynamics.biped.joints import JointInertia
 from stickslip.dynamics.biped.links import as_batch, exchange_mismatch, least_closure, step_length
 from stickslip.dynamics.biped.params import BipedParams
 from stickslip.dynamics.checks import as_number, require_kind
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Flag, Scalar
 
 
-Inertia = JointInertia | ExactInertia | TableInertia | SeriesInertia
 Derived = tuple[Inertia, jax.Array, jax.Array, jax.Array, jax.Array]
 """Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
 
@@ -53,6 +52,11 @@ class Load:
 
     mass_factor: pytrees.Numeric
     payload: pytrees.Numeric | None
+
+
+def _of_robot(name: str, about: str) -> Any:
+    """A number of the robot as it was given, as an array."""
+    return property(lambda self: jnp.asarray(getattr(self.bare, name)), doc=about)
 
 
 @pytrees.pytree_dataclass
@@ -116,7 +120,7 @@ class BipedModel:
         return with_payload(self.bare, self.payload)
 
     @property
-    def inertia(self) -> Inertia | LoadedInertia:
+    def inertia(self) -> Inertia:
         """M, P, Y and the ground moment's functions of the robot as it stands there."""
         if self.load is None:
             return self.fitted
@@ -130,20 +134,9 @@ class BipedModel:
         scaled = self.own_mass * self.load.mass_factor
         return scaled if self.load.payload is None else scaled + self.load.payload
 
-    @property
-    def gravity(self) -> Scalar:
-        """[m/s^2]"""
-        return jnp.asarray(self.bare.gravity)
-
-    @property
-    def heel(self) -> Scalar:
-        """The foot's edge behind the ankle [m]."""
-        return jnp.asarray(self.bare.heel)
-
-    @property
-    def toe(self) -> Scalar:
-        """The foot's edge before the ankle [m]."""
-        return jnp.asarray(self.bare.toe)
+    gravity = _of_robot("gravity", "[m/s^2]")
+    heel = _of_robot("heel", "The foot's edge behind the ankle [m].")
+    toe = _of_robot("toe", "The foot's edge before the ankle [m].")
 
     def unit_inertia(self) -> Inertia:
         """Inertia functions of 1 kg at the hip's centre alone, for `load`."""
@@ -203,7 +196,7 @@ def _derive_one(spec: settings.Fidelity, params: BipedParams) -> Derived:
 
 
 @pytrees.pytree_dataclass
-class LoadedInertia:
+class LoadedInertia(Inertia):
     """Inertia functions of a robot with other masses; they are linear in the masses.
 
     empty: of the robot itself. unit: of 1 kg at the hip's centre and nothing else.
@@ -214,15 +207,12 @@ class LoadedInertia:
     load: Load
 
     def at(self, theta: Scalar) -> ReducedInertia | DifferencedInertia:
-        """M, P, Y and slopes at `theta` [rad]."""
         return self._sum("at", theta)
 
     def moment_at(self, theta: Scalar) -> GroundMoment:
-        """Terms of the ground's moment about the ankle at `theta` [rad]."""
         return self._sum("moment_at", theta)
 
     def spin_at(self, theta: Scalar) -> tuple[Scalar, Scalar]:
-        """L and its slope alone, at `theta` [rad]."""
         return self._sum("spin_at", theta)
 
     def _sum(self, part: str, theta: Scalar) -> Any:
