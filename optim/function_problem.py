@@ -107,7 +107,7 @@ class FunctionProblem(Problem[Result]):
 
     def at(self, x: Vector) -> tuple[np.ndarray, np.ndarray]:
         """All values [k] and margins [m] of a point."""
-        values, margins = self._call(_at, self.batch([x])[0], np.uint32(self.draw))
+        values, margins = self._call(_at, self.point(x), np.uint32(self.draw))
         return _sound(values, margins)
 
     def at_all(self, X: Any, draws: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -140,13 +140,13 @@ class FunctionProblem(Problem[Result]):
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         self._require_slopes()
-        at, draw = self.batch([x])[0], np.uint32(self.draw)
+        at, draw = self.point(x), np.uint32(self.draw)
         return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         """See Problem; by forward differentiation."""
         self._require_slopes()
-        return _finite(self._call(_jacobian, self.batch([x])[0], np.uint32(self.draw)))
+        return _finite(self._call(_jacobian, self.point(x), np.uint32(self.draw)))
 
     def _require_slopes(self) -> None:
         if Structure.SMOOTH not in self.kind:

@@ -225,7 +225,7 @@ class Problem(ABC, Generic[R]):
 
     def is_feasible(self, x: Vector, tolerance: float = FEASIBLE) -> bool:
         """True if no scaled constraint and no bound is violated by more than `tolerance`."""
-        point = self.batch([x])[0]
+        point = self.point(x)
         return self.meets(point, self.constraints(point), tolerance)
 
     def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
@@ -242,11 +242,17 @@ class Problem(ABC, Generic[R]):
         return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated)
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
-        """A batch of decision vectors; ValueError for a wrong length or what is no number."""
-        array = as_floats("x", X, f"{self.n} finite numbers")
+        """A batch of decision vectors, perhaps of none; ValueError for a wrong length or what is no
+        finite number."""
+        none = isinstance(X, np.ndarray) and X.size == 0 and X.dtype == float
+        array = X if none else as_floats("x", X, f"{self.n} finite numbers")
         if array.ndim != 2 or array.shape[1] != self.n:
             raise ValueError(f"x has shape {array.shape[1:]}; accepted: ({self.n},)")
         return array
+
+    def point(self, x: Vector) -> Float[np.ndarray, "n"]:
+        """One decision vector, checked alike."""
+        return self.batch(x[None] if isinstance(x, np.ndarray) else [x])[0]
 
     def start_point(self, start: Any, progress: bool) -> tuple[Float[np.ndarray, "n"], str]:
         """Start of a local method, within the bounds, and a note for its message.

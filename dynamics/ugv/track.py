@@ -34,6 +34,7 @@ from stickslip.dynamics.pytrees import (
     float_type,
     holds_numbers,
     pytree_dataclass,
+    rebuilt,
     require_one,
     run_once,
     same_rank,
@@ -281,12 +282,8 @@ class Odometer:
             return self
         part = spline.pieces_between(np.asarray(self.edges), first, last)
         ends = slice(None) if part is None else slice(part.start, part.stop + 1)
-        odometer = object.__new__(Odometer)
-        track = replace(self.track, shape=shape.cut(first, last))
-        settle(odometer, track=track, start=self.start, end=self.end, even=self.even)
         cells = {name: getattr(self, name)[ends] for name in ("edges", "rests", "excess")}
-        settle(odometer, **cells)
-        return odometer
+        return rebuilt(self, track=replace(self.track, shape=shape.cut(first, last)), **cells)
 
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""

@@ -130,13 +130,13 @@ class Interpolated(Problem[Result]):
         return found
 
     def evaluate(self, x: Vector) -> Evaluation:
-        return self.fine.evaluate(self.matrix @ self.batch([x])[0])
+        return self.fine.evaluate(self.matrix @ self.point(x))
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
-        return self.fine.gradient(self.matrix @ self.batch([x])[0]) @ self.matrix
+        return self.fine.gradient(self.matrix @ self.point(x)) @ self.matrix
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        return self.fine.jacobian(self.matrix @ self.batch([x])[0]) @ self.matrix
+        return self.fine.jacobian(self.matrix @ self.point(x)) @ self.matrix
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
         import cvxpy as cp

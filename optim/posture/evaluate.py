@@ -246,11 +246,7 @@ def _met(posture: Posture, at: Station) -> dict[str, Array]:
 
 def padded(rows: np.ndarray, size: int) -> np.ndarray:
     """The first of them up to that many, filled up with the last."""
-    if len(rows) >= size:
-        return rows[:size]
-    filled = np.empty((size, *rows.shape[1:]), rows.dtype)
-    filled[: len(rows)], filled[len(rows) :] = rows, rows[-1]
-    return filled
+    return rows[np.minimum(np.arange(size), len(rows) - 1)]
 
 
 @lru_cache

@@ -22,7 +22,7 @@ from stickslip.optim.posture.waypoints import (
     longest_wheelbase,
     waypoints_along,
 )
-from stickslip.optim.problem import Evaluation, Method, Problem, Structure, as_floats, solve
+from stickslip.optim.problem import Evaluation, Method, Problem, Structure, solve
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -243,31 +243,16 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         return np.clip(found.x, *self.bounds), ""
 
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
-        """The decision vector as pairs, or ValueError for one of a wrong length or not finite."""
-        return self._batch(x[None] if isinstance(x, np.ndarray) else [x])[0]
-
-    def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
-        """Points as [B, n], or ValueError for a wrong length or one that is not finite."""
-        return self._batch(X).reshape(-1, self.n)
+        """The decision vector as pairs; see `point`."""
+        return self.point(x).reshape(-1, 2)
 
     def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
         """A batch as angles, repeated up to a power of two, and how many drives it has."""
         drives = len(X) if np.ndim(X) else 0
         size = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
         require_memory(f"X of {drives} drives", "stations", float(size) * len(self.x), STATION)
-        angles = self._batch(X)
-        more = size - len(angles) if len(angles) else 0
-        last = np.broadcast_to(angles[-1:], (more, *angles.shape[1:]))
-        return np.concatenate([angles, last]), len(angles)
-
-    def _batch(self, X: Any) -> np.ndarray:
-        array = X
-        if not (isinstance(X, np.ndarray) and X.size == 0 and X.dtype == float):
-            array = as_floats("x", X, f"{self.n} finite numbers, two for each waypoint [rad]")
-        if array.ndim != 2 or array.shape[1] != self.n:
-            shape = array.shape[1:]
-            raise ValueError(f"x has shape {shape}; accepted: ({self.n},), two for each waypoint")
-        return array.reshape(-1, len(self.x), 2)
+        angles = self.batch(X).reshape(-1, len(self.x), 2)
+        return evaluate.padded(angles, size) if len(angles) else angles, len(angles)
 
 
 def _number(value: Any) -> Any:

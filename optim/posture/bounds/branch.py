@@ -64,14 +64,8 @@ def carried(
     """Least value, for each cell of the neighbouring waypoint, of those that a move may lead to or
     from; legs: of each leg, by the cells of that waypoint and of this one, see shapes."""
     for axis, shape in enumerate(legs):
-        some = shape != NONE
-        first = np.argmax(some, axis=1)
-        past = some.shape[1] - np.argmax(some[:, ::-1], axis=1)
-        best = [
-            np.min(np.take(costs, range(i, j), axis), axis, initial=np.inf) if any_ else
-            np.full(costs.shape[1 - axis], np.inf)
-            for i, j, any_ in zip(first, past, np.any(some, axis=1), strict=True)
-        ]  # fmt: skip
+        some = np.expand_dims(shape != NONE, 2 - axis)
+        best = [np.min(costs, axis, initial=np.inf, where=row) for row in some]
         costs = np.stack(best, axis)
     return costs
 

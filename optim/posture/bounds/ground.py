@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
 from stickslip.dynamics.checks import require_memory
 from stickslip.dynamics.ugv.ground.roughness import Waves
@@ -233,21 +234,20 @@ def _jumps(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Knots at which height or slope jump, those at which the second derivative does, and by how
     much height [m] or slope miss at worst at the others."""
-    powers = rows.shape[1]
-    h = np.diff(knots)
-    c = [rows[:, k] if k < powers else np.zeros(len(rows)) for k in range(6)]
-    ends = np.sum([c[k] * h**k for k in range(1, 6)], axis=0)
-    y = (rows[1:, 0] - rows[:-1, 0]) + (lows[1:] - lows[:-1]) - ends[:-1]
-    slope_end = np.sum([k * c[k] * h ** (k - 1) for k in range(1, 6)], axis=0)
-    bend_end = np.sum([k * (k - 1) * c[k] * h ** (k - 2) for k in range(2, 6)], axis=0)
-    turn = c[1][1:] - slope_end[:-1]
-    bend = 2 * c[2][1:] - bend_end[:-1]
+    c = np.pad(rows, [(0, 0), (0, max(3 - rows.shape[1], 0))]).T
+    rise = np.concatenate([np.zeros_like(c[:1]), c[1:]])  # from the height at the left knot
+    ends, slope_end, bend_end = (
+        polyval(np.diff(knots), polyder(rise, order), tensor=False) for order in range(3)
+    )
+    y = np.diff(c[0]) + np.diff(lows) - ends[:-1]
+    turn = c[1, 1:] - slope_end[:-1]
+    bend = 2 * c[2, 1:] - bend_end[:-1]
     # Past the ends it goes on straight: the bend there jumps to 0.
     inner = knots[1:-1]
     off = np.maximum(np.abs(y), np.abs(turn))
     kinked = off > JOINED
     bent = np.abs(bend) > BENT * (1e-6 + np.max(np.abs(c[2])))
-    edges = [(knots[0], 2 * c[2][0]), (knots[-1], bend_end[-1])]
+    edges = [(knots[0], 2 * c[2, 0]), (knots[-1], bend_end[-1])]
     outer = [at for at, jump in edges if abs(jump) > BENT * np.max(np.abs(c[2]))]
     missed = float(np.max(off[~kinked], initial=0.0))
     return inner[kinked], np.concatenate([inner[bent], outer]), missed
