@@ -307,6 +307,7 @@ def long_table() -> str:
         rows.append(
             {
                 "task": f"`{task.name}`",
+                "tier": task.tier,
                 "idle (0)": f"{known.trivial.value:.4g}",
                 "best by hand": f"{known.score_of(hand).shown(2)}: {hand.shown}, {hand.policy}",
                 "PPO": "" if learned is None else mean_interval(scores).shown(2),

@@ -25,6 +25,9 @@ ENVIRONMENTS = {"BipedEnv": "biped", "UGVEnv": "ugv"}
 """Machine of each environment that a task may have."""
 FIRST_NAMES = {"mean_rate": "commanded_rate"}
 """Names under which digests know parameters that were renamed since."""
+TIERS = ("check", "core", "hard")
+"""check: five seeds of PPO with its defaults score 0.9 in the mean; hard: no trained policy has
+reached 0.8; core: the others."""
 UGV_STEPS = 66
 """Steps of a UGV task: 8 m of ground less the vehicle's start, at most 0.1 m a step."""
 DTYPE = "float32"
@@ -38,7 +41,7 @@ class TaskDefinition:
     stem, version: the name is STEM-vVERSION. title: what is asked, in a few words. about: what
     makes it hard, in a sentence or two. environment: the class, by name. choices: its static
     options. parameters: what `make_params` takes, as plain values (see `from_plain` of the class).
-    unit: of a return. ValueError for another environment.
+    unit: of a return. tier: one of TIERS. ValueError for another environment or tier.
     """
 
     stem: str
@@ -49,9 +52,11 @@ class TaskDefinition:
     choices: dict[str, Plain] = field(default_factory=dict)
     unit: str = "-"
     version: int = 0
+    tier: str = "core"
 
     def __post_init__(self) -> None:
         require_choice("environment", self.environment, ENVIRONMENTS)
+        require_choice("tier", self.tier, TIERS)
 
     @property
     def machine(self) -> str:

@@ -24,9 +24,9 @@ NEAR = 0.05
 
 
 def test_the_latest_version_is_meant_unless_one_is_named(tmp_path: Path):
-    for name in ("biped-ice-v2", "biped-ice-v10", "biped-ice-seen-v0", "ugv-hover-v0"):
+    for name in ("biped-ice-v2", "biped-ice-v10", "biped-ice-melting-v0", "ugv-hover-v0"):
         (tmp_path / f"{name}.npz").write_bytes(b"")
-    assert shipped_names(tmp_path) == ("biped-ice", "biped-ice-seen", "ugv-hover")
+    assert shipped_names(tmp_path) == ("biped-ice", "biped-ice-melting", "ugv-hover")
     found = {one: shipped_path(one, tmp_path) for one in ("biped-ice", "biped-ice-v2")}
     assert [path and path.stem for path in found.values()] == ["biped-ice-v10", "biped-ice-v2"]
     assert shipped_path("BipedIce-v2", tmp_path) == tmp_path / "biped-ice-v2.npz"

@@ -24,8 +24,8 @@ NAME = "BipedSteady-v0"
 
 
 def test_the_biped_trains_on_exactly_the_task():
-    env, params = task_by_name("BipedIceSeen-v0").make("same_step")
-    made = biped_task.training_task(TrainConfig.of(task="BipedIceSeen-v0"))
+    env, params = task_by_name("BipedIce-v0").make("same_step")
+    made = biped_task.training_task(TrainConfig.of(task="BipedIce-v0"))
     assert made.env == env
     for one in (made.training, made.tested):
         assert_same(one, params)

@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stickslip.agents.policy.file import record_of
+from stickslip.agents.policy.shipped import policy_name
 from stickslip.envs.tasks.definition import TASKS
 from stickslip.envs.tasks.known import Earned, Known, Scale, bootstrapped, known_of
 
@@ -31,6 +33,14 @@ def test_every_task_is_measured_and_its_numbers_are_in_order(name):
     if found.assumed is not None:
         assert found.bound is None or found.assumed.value < found.bound.value
         assert "if" in found.assumed.reason
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_task_s_tier_is_that_of_the_learners_tried(name):
+    task, found = TASKS[name], known_of(TASKS[name])
+    seeds = [found.scale.score(one) for one in found.learned.returns] if found.learned else [0.0]
+    checked, best = np.mean(seeds) >= 0.9, max(*seeds, record_of(policy_name(name)).score.value)
+    assert task.tier == ("check" if checked else "hard" if best < 0.8 else "core")
 
 
 def test_a_score_is_nought_for_the_trivial_one_for_the_best_and_straight_between():
