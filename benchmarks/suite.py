@@ -1,22 +1,17 @@
-"""The suite of instances: verify what is recorded, write the page's table.
+"""The suite of instances: is one as it is recorded, and the page's table.
 
-    python -m benchmarks.suite --verify [--only ID ...]
-    python -m benchmarks.suite --docs docs/suite.md
-
---verify: compare each instance with its recorded digest, and its recorded point with the recorded
-value; exit status 1 where one differs. --docs: put the table of instances into a page.
+`python -m benchmarks.suite --docs docs/suite.md` writes the table into a page.
 """
 
 from __future__ import annotations
 
-import sys
+from argparse import ArgumentParser
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.report import markdown, options, put_between
-from stickslip.dynamics.checks import require_choice
+from benchmarks.report import markdown, put_between
 from stickslip.optim import Instance, suite
 
 SAME = 1e-6
@@ -40,14 +35,6 @@ def verified(instance: Instance) -> str:
     return "as recorded"
 
 
-def verify(names: list[str]) -> bool:
-    """Print whether each instance is as recorded; True if all are."""
-    found = {name: verified(suite()[name]) for name in names}
-    for name, words in found.items():
-        print(f"{name}: {words}", flush=True)
-    return set(found.values()) <= {"as recorded"}
-
-
 def table() -> str:
     """Goal, best known value and gap of each instance."""
     rows: list[dict[str, Any]] = []
@@ -63,20 +50,7 @@ def table() -> str:
     return markdown(rows)
 
 
-def main() -> None:
-    """Run the command."""
-    parser = options("suite", __doc__)
-    parser.add_argument("--only", nargs="*", default=list(suite()), metavar="ID", help="of these")
-    parser.add_argument("--verify", action="store_true")
-    parser.add_argument("--docs", type=Path, help="put the table into this page")
-    given = parser.parse_args()
-    for name in given.only:
-        require_choice("--only", name, tuple(suite()))
-    if given.docs is not None:
-        put_between(given.docs, f"\n{table()}\n", "suite")
-    if given.verify:
-        sys.exit(0 if verify(given.only) else 1)
-
-
 if __name__ == "__main__":
-    main()
+    parser = ArgumentParser(prog="python -m benchmarks.suite")
+    parser.add_argument("--docs", type=Path, required=True, help="put the table into this page")
+    put_between(parser.parse_args().docs, f"\n{table()}\n", "suite")
