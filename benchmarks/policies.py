@@ -4,19 +4,17 @@
     python -m benchmarks.policies --measure [--only NAME ...]
     python -m benchmarks.policies --docs docs/training.md
 
-Trains for each task named (default: those without a policy in the package) by `stickslip train`,
-with the settings and seeds recorded in the package's policy or else with USUAL, keeps the policy of
-the best evaluation, measures it on the task's own episodes and puts it into the package with its
-record; where it earns more than the best known, known.json is updated. Runs stay in --runs, where
-the command resumes them. --measure: measure the package's policies again. --docs: put the table of
-policies into a page.
+Trains for each task named (default: those without a policy in the package) as `stickslip train`
+does, with the settings and seeds recorded in the package's policy or else with USUAL, keeps the
+policy of the best evaluation, measures it on the task's own episodes and puts it into the package
+with its record; where it earns more than the best known, known.json is updated. Runs stay in
+--runs, where they are resumed. --measure: measure the package's policies again. --docs: put the
+table of policies into a page.
 """
 
 from __future__ import annotations
 
 import json
-import shlex
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -39,7 +37,7 @@ from stickslip.agents.policy.file import (
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.training.configuration import Configuration, command_of
 from stickslip.agents.training.directory import CONFIG, POLICY, read_columns, read_config
-from stickslip.agents.training.run import best_evaluation
+from stickslip.agents.training.run import best_evaluation, train
 from stickslip.envs import TASKS, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
@@ -85,7 +83,7 @@ def configurations(task: TaskDefinition) -> list[Any]:
 
 
 def best_of(task: TaskDefinition, folder: Path) -> Run:
-    """The best run of all seeds; finished runs in the folder are not trained again."""
+    """The best run of all seeds."""
     runs = [trained(config, folder) for config in configurations(task)]
     for run in runs:
         print(f"{run.path}: {run.earned:.6g}, after {run.best_after:,} steps", flush=True)
@@ -93,26 +91,12 @@ def best_of(task: TaskDefinition, folder: Path) -> Run:
 
 
 def trained(config: Configuration, folder: Path) -> Run:
-    """Train by the user's command, or resume or take what is there."""
+    """Train, or resume what is there."""
     path = folder / f"{config.task}-{config.digest}"
-    if not _is_finished(path, config.timesteps):
-        command = command_of(config, str(path))
-        print(command, flush=True)
-        resumes = (path / CONFIG).exists()
-        words = ["train", "--out", str(path), "--resume"] if resumes else shlex.split(command)[1:]
-        run_command([*words, "--no-pictures"])
+    print(command_of(config, str(path)), flush=True)
+    begun = (path / CONFIG).exists()
+    train(None if begun else config, path, resume=begun)
     return Run(path, *best_evaluation(path))
-
-
-def run_command(words: list[str]) -> None:
-    """Run `stickslip` with these words in a process of its own."""
-    subprocess.run([sys.executable, "-m", "stickslip.cli", *words], check=True)
-
-
-def _is_finished(path: Path, timesteps: int) -> bool:
-    table = path / "evaluations.csv"
-    steps = read_columns(table).get("timesteps", []) if table.exists() else []
-    return bool(steps) and steps[-1] >= timesteps
 
 
 def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> Path:
@@ -133,23 +117,18 @@ def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> P
 
 
 def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folder: Path) -> Path:
-    """Measure a policy and write it into a folder under its name."""
+    """Measure a policy on the task's own episodes and write it into a folder under its name."""
+    count = EPISODES[task.machine] if is_random(task.make()[1]) else 1
+    earned = entry(task, policy_name(task.name), played_on(task, policy, count))
+    earned.pop("policy")
     metadata = {
         "environment": task.environment,
         **named_task_entry(task),
-        EARNED: earned_on(task, policy),
+        EARNED: {"episodes": count, **earned},
         TRAINED: record,
     }
     path = folder / (policy_name(task.name) + SUFFIX)
     return save_policy(policy, path, metadata, overwrite=True)
-
-
-def earned_on(task: TaskDefinition, policy: MLPPolicy) -> dict[str, Any]:
-    """Return and failures of a policy on the task's own episodes."""
-    count = EPISODES[task.machine] if is_random(task.make()[1]) else 1
-    played = played_on(task, policy, count)
-    row = entry(task, policy_name(task.name), played)
-    return {"episodes": count} | {name: one for name, one in row.items() if name != "policy"}
 
 
 def table() -> str:

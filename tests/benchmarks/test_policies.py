@@ -41,16 +41,11 @@ def same_policy(one, other) -> bool:
     return alike and all(np.array_equal(a, b) for a, b in pairs)
 
 
-def in_this_process(words: list[str]) -> None:
-    assert main(words) == OK
-
-
 @pytest.mark.long
 def test_a_policy_is_trained_measured_and_written_and_comes_out_again(tmp_path, monkeypatch):
     pytest.importorskip("optax")
     kind = machine_by_name("biped").configuration
     tried = [kind.of(task=NAME, seed=seed, **TINY) for seed in (0, 1)]
-    monkeypatch.setattr(policies, "run_command", in_this_process)
     monkeypatch.setattr(policies, "configurations", lambda task: tried)
     runs = [policies.trained(config, tmp_path / "runs") for config in tried]
     run = policies.best_of(TASKS[NAME], tmp_path / "runs")
