@@ -22,9 +22,10 @@ import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
+from gymnasium.vector.utils import batch_space
 
 from benchmarks.report import markdown, measured_by_command, put_between, where
-from benchmarks.timing import without_kernels
+from benchmarks.timing import built, times_of, without_kernels
 from stickslip.dynamics.biped import RK4Split, simulate
 from stickslip.envs import BipedEnv, UGVEnv, collect
 from stickslip.envs.functional import pure_step
@@ -92,9 +93,7 @@ def scanned(name, env, params, actions, batch, steps, repeats, kernels) -> dict[
 
     with nullcontext() if kernels else without_kernels():
         state = jax.block_until_ready(jax.jit(reset)(jax.random.key(0)))
-        begun = time.perf_counter()
-        program = jax.jit(roll).lower(state, jax.random.key(1)).compile()
-        compiling = time.perf_counter() - begun
+        program, compiling = built(roll, state, jax.random.key(1))
     interface = "vmap + scan" if kernels else "vmap + scan, no kernels"
     run = partial(program, state, jax.random.key(2))
     return row(interface, name, batch, batch * steps, run, repeats, compiling)
@@ -126,19 +125,20 @@ def looped(
     make: Callable[[], Any],
     size: tuple[int, ...],
     scale: float = 1.0,
-    draw: Callable[[Any], Any] = lambda env: env.action_space.sample(),
 ) -> dict[str, Any]:
     """Steps of an interface in a loop of Python, random actions drawn beforehand.
 
-    size: environments, steps of each, repeats. draw: an action of all environments.
+    size: environments, steps of each, repeats.
     """
     batch, steps, repeats = size
     begun = time.perf_counter()
     env = make()
     env.reset()
-    env.action_space.seed(0)
-    drawn = [draw(env) for _ in range(256 if batch == 1 else 32)]
-    actions = drawn if scale == 1.0 else [(scale * one).astype(one.dtype) for one in drawn]
+    alone = interface == "SB3VecEnv"  # its space is that of one environment
+    space = batch_space(env.action_space, batch) if alone else env.action_space
+    space.seed(0)
+    drawn = [space.sample() for _ in range(256 if batch == 1 else 32)]
+    actions = [(scale * one).astype(one.dtype) for one in drawn]
     env.step(actions[0])
     first = time.perf_counter() - begun
 
@@ -167,22 +167,14 @@ def sb3(*size: int) -> dict[str, Any]:
     """The SB3 VecEnv."""
     from stickslip.envs.adapters.sb3 import SB3VecEnv
 
-    def draw(env: SB3VecEnv) -> np.ndarray:
-        return np.stack([env.action_space.sample() for _ in range(env.num_envs)])
-
     make = partial(SB3VecEnv, BipedEnv(), BipedEnv().default_params, size[0])
-    return looped("SB3VecEnv", BIPED, make, size, 0.1, draw)
+    return looped("SB3VecEnv", BIPED, make, size, 0.1)
 
 
 def row(interface, name, batch, steps, run, repeats, compiling) -> dict[str, Any]:
     """Wall rates (median, slowest, fastest) and the best rate of processor time, warm."""
     jax.block_until_ready(run())
-    wall, processor = [], []
-    for _ in range(repeats):
-        begun, used = time.perf_counter(), time.process_time()
-        jax.block_until_ready(run())
-        processor.append(steps / (time.process_time() - used))
-        wall.append(steps / (time.perf_counter() - begun))
+    processor, wall = (steps / times_of(run, repeats).T).tolist()
     return {
         "interface": interface,
         "environment": name,

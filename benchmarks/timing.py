@@ -2,67 +2,54 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import numpy as np
 
 from stickslip.dynamics.kernels.grouping import SWITCH
 
-CORES = 2
-"""A batch is split over this many threads."""
 
-
-class Compiled(NamedTuple):
-    """A program and what it cost to build."""
-
-    call: Callable[..., Any]
-    seconds: float
-
-
-def built(function: Callable[..., Any], *arguments: Any) -> Compiled:
-    """Compile `function` for these arguments' shapes; seconds from Python to machine code."""
+def built(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[..., Any], float]:
+    """Compile `function` for these arguments' shapes: the program, and the seconds from Python to
+    machine code."""
     begun = time.perf_counter()
     call = jax.jit(function).lower(*arguments).compile()
-    return Compiled(call, time.perf_counter() - begun)
+    return call, time.perf_counter() - begun
 
 
-def seconds_of(run: Callable[[], Any], repeats: int) -> tuple[float, float]:
-    """Processor time and wall time of a run [s]: medians of several, blocking on all outputs.
+def times_of(run: Callable[[], Any], repeats: int, longest: float = math.inf) -> np.ndarray:
+    """Processor time and wall time [s] of each run [runs, 2], blocking on all outputs.
 
     The processor time is of all threads together. It does not grow when others want the processor.
+    longest: no run is begun that, as long as the one before, would take all beyond so much [s].
     """
-    taken = []
-    for _ in range(repeats):
+    taken: list[tuple[float, float]] = []
+    passed = 0.0
+    while len(taken) < repeats and (not taken or passed + taken[-1][1] <= longest):
         begun, used = time.perf_counter(), time.process_time()
         jax.block_until_ready(run())
         taken.append((time.process_time() - used, time.perf_counter() - begun))
-    processor, wall = np.median(taken, axis=0).tolist()
-    return processor, wall
+        passed += taken[-1][1]
+    return np.array(taken)
 
 
-def seconds_of_many(
-    runs: Callable[[int], Any], patience: float, repeats: int, most: int
+def seconds_of(
+    run: Callable[[], Any], patience: float, repeats: int, most: int
 ) -> tuple[float, float]:
-    """`seconds_of` one of n runs that fill `patience` [s] of processor time; warm. runs: of n."""
-    jax.block_until_ready(runs(1))
-    once, _ = seconds_of(lambda: runs(1), 1)
+    """Processor time and wall time of a warm run [s]: medians over sets of up to `most` runs that
+    fill `patience` [s] of processor time."""
+    jax.block_until_ready(run())
+    once = times_of(run, 1)[0, 0]
     count = int(np.clip(patience / max(once, 1e-7), 1, most))
-    processor, wall = seconds_of(lambda: runs(count), repeats)
-    return processor / count, wall / count
-
-
-def on_threads(runs: list[Callable[[], Any]]) -> list[Any]:
-    """Run each in a thread of its own, a single one in this; their results, or what one raised."""
-    if len(runs) == 1:
-        return [jax.block_until_ready(runs[0]())]
-    with ThreadPoolExecutor(len(runs)) as pool:
-        return list(pool.map(lambda run: jax.block_until_ready(run()), runs))
+    times = times_of(lambda: [run() for _ in range(count)], repeats)
+    processor, wall = (np.median(times, axis=0) / count).tolist()
+    return processor, wall
 
 
 @contextmanager

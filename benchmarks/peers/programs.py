@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -13,6 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from benchmarks.timing import times_of
 from stickslip.agents.exchange.files import Settings, joint_of, mechanism, mjcf
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import (
@@ -89,13 +89,7 @@ def measured(
     """
     angles = np.atleast_2d(np.asarray(run()))
     wanted = reference(case, SPREAD) if batch > 1 else reference(case)
-    seconds: list[float] = []
-    core: list[float] = []
-    while len(seconds) < repeats and (not seconds or sum(seconds) + seconds[-1] <= 1.0):
-        begun, before = time.perf_counter(), time.process_time()
-        jax.block_until_ready(run())
-        core.append(time.process_time() - before)
-        seconds.append(time.perf_counter() - begun)
+    processor, wall = times_of(run, repeats, longest=1.0).T
     simulated = len(angles) * DURATION
     return {
         "program": program,
@@ -103,8 +97,8 @@ def measured(
         "setting": setting,
         "batch": batch,
         "error": error_of(angles[[0, -1]], wanted),
-        "rate": simulated / min(seconds),
-        "core_rate": simulated / max(float(np.median(core)), 1e-9),
+        "rate": simulated / float(min(wall)),
+        "core_rate": simulated / max(float(np.median(processor)), 1e-9),
     }
 
 

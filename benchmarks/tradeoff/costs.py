@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.timing import CORES, built, on_threads, seconds_of_many
+from benchmarks.timing import built, seconds_of
 from benchmarks.tradeoff.walks import CONTROL as PERIOD
 from benchmarks.tradeoff.walks import FLOORS, names_of, settings
 from stickslip.dynamics import Scene
@@ -19,6 +20,8 @@ from stickslip.dynamics.biped import BipedParams, BipedState, EventExact, Table,
 from stickslip.dynamics.biped.settings import Setting
 
 BATCH = 4096
+CORES = 2
+"""A batch is split over this many threads."""
 PATIENCE = 0.1
 """Length of a timed run of a batch [s]; the median of three counts."""
 TRUTH = Setting(Table(64, 9), EventExact(rtol=1e-10, atol=1e-13), PERIOD, "float64")
@@ -62,16 +65,16 @@ def cost(walk: Walk, along: BipedState, setting: Setting, batch: int) -> dict[st
     """
     with jax.enable_x64(setting.dtype == "float64"), jax.numpy_dtype_promotion("strict"):
         state = BipedState(crank_rate=walk.rate).astype(setting.dtype)
-        one = built(walked(walk, setting, walk.duration), state).call
-        whole = partial(one, state)
-        processor, wall = seconds_of_many(lambda n: [whole() for _ in range(n)], 0.0, 5, 1)
+        one, _ = built(walked(walk, setting, walk.duration), state)
+        processor, wall = seconds_of(partial(one, state), 0.0, 5, 1)
         states = spread(along, batch // CORES, setting.dtype)
-        many = partial(built(jax.vmap(walked(walk, setting, SPAN)), states).call, states)
+        many, _ = built(jax.vmap(walked(walk, setting, SPAN)), states)
 
-        def together(count: int) -> list[Any]:
-            return [on_threads([many] * CORES) for _ in range(count)]
+        def together() -> list[Any]:
+            with ThreadPoolExecutor(CORES) as pool:
+                return list(pool.map(lambda _: jax.block_until_ready(many(states)), range(CORES)))
 
-        processors, walls = seconds_of_many(together, CORES * PATIENCE, 3, 50)
+        processors, walls = seconds_of(together, CORES * PATIENCE, 3, 50)
     return {
         "cost_1": processor / walk.duration,
         "wall_1": wall / walk.duration,

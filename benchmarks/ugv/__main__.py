@@ -31,7 +31,7 @@ from benchmarks.report import (
     unbeaten,
     where,
 )
-from benchmarks.timing import built, seconds_of_many
+from benchmarks.timing import built, seconds_of
 from benchmarks.ugv.poses import (
     AS_FUNCTION,
     CONFIDENCE,
@@ -95,10 +95,9 @@ def cost(ground: str, solver: PoseSolver, dtype: str, batch: int) -> dict[str, f
         track = GROUNDS[ground]()
     with jax.enable_x64(dtype == "float64"):
         arguments = (track.astype(jnp.dtype(dtype)), *map(jnp.asarray, drawn(dtype, batch)))
-        program = built(partial(answers, solver), *arguments)
-        run = partial(program.call, *arguments)
-        processor, wall = seconds_of_many(lambda n: [run() for _ in range(n)], PATIENCE, 5, 10_000)
-    return {"cost": processor / batch, "wall": wall / batch, "compile": program.seconds}
+        program, compiling = built(partial(answers, solver), *arguments)
+        processor, wall = seconds_of(partial(program, *arguments), PATIENCE, 5, 10_000)
+    return {"cost": processor / batch, "wall": wall / batch, "compile": compiling}
 
 
 def answers(solver: PoseSolver, track: Track, x, angles):
