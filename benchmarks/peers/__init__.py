@@ -1,1 +1,1 @@
-"""The same mechanism in other programs, and how fast each is at equal accuracy."""
+"""The same mechanism in other programs: speed at equal accuracy, creep, and scores there."""

@@ -1,14 +1,16 @@
-"""MuJoCo beside stickslip: speed at equal accuracy, and creep of a contact that sticks.
+"""MuJoCo beside stickslip: speed at equal accuracy, creep of a contact, what policies earn.
 
-    python -m benchmarks.peers [--quick] [--update] [--out FILE]
+    python -m benchmarks.peers [--quick] [--update] [--only PART ...] [--out FILE]
 
-stickslip and MuJoCo (extra `bench`), each at several settings, in one run. --update also writes the
-table of docs/performance.md.
+rows: stickslip and MuJoCo (extra `bench`), each at several settings, in one run. creep: of a
+contact that sticks. transfer: how much of a score survives where MuJoCo computes the motion, about
+a minute of processor time a task. --update also writes the tables of docs/performance.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -19,8 +21,13 @@ import numpy as np
 
 from benchmarks.peers.programs import BOUNDS, CASES, mujoco_rows, stickslip_rows
 from benchmarks.report import markdown, measured_by_command, put_between, where
+from stickslip.agents import evaluate, load_policy
+from stickslip.agents.evaluation.rollout import is_random
+from stickslip.agents.exchange.mujoco_env import moved_by
+from stickslip.agents.policy.shipped import policy_name
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, simulate
+from stickslip.envs import TASKS, BipedEnv, known_of
 
 SLOPE, FRICTION = 0.1, 0.5
 """Slope of the floor and coefficient of friction: a fifth of the friction is used."""
@@ -28,6 +35,9 @@ TIMESTEP = 0.002
 """MuJoCo's default [s]."""
 SETTLE, DURATION = 2.0, 10.0
 """Time before the creep is measured, and time over which it is [s]."""
+EPISODES = 8
+"""Episodes of a policy on a task whose resets draw."""
+DOCUMENT = Path("docs/performance.md")
 SOLVERS = (("pyramidal", 1, 0), ("elliptic", 1, 0), ("pyramidal", 10, 10), ("elliptic", 10, 10))
 """MuJoCo's cone, impratio and noslip iterations; its defaults come first."""
 BOX = """
@@ -85,19 +95,41 @@ def _creep_of_box(mujoco: Any, cone: str, impratio: int, noslip: int, duration: 
 
 def _creep_of_foot() -> float:
     """Largest speed of the foot [um/s] until it slips: 0.69 s under 1 N m at a friction of 0.4."""
-    scene = Scene.uniform(0.4, 0.4)
-    walk = simulate(BipedParams.from_bars(), scene, BipedState(phase=np.pi / 2), 1.0, 0.69, 0.01)
-    return 1e6 * float(jnp.max(jnp.abs(walk.states.foot_velocity)))
+    with jax.enable_x64(True):
+        robot, scene = BipedParams.from_bars(), Scene.uniform(0.4, 0.4)
+        walk = simulate(robot, scene, BipedState(phase=np.pi / 2), 1.0, 0.69, 0.01)
+        return 1e6 * float(jnp.max(jnp.abs(walk.states.foot_velocity)))
 
 
-DOCUMENT = Path("docs/performance.md")
+def transfer_rows(quick: bool) -> Iterator[dict[str, Any]]:
+    """Scores with half their intervals in the three places, and the episodes that fall in each."""
+    for task in TASKS.values():
+        env, params = task.make("disabled")
+        known = known_of(task)
+        if not isinstance(env, BipedEnv) or known is None:
+            continue
+        seeds = range((1 if quick else EPISODES) if is_random(params) else 1)
+        name, inside = policy_name(task.name), moved_by(env, "mujoco")
+        places = {"score here": env, "in MuJoCo": inside}
+        places["no swing contact"] = replace(inside, swing_contact=False)
+        row: dict[str, Any] = {"task": task.name, "episodes": len(seeds)}
+        falls = []
+        for place, own in places.items():
+            scenes = {task.name: params}
+            table = evaluate(own, {name: load_policy(name)}, scenes, episodes=len(seeds))
+            played = table.rows[0].episodes
+            row[place] = known.score(played.reward, seeds).shown(2)
+            falls.append(f"{np.sum(played.fell):d}")
+        row["falls"] = ", ".join(falls)
+        yield row
 
 
 def rows(quick: bool) -> Iterator[dict[str, Any]]:
     """Every setting of both programs on both walks."""
-    for case in CASES:
-        yield from stickslip_rows(case, quick)
-        yield from mujoco_rows(case, quick)
+    with jax.enable_x64(True):
+        for case in CASES:
+            yield from stickslip_rows(case, quick)
+            yield from mujoco_rows(case, quick)
 
 
 def at_bounds(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -134,10 +166,10 @@ def update(content: dict[str, Any]) -> None:
     """Write the page's tables."""
     put_between(DOCUMENT, body(content), "peers")
     creeps = [row | {"creep": f"{row['creep']:.3g} um/s"} for row in content["creep"]]
-    text = f"Measured on {where(content, 'creep')}.\n\n{markdown(creeps)}"
-    put_between(DOCUMENT, text, "creep")
+    for part, shown in {"creep": creeps, "transfer": content["transfer"]}.items():
+        put_between(DOCUMENT, f"Measured on {where(content, part)}.\n\n{markdown(shown)}", part)
 
 
 if __name__ == "__main__":
-    jax.config.update("jax_enable_x64", True)
-    measured_by_command("peers", __doc__, {"rows": rows, "creep": creep_rows}, update)
+    parts = {"rows": rows, "creep": creep_rows, "transfer": transfer_rows}
+    measured_by_command("peers", __doc__, parts, update)
