@@ -1,1 +1,1 @@
-"""The UGV's speed, accuracy and optimisers, measured: `python -m benchmarks.ugv`."""
+"""The UGV's speed, accuracy and bounds, measured: `python -m benchmarks.ugv`."""

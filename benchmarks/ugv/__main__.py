@@ -1,16 +1,17 @@
-"""Errors and costs of the UGV's settings, which `stickslip.dynamics.ugv.recommendation` promises.
+"""What `stickslip.dynamics.ugv.recommendation` promises of settings, and bounds of every drive.
 
     python -m benchmarks.ugv [--quick] [--update] [--only PART ...] [--out FILE]
     python -m benchmarks.ugv --redraw
 
 promise: errors and statuses of settings over random vehicles, ground and postures. costs: processor
-time of a pose. Only the parts named are measured; the JSON keeps the other, with its commit.
---update also writes the module that `recommend` reads and the table of docs/drives.md;
---redraw does that without measuring.
+time of a pose. bounds: of each criterion on the named tracks. Only the parts named are measured;
+the JSON keeps the others, with their commits. --update also writes the module that `recommend`
+reads and the tables of docs/drives.md; --redraw does that without measuring.
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -41,8 +42,9 @@ from benchmarks.ugv.poses import (
     SOLVERS,
     promises,
 )
-from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_waves
+from stickslip.optim import CRITERIA, PostureProblem, bound_every_drive, solve
 from stickslip.records.files import write_whole
 
 NAMES = ("ground", "place", "solver", "dtype")
@@ -203,13 +205,59 @@ def table(content: dict[str, Any]) -> str:
     return f"{said}\n\n{markdown(list(lines.values()))}"
 
 
-PARTS: dict[str, Any] = {"promise": promises, "costs": costs}
+def bounds(quick: bool) -> Iterator[dict[str, Any]]:
+    """A row for each criterion and track."""
+    for criterion in list(CRITERIA)[:1] if quick else CRITERIA:
+        for track in TRACKS[:2] if quick else TRACKS:
+            yield bound(track, criterion)
+
+
+def bound(track: str, criterion: str) -> dict[str, Any]:
+    """The task of the environment's defaults: 0.1 m a step, 1 rad/m, mu 0.8, legs straight at
+    first."""
+    straight = (np.pi / 2, np.pi / 2)
+    problem = PostureProblem.along(
+        Track.named(track), criterion, leg_rate=1.0, start_angles=straight
+    )
+    known = solve(problem, "dp")
+    held = problem.objective(np.full(problem.n, np.pi / 2))
+    begun = time.process_time()
+    found = bound_every_drive(problem, known.x)
+    return {
+        "track": track,
+        "criterion": criterion,
+        "unit": problem.criterion.unit,
+        "legs straight": held,
+        "best known": known.value,
+        "over the grid": known.details["grid_bound"],
+        "bound": found.value,
+        "gap": found.gap,
+        "levels": found.levels,
+        "seconds": time.process_time() - begun,
+    }
+
+
+def bounds_table(rows: list[dict[str, Any]]) -> str:
+    """Bound of each criterion and track, with the best known's gap to it."""
+    lines: dict[str, dict[str, str]] = {}
+    for row in rows:
+        name = row["criterion"] if row["unit"] == "-" else f"{row['criterion']} [{row['unit']}]"
+        line = lines.setdefault(name, {"criterion": name} | dict.fromkeys(TRACKS, "-"))
+        known = row["best known"]
+        distinct = known < 0 or known > 1e-6 * abs(row["legs straight"])
+        line[row["track"]] = f"{row['bound']:.4g}" + (f" ({row['gap']:.1%})" if distinct else "")
+    return markdown(list(lines.values()))
+
+
+PARTS: dict[str, Any] = {"promise": promises, "costs": costs, "bounds": bounds}
 
 
 def update(content: dict[str, Any]) -> None:
-    """Write the data of `recommend` and the page's table."""
+    """Write the data of `recommend` and the page's tables."""
     write_whole(DATA, source(content))
     put_between(DOCUMENT, table(content))
+    measured = f"Measured on {where(content, 'bounds')}."
+    put_between(DOCUMENT, f"{bounds_table(content['bounds'])}\n\n{measured}", "bounds")
 
 
 if __name__ == "__main__":
