@@ -289,11 +289,6 @@ class Differences(NamedTuple):
     """True if the status differs though the errors do not explain it."""
     unseen: np.ndarray
 
-    @property
-    def error(self) -> np.ndarray:
-        """The worse of both [-]."""
-        return np.maximum(self.torque, self.contact)
-
 
 class Sample(NamedTuple):
     """Poses, the reference's answers to them, and by how much the reference itself is off."""
@@ -330,26 +325,19 @@ def rounding(drawn: Drawn, wanted: Equilibrium, moved: Equilibrium) -> Differenc
     there = moved.pose
     rear = there.rear._replace(x=there.rear.x - (there.front.x - wanted.pose.front.x))
     found = moved._replace(pose=there._replace(rear=rear))
-    depth = partial(depths, drawn, wanted)
-    return differences(drawn.params, wanted, found, NEWTON, "float64", depth)
+    return differences(drawn, wanted, found, NEWTON, "float64")
 
 
 def differences(
-    params: UGVParams,
-    truth: Equilibrium,
-    got: Equilibrium,
-    solver: PoseSolver,
-    dtype: str,
-    depth: Callable[[], np.ndarray],
+    drawn: Drawn, truth: Equilibrium, got: Equilibrium, solver: PoseSolver, dtype: str
 ) -> Differences:
     """Errors of concrete poses [n] against the default solver's in float64; whose status is wrong.
 
     A status differs for a reason where a margin (normal force and grip over weight, clearances over
     wheel radius, stretch) is within ten times the pose's own error, and where the ground enters a
-    wheel by less than the precision tells (`depth_allowed`); depth: how deep it does [m],
-    asked for only where a status depends on it.
+    wheel by less than the precision tells (`depth_allowed`).
     """
-    params = jax.tree.map(np.asarray, params)
+    params = jax.tree.map(np.asarray, drawn.params)
     r, weight = (np.asarray(v, float) for v in (params.wheel_radius, params.weight))
     status, own = np.asarray(truth.status), np.asarray(got.status)
     sound = ~np.isin(status, UNPLACED), ~np.isin(own, UNPLACED)
@@ -361,14 +349,14 @@ def differences(
     torque = off(truth.torque, got.torque, weight * r)
     contact = off(truth.pose.rear.x, got.pose.rear.x, r)
     unseen = np.isin(status, UNSEEN) & (solver.samples == 0)
-    error = np.maximum(torque, contact)
-    near = _margin(truth, weight, r) <= 10 * error
+    near = _margin(truth, weight, r) <= 10 * np.maximum(torque, contact)
     stretch = np.minimum(*(np.asarray(w.stretch) for w in (truth.pose.rear, truth.pose.front)))
     edge = np.abs(stretch) <= 1e3 * float(jnp.finfo(dtype).eps)
     hollow = (status == Status.HOLLOW_GROUND) | (own == Status.HOLLOW_GROUND)
     wrong = (status != own) & ~np.where(both, near, hollow & edge) & ~unseen
     if np.any(wrong & hollow):
-        shallow = np.asarray(depth()) <= _resolved(truth, r, dtype)
+        size = np.asarray(truth.pose.wheelbase) + 2 * r
+        shallow = depths(drawn, truth) <= np.asarray(depth_allowed(size.astype(dtype)), float)
         wrong &= ~(hollow & shallow)
     return Differences(torque, contact, wrong, unseen)
 
@@ -385,17 +373,10 @@ def _margin(truth: Equilibrium, weight: np.ndarray, r: np.ndarray) -> np.ndarray
     )
 
 
-def _resolved(truth: Equilibrium, radius: np.ndarray, dtype: str) -> np.ndarray:
-    """Penetration that the precision cannot resolve [m]."""
-    size = np.asarray(truth.pose.wheelbase) + 2 * radius
-    return np.asarray(depth_allowed(size.astype(dtype)), float)
-
-
 def errors(sample: Sample, solver: PoseSolver, dtype: str) -> Differences:
     """Differences of a setting from the reference, whose own rounding counts as the setting's."""
     answers = answers_of(solver, sample.drawn, dtype)
-    depth = partial(depths, sample.drawn, sample.truth)
-    off = differences(sample.drawn.params, sample.truth, answers, solver, dtype, depth)
+    off = differences(sample.drawn, sample.truth, answers, solver, dtype)
     own = sample.rounding
     return off._replace(
         torque=np.maximum(off.torque, np.nan_to_num(own.torque)),
@@ -418,7 +399,7 @@ def promised(chosen: Differences, held_out: Differences) -> dict[str, Any]:
     return row | {
         "wrong": int(np.sum(chosen.wrong)),
         "unseen": int(np.sum(chosen.unseen)),
-        "held_out": int(np.sum(np.isfinite(held_out.error))),
+        "held_out": int(np.sum(np.isfinite(held_out.torque))),
         "held_out_over": int(np.sum(exceeded)),
         "held_out_wrong": int(np.sum(held_out.wrong)),
     }
