@@ -34,8 +34,8 @@ def test_a_promise_is_the_bound_of_the_worse_half_s_order():
     n = 10_000
     off = np.arange(n, dtype=float)[::-1] + 1
     flags = np.zeros(n, bool)
-    held = poses.Differences(off + 30, off, flags, flags)
-    row = poses.promised(poses.Differences(off, 2 * off, flags, flags), held)
+    held = poses.Differences(off + 30, off, flags)
+    row = poses.promised(poses.Differences(off, 2 * off, flags), held)
     place = int(stats.binom.ppf(poses.CONFIDENCE, n, poses.QUANTILE))
     assert row["torque"] == [np.median(off), place + 1, n]
     assert row["contact"] == [2 * np.median(off), 2 * (place + 1), 2 * n]
