@@ -8,6 +8,7 @@ import json
 import math
 import os
 import platform
+import re
 import subprocess
 import time
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
@@ -100,7 +101,8 @@ def measured_parts(
         begun, rows = time.perf_counter(), []
         for row in rows_of(quick):
             rows.append(row)
-            shown = ", ".join(map(_shown, list(row.values())[:9]))
+            values = list(row.values())[:9]
+            shown = ", ".join(f"{v:.3g}" if isinstance(v, float) else str(v) for v in values)
             print(f"{part} {len(rows)} [{time.perf_counter() - begun:.0f} s]: {shown}", flush=True)
         content[part] = rows
         content["parts"][part] = {
@@ -120,7 +122,7 @@ def measured_by_command(
     parts: dict[str, Callable[[bool], Iterator[dict[str, Any]]]],
     update: Callable[[dict[str, Any]], None],
     arguments: list[str] | None = None,
-) -> dict[str, Any]:
+) -> None:
     """Run `python -m benchmarks.NAME`: measure parts and write the JSON.
 
     parts: see `measured_parts`. update: writes pages and data from the JSON, for --update, and for
@@ -139,11 +141,6 @@ def measured_by_command(
         content = measured_parts(asked, parts, given.quick, given.out)
     if given.update or given.redraw:
         update(content)
-    return content
-
-
-def _shown(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def where(content: dict[str, Any], part: str | None = None) -> str:
@@ -185,9 +182,7 @@ def code_of(spec: Any, *always: str) -> str:
 
 def called(code: str) -> list[Any]:
     """Class name and keyword arguments of a call like Table(pieces=32, degree=7)."""
-    call = ast.parse(code, mode="eval").body
-    if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name)):
-        raise ValueError(f"code = {code!r}; accepted: a call with keyword arguments")
+    call: Any = ast.parse(code, mode="eval").body
     return [call.func.id, {str(k.arg): ast.literal_eval(k.value) for k in call.keywords}]
 
 
@@ -271,10 +266,6 @@ def _commit() -> str | None:
 
 
 def _processor() -> str:
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
-    except OSError:
-        pass
-    return platform.processor() or platform.machine()
+    about = Path("/proc/cpuinfo")
+    named = about.exists() and re.search(r"model name\s*:(.*)", about.read_text(encoding="utf-8"))
+    return named[1].strip() if named else platform.processor() or platform.machine()

@@ -59,9 +59,9 @@ class Promise(NamedTuple):
     cost: float
 
     @property
-    def setting(self) -> tuple[str, str, float, str]:
-        """Without what was measured."""
-        return self[:4]
+    def setting(self) -> list[Any]:
+        """What was measured, as measured.json has it."""
+        return [called(self.fidelity), called(self.integrator), self.dt, self.dtype]
 
     @property
     def family(self) -> str:
@@ -84,18 +84,13 @@ def cost_of(row: dict[str, Any], batch: int) -> float:
     return min(row[column] for column in COSTS[batch])
 
 
-def costs_of(content: dict[str, Any], scene: str, batch: int) -> dict[tuple[Any, ...], float]:
-    """The cost of every setting on the walk of this scene."""
-    return {
-        tuple(row[name] for name in NAMES): cost_of(row, batch)
-        for row in content["costs"]
-        if row["scene"] == scene and all(column in row for column in COSTS[batch])
-    }
-
-
 def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) -> list[Promise]:
     """Every setting measured on the population whose cost is known, the cheapest first."""
-    costs = costs_of(content, scene, batch)
+    costs = {
+        tuple(row[name] for name in NAMES): cost_of(row, batch)
+        for row in content["costs"]
+        if row["scene"] == scene
+    }
     found = []
     for row in content["population"]:
         names = tuple(row[name] for name in NAMES)
@@ -109,12 +104,6 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
     return sorted(found, key=lambda promise: promise.cost)
 
 
-def fidelity_name(code: str) -> str:
-    """Out of its code: Table(pieces=32, degree=7) is table 32x7."""
-    name, numbers = called(code)
-    return " ".join([name.lower(), *(["x".join(map(str, numbers.values()))] if numbers else [])])
-
-
 def integrator_name(point: Promise) -> str:
     """With its step, or its tolerance where it chooses its steps."""
     if point.family == "event_exact":
@@ -125,10 +114,6 @@ def integrator_name(point: Promise) -> str:
 def source(content: dict[str, Any]) -> str:
     """Text of dynamics/biped/measured.json; the same content gives the same text."""
     settings, costs, errors = _rows(content)
-    presets = [
-        [name, settings.index([called(p.fidelity), called(p.integrator), p.dt, p.dtype])]
-        for name, p in presets_of(content).items()
-    ]
     return rows_json(
         {
             "costs_measured_on": where(content, "costs"),
@@ -137,7 +122,9 @@ def source(content: dict[str, Any]) -> str:
             "costs": costs,
             "samples": [[s["scene"], s["robots"], s["count"]] for s in content["samples"]],
             "errors": errors,
-            "presets": presets,
+            "presets": [
+                [name, settings.index(p.setting)] for name, p in presets_of(content).items()
+            ],
         }
     )
 
@@ -157,27 +144,28 @@ def presets_of(content: dict[str, Any]) -> dict[str, Promise]:
         along = front_of(among)
         return next((p for p in along if p.error <= tolerance), along[-1])
 
-    single = [p for p in points if p.dtype == "float32" and p.error <= USEFUL] or points
+    single = [p for p in points if p.dtype == "float32" and p.error <= USEFUL]
     fast, exact = cheapest(2e-2, single), cheapest(1e-8, points)
     return {"fast": fast, "balanced": knee_of(single), "exact": exact}
 
 
 def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
     """Settings by index, rows of costs, rows of errors."""
-    settings: dict[tuple, int] = {}
+    settings: list[list] = []
     costs, errors = [], {}
     for scene in FLOORS:
         for robots in ROBOTS:
             for batch in COSTS:
                 for promise in promises_of(content, scene, robots, batch):
-                    index = settings.setdefault(promise.setting, len(settings))
+                    if promise.setting not in settings:
+                        settings.append(promise.setting)
+                    index = settings.index(promise.setting)
                     if robots == ROBOTS[0]:
                         costs.append([scene, index, batch, three(promise.cost)])
                     bounds = [[three(v) for v in bound] for bound in promise.bounds.values()]
                     share = float(f"{promise.otherwise:.2g}")
                     errors[scene, index, robots] = [scene, index, robots, bounds, share]
-    known = [[called(fid), called(integ), dt, dtype] for fid, integ, dt, dtype in settings]
-    return known, costs, list(errors.values())
+    return settings, costs, list(errors.values())
 
 
 def body(content: dict[str, Any]) -> str:
@@ -188,23 +176,19 @@ def body(content: dict[str, Any]) -> str:
 
 def presets(content: dict[str, Any]) -> str:
     """The presets, what is promised of them, and their costs."""
-    chosen = [{"preset": name} | _columns(one) for name, one in presets_of(content).items()]
+    chosen = [
+        {
+            "preset": name,
+            "fidelity": "table {pieces}x{degree}".format(**called(point.fidelity)[1]),
+            "integrator": integrator_name(point),
+            "type": point.dtype,
+            "typical [rad/s]": f"{point.typical:.1e}",
+            "promised [rad/s]": f"{point.error:.1e}",
+            "cost [s/s]": f"{point.cost:.1e}",
+        }
+        for name, point in presets_of(content).items()
+    ]
     return markdown(chosen) if chosen else "Not measured."
-
-
-def _columns(point: Promise) -> dict[str, Any]:
-    return {
-        "fidelity": fidelity_name(point.fidelity),
-        "integrator": integrator_name(point),
-        "type": point.dtype,
-        "typical [rad/s]": _number(point.typical),
-        "promised [rad/s]": _number(point.error),
-        "cost [s/s]": f"{point.cost:.1e}",
-    }
-
-
-def _number(value: float) -> str:
-    return "-" if math.isinf(value) else f"{value:.1e}"
 
 
 MARKERS = {"event_exact": "D", "rk4_split": "o"}
@@ -255,10 +239,5 @@ def update(content: dict[str, Any]) -> None:
     put_between(DOCUMENT, body(content))
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run the command."""
-    measured_by_command("tradeoff", __doc__, PARTS, update, arguments)
-
-
 if __name__ == "__main__":
-    main()
+    measured_by_command("tradeoff", __doc__, PARTS, update)

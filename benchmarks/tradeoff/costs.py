@@ -74,12 +74,11 @@ def cost(walk: Walk, along: BipedState, setting: Setting, batch: int) -> dict[st
             with ThreadPoolExecutor(CORES) as pool:
                 return list(pool.map(lambda _: jax.block_until_ready(many(states)), range(CORES)))
 
-        processors, walls = seconds_of(together, CORES * PATIENCE, 3, 50)
+        processors, _ = seconds_of(together, CORES * PATIENCE, 3, 50)
     return {
         "cost_1": processor / walk.duration,
         "wall_1": wall / walk.duration,
         "cost_4096": processors / CORES / (batch * SPAN),
-        "wall_4096": walls / (batch * SPAN),
     }
 
 

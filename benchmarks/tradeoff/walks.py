@@ -74,7 +74,6 @@ class Walks(NamedTuple):
     """Gain [N m s], wanted rate [rad/s], torques [n, PERIODS] added in each control period."""
     period: Any
     """[s]"""
-    seeds: Any
 
 
 def both(floor: str, seeds) -> Walks:
@@ -109,8 +108,7 @@ def draw(floor: str, seeds, robots: str) -> Walks:
         jnp.asarray(columns["wanted"] / time),
         jnp.asarray(columns["torques"] * moment[:, None]),
     )
-    period = jnp.asarray(PERIOD * time)
-    return Walks(params, _floor(floor, columns, length), state, law, period, np.asarray(seeds))
+    return Walks(params, _floor(floor, columns, length), state, law, jnp.asarray(PERIOD * time))
 
 
 def _floor(floor: str, columns: dict[str, np.ndarray], length) -> Scene:
@@ -220,33 +218,24 @@ def march(integrator, model, scene, state, law, period) -> Path:
     return jax.lax.scan(control, (state, jnp.zeros((), jnp.int32)), torques)[1]
 
 
-def arguments(walks: Walks, fidelity: Fidelity, dtype: str) -> tuple[Any, ...]:
-    """Prepared robots and the rest in this precision: what `march` takes after the integrator."""
-    params = _cast(walks.params, dtype)
-    rest = (_cast(part, dtype) for part in (walks.scene, walks.state, walks.law, walks.period))
-    return jax.block_until_ready(_prepared(fidelity)(params)), *rest
-
-
 @cache
 def _prepared(fidelity: Fidelity) -> Callable[..., Any]:
     """One compilation for every kind of floor."""
     return jax.jit(jax.vmap(partial(prepare, fidelity=fidelity)))
 
 
-def _cast(part, dtype: str):
-    def one(leaf):
-        array = np.asarray(leaf)
-        return jnp.asarray(array, dtype if array.dtype.kind == "f" else jnp.int32)
-
-    return jax.tree.map(one, part)
-
-
 def paths(walks: Walks, setting: Setting) -> Path:
     """Every walk at a setting, whose dt is the default robot's, as NumPy arrays."""
     integrator = setting.integrator_over(PERIOD * DEFAULT_TIME)
+
+    def cast(leaf):
+        array = np.asarray(leaf)
+        return jnp.asarray(array, setting.dtype if array.dtype.kind == "f" else jnp.int32)
+
     with jax.enable_x64(setting.dtype == "float64"), jax.numpy_dtype_promotion("strict"):
-        given = arguments(walks, setting.fidelity, setting.dtype)
-        found = jax.jit(jax.vmap(partial(march, integrator)))(*given)
+        params, *rest = jax.tree.map(cast, walks)
+        robots = _prepared(setting.fidelity)(params)
+        found = jax.jit(jax.vmap(partial(march, integrator)))(robots, *rest)
         return jax.tree.map(np.asarray, found)
 
 
