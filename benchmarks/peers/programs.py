@@ -80,23 +80,21 @@ def reference(case: Case, torques: tuple[float, ...] = (TORQUE,)) -> np.ndarray:
 def measured(
     program: str, case: Case, setting: str, run: Callable[[], Any], repeats: int, *, batch: int = 1
 ) -> dict[str, Any]:
-    """Error of the first and the last walk, and simulated seconds a wall and a core-second.
+    """Error of the first and the last walk, and simulated seconds a core-second.
 
-    run: returns crank angles [walks, SAMPLES]. The wall rate is of the fastest run, the core rate
-    of the median one, of up to a second of runs.
+    run: returns crank angles [walks, SAMPLES]. The rate is of the median run, of up to a second of
+    runs.
     """
     angles = np.atleast_2d(np.asarray(run()))
     wanted = reference(case, SPREAD) if batch > 1 else reference(case)
-    processor, wall = times_of(run, repeats, longest=1.0).T
-    simulated = len(angles) * DURATION
+    processor = np.median(times_of(run, repeats, longest=1.0)[:, 0])
     return {
         "program": program,
         "case": case.name,
         "setting": setting,
         "batch": batch,
         "error": error_of(angles[[0, -1]], wanted),
-        "rate": simulated / float(min(wall)),
-        "core_rate": simulated / max(float(np.median(processor)), 1e-9),
+        "core_rate": len(angles) * DURATION / max(float(processor), 1e-9),
     }
 
 
@@ -158,39 +156,32 @@ STEPS = (200, 400, 800, 1600, 3200, 6400, 12800)
 """Timesteps of a walk."""
 
 
-class Engine:
-    """A compiled model and what a run of it needs."""
+def mujoco_walk(case: Case, settings: Settings) -> Callable[[], np.ndarray]:
+    """Run of a compiled model: crank angles [1, SAMPLES]."""
+    mujoco: Any = import_module("mujoco")
+    rollout = import_module("mujoco.rollout").rollout
+    robot = mechanism(BipedParams.from_bars(dtype=np.float64))
+    model = mujoco.MjModel.from_xml_string(mjcf(robot, settings, case.friction, feet=("1",)))
+    data, whole = mujoco.MjData(model), mujoco.mjtState.mjSTATE_FULLPHYSICS
+    initial = np.zeros((1, mujoco.mj_stateSize(model, whole)))
+    mujoco.mj_getState(model, data, initial[0], whole)
+    crank = 1 + int(model.joint(joint_of("8")).qposadr[0])  # after the time
+    steps = round(DURATION / settings.timestep)
+    every, torques = steps // SAMPLES, np.full((1, steps, 1), TORQUE)
 
-    def __init__(self, case: Case, settings: Settings):
-        mujoco: Any = import_module("mujoco")
-        self.rollout = import_module("mujoco.rollout").rollout
-        robot = mechanism(BipedParams.from_bars(dtype=np.float64))
-        text = mjcf(robot, settings, case.friction, feet=("1",))
-        self.model = mujoco.MjModel.from_xml_string(text)
-        self.data = [mujoco.MjData(self.model)]
-        self.steps = round(DURATION / settings.timestep)
-        whole = mujoco.mjtState.mjSTATE_FULLPHYSICS
-        self.initial = np.zeros(mujoco.mj_stateSize(self.model, whole))
-        mujoco.mj_getState(self.model, self.data[0], self.initial, whole)
-        self.crank = 1 + int(self.model.joint(joint_of("8")).qposadr[0])  # after the time
+    def run() -> np.ndarray:
+        states, _ = rollout(model, [data], initial, torques)
+        return SUPPORT_START + states[:, every - 1 :: every, crank]
 
-    def run(self, torques: np.ndarray) -> np.ndarray:
-        """Crank angles [batch, SAMPLES] under constant torques [batch]."""
-        shape = (len(torques), self.steps, 1)
-        control = np.broadcast_to(torques[:, None, None], shape)
-        initial = np.broadcast_to(self.initial, (len(torques), len(self.initial)))
-        states, _ = self.rollout(self.model, self.data, initial, control)
-        every = self.steps // SAMPLES
-        return SUPPORT_START + states[:, every - 1 :: every, self.crank]
+    return run
 
 
 def mujoco_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
     """Every family of settings from coarse to fine, on one core."""
-    torque = np.array([TORQUE])
     for integrator, ratio in FAMILIES[case.name]:
         for steps in STEPS[: 3 if quick else None]:
             timestep = DURATION / steps
             settings = Settings(timestep, integrator, (ratio * timestep, 1.0))
-            run = partial(Engine(case, settings).run, torque)
+            run = mujoco_walk(case, settings)
             words = f"{integrator}, {1e3 * timestep:.3g} ms, solref {ratio:.2g} steps"
             yield measured("MuJoCo", case, words, run, 2 if quick else 5)

@@ -29,10 +29,10 @@ def test_the_page_has_the_fastest_settings_that_meet_each_bound():
 
 def test_mujoco_walks_as_we_do(float64):
     pytest.importorskip("mujoco")
-    from benchmarks.peers.programs import Engine
+    from benchmarks.peers.programs import mujoco_walk
 
     settings = Settings(0.79 / 800, "RK4", (0.5 * 0.79 / 800, 1.0))
-    found = Engine(CASES[0], settings).run(np.array([1.0]))[0]
+    found = mujoco_walk(CASES[0], settings)()[0]
     # exact functions, float64, steps of 0.1 ms (benchmarks.peers.programs.reference)
     assert found[4] == pytest.approx(2.91477155, abs=1e-5)
     assert found[-1] == pytest.approx(4.49633265, abs=2e-4)
