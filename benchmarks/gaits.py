@@ -30,9 +30,8 @@ FLOORS = {"mu 0.06": 0.06, "mu 0.2": 0.2, "foot held": None}
 PAGE = Path("docs/gaits.md")
 
 
-def fastest(quick: bool) -> Iterator[dict[str, Any]]:
+def fastest(_: bool) -> Iterator[dict[str, Any]]:
     """Fastest mean crank rate without slip by friction, and the fastest constant one [rad/s]."""
-    del quick
     robot = BipedParams.from_bars()
     for mu in MUS:
         problem = GaitProblem.periodic(robot, "time", mu=mu, torque_limit=TORQUE)
@@ -46,22 +45,20 @@ def fastest(quick: bool) -> Iterator[dict[str, Any]]:
         }
 
 
-def constant(p: Profile, mu: float | None) -> float:
+def constant(p: Profile, mu: float) -> float:
     """The fastest constant crank rate within friction and torque [rad/s], by bisection."""
     low, high = 0.0, 40.0
     for _ in range(60):
         rate = (low + high) / 2
         b, a = np.full_like(p.M, rate**2), np.zeros_like(p.M)
         friction, normal = p.friction(a, b), p.normal(a, b)
-        fits = np.all(np.abs(p.torque(a, b)) <= TORQUE) and np.all(normal >= 0)
-        fits = fits and (mu is None or bool(np.all(np.abs(friction) <= mu * normal)))
-        low, high = (rate, high) if fits else (low, rate)
+        fits = (np.abs(p.torque(a, b)) <= TORQUE) & (np.abs(friction) <= mu * normal)
+        low, high = (rate, high) if np.all(fits & (normal >= 0)) else (low, rate)
     return low
 
 
-def thrift(quick: bool) -> Iterator[dict[str, Any]]:
+def thrift(_: bool) -> Iterator[dict[str, Any]]:
     """Least energy (copper loss 0.5 W/(N m)^2) as cost of transport at each speed and floor."""
-    del quick
     robot = BipedParams.from_bars()
     profile = GaitProblem.periodic(robot).on_grid.profiles.nodes
     limits: dict[str, Any] = {"torque_limit": TORQUE}
@@ -82,9 +79,8 @@ def constant_cost(p: Profile, rate: float) -> float:
     return float(energy / (p.robot.weight * p.robot.step_length))
 
 
-def transfers(quick: bool) -> Iterator[dict[str, Any]]:
+def transfers(_: bool) -> Iterator[dict[str, Any]]:
     """Least friction of a start to a crank rate in n steps, and of a stop from it."""
-    del quick
     robot = BipedParams.from_bars()
     limits: dict[str, Any] = {"torque_limit": TORQUE, "mean_rate": SLOWEST, "steps": 100}
     for rate in STARTS:

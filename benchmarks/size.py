@@ -22,7 +22,6 @@ from benchmarks.report import markdown, put_between
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ("dynamics", "optim", "envs", "agents", "src")
-PARTS = ("source", "words", "flags", "calls")
 MACHINES = ("biped", "ugv")
 
 CALLS = {
@@ -74,29 +73,27 @@ print("files entered:", len(inside), flush=True)
 
 def source() -> list[dict[str, Any]]:
     """Lines, files and folders of Python."""
-    found = [_python("package", PACKAGE)]
-    found += [_python(name, (name,)) for name in ("benchmarks", "tests")]
-    return [*found, _python("documentation, release", ("documentation", "release"))]
+    own = [_python(name, [name]) for name in ("benchmarks", "tests")]
+    rest = _python("documentation, release", ("documentation", "release"))
+    return [_python("package", PACKAGE), *own, rest]
 
 
 def words() -> list[dict[str, Any]]:
     """Words of the documents."""
-    readme, pages = ROOT / "README.md", sorted((ROOT / "docs").glob("*.md"))
-    each = {page: len(page.read_text(encoding="utf-8").split()) for page in (readme, *pages)}
-    return [
-        {"of": "README", "words": each[readme]},
-        {"of": "README and docs", "words": sum(each.values())},
-    ]
+    pages = ROOT / "README.md", *(ROOT / "docs").glob("*.md")
+    each = [len(page.read_text(encoding="utf-8").split()) for page in pages]
+    return [{"of": "README", "words": each[0]}, {"of": "README and docs", "words": sum(each)}]
 
 
 def _python(name: str, folders: Iterable[str]) -> dict[str, Any]:
     files = [file for folder in folders for file in (ROOT / folder).rglob("*.py")]
+    lines = [len(file.read_text(encoding="utf-8").splitlines()) for file in files]
     return {
         "of": name,
-        "lines": sum(len(file.read_text(encoding="utf-8").splitlines()) for file in files),
+        "lines": sum(lines),
         "files": len(files),
         "folders": len({file.parent for file in files}),
-        "longest file": max(len(f.read_text(encoding="utf-8").splitlines()) for f in files),
+        "longest file": max(lines),
     }
 
 
@@ -138,16 +135,18 @@ def calls() -> list[dict[str, Any]]:
     return rows
 
 
-def main(arguments: list[str] | None = None) -> None:
+PARTS = {"source": source, "words": words, "flags": flags, "calls": calls}
+
+
+def main() -> None:
     """Count, print the tables, put them into a page."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--only", nargs="+", choices=PARTS, default=PARTS)
+    parser.add_argument("--only", nargs="+", choices=list(PARTS), default=list(PARTS))
     parser.add_argument("--docs", type=Path, help="page that holds the tables")
-    given = parser.parse_args(arguments)
-    measure = {"source": source, "words": words, "flags": flags, "calls": calls}
-    text = "\n\n".join(markdown(measure[part]()) for part in given.only)
+    given = parser.parse_args()
+    text = "\n\n".join(markdown(PARTS[part]()) for part in given.only)
     print(text)
     if given.docs:
         put_between(given.docs, text, "size")

@@ -33,6 +33,8 @@ from stickslip.envs.registration import register
 
 BATCHES = (1, 64, 1024, 8192)
 BIPED, UGV = "stickslip/Biped-v0", "stickslip/UGV-v0"
+SCALES = {BIPED: 0.1, UGV: 0.2}
+"""Size of the random actions of a loop of Python; else 1."""
 PAGE = Path("docs/performance.md")
 
 
@@ -46,11 +48,10 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
             yield scanned(BIPED, env, env.default_params, biped_actions, *size, kernels)
         yield collected(*size)
     count, few = int(share * 2000), max(10, int(share * 300))
-    for name, steps, scale in ((BIPED, count, 0.1), ("Pendulum-v1", 5 * count, 1.0)):
-        yield single(name, steps, repeats, scale=scale)
-    yield single("CartPole-v1", 5 * count, repeats)
+    for name, steps in ((BIPED, count), ("Pendulum-v1", 5 * count), ("CartPole-v1", 5 * count)):
+        yield single(name, steps, repeats)
     for batch in (64, 256, 1024):
-        yield vector(BIPED, "vector_entry_point", batch, few, repeats, scale=0.1)
+        yield vector(BIPED, "vector_entry_point", batch, few, repeats)
     for name in ("Pendulum-v1", "CartPole-v1"):
         yield vector(name, "sync", 64, few, repeats)
     yield vector("CartPole-v1", "vector_entry_point", 1024, few, repeats)
@@ -61,7 +62,7 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
         params = env.make_params(track=track)
         for kernels in (False, True):
             yield scanned(f"{UGV}, {track}", env, params, ugv_actions, *size, kernels)
-    yield single(UGV, count, repeats, scale=0.2)
+    yield single(UGV, count, repeats)
 
 
 def biped_actions(key, batch: int) -> jax.Array:
@@ -120,17 +121,9 @@ def collected(batch: int, steps: int, repeats: int) -> dict[str, Any]:
 
 
 def looped(
-    interface: str,
-    name: str,
-    make: Callable[[], Any],
-    size: tuple[int, ...],
-    scale: float = 1.0,
+    interface: str, name: str, make: Callable[[], Any], batch: int, steps: int, repeats: int
 ) -> dict[str, Any]:
-    """Steps of an interface in a loop of Python, random actions drawn beforehand.
-
-    size: environments, steps of each, repeats.
-    """
-    batch, steps, repeats = size
+    """Steps of an interface in a loop of Python, random actions drawn beforehand."""
     begun = time.perf_counter()
     env = make()
     env.reset()
@@ -138,7 +131,7 @@ def looped(
     space = batch_space(env.action_space, batch) if alone else env.action_space
     space.seed(0)
     drawn = [space.sample() for _ in range(256 if batch == 1 else 32)]
-    actions = [(scale * one).astype(one.dtype) for one in drawn]
+    actions = [(SCALES.get(name, 1.0) * one).astype(one.dtype) for one in drawn]
     env.step(actions[0])
     first = time.perf_counter() - begun
 
@@ -152,27 +145,27 @@ def looped(
     return row(interface, name, batch, steps * batch, run, repeats, first)
 
 
-def single(name: str, *size: int, scale: float = 1.0) -> dict[str, Any]:
+def single(name: str, steps: int, repeats: int) -> dict[str, Any]:
     """gymnasium.make(name): one environment."""
-    return looped("gymnasium.make", name, partial(gymnasium.make, name), (1, *size), scale)
+    return looped("gymnasium.make", name, partial(gymnasium.make, name), 1, steps, repeats)
 
 
-def vector(name: str, mode: str, *size: int, scale: float = 1.0) -> dict[str, Any]:
+def vector(name: str, mode: str, batch: int, *size: int) -> dict[str, Any]:
     """gymnasium.make_vec(name)."""
-    make = partial(gymnasium.make_vec, name, num_envs=size[0], vectorization_mode=mode)
-    return looped(f"make_vec ({mode})", name, make, size, scale)
+    make = partial(gymnasium.make_vec, name, num_envs=batch, vectorization_mode=mode)
+    return looped(f"make_vec ({mode})", name, make, batch, *size)
 
 
-def sb3(*size: int) -> dict[str, Any]:
+def sb3(batch: int, *size: int) -> dict[str, Any]:
     """The SB3 VecEnv."""
     from stickslip.envs.adapters.sb3 import SB3VecEnv
 
-    make = partial(SB3VecEnv, BipedEnv(), BipedEnv().default_params, size[0])
-    return looped("SB3VecEnv", BIPED, make, size, 0.1)
+    make = partial(SB3VecEnv, BipedEnv(), BipedEnv().default_params, batch)
+    return looped("SB3VecEnv", BIPED, make, batch, *size)
 
 
 def row(interface, name, batch, steps, run, repeats, compiling) -> dict[str, Any]:
-    """Wall rates (median, slowest, fastest) and the best rate of processor time, warm."""
+    """The median wall rate and the best rate of processor time, warm."""
     jax.block_until_ready(run())
     processor, wall = (steps / times_of(run, repeats).T).tolist()
     return {
@@ -180,17 +173,14 @@ def row(interface, name, batch, steps, run, repeats, compiling) -> dict[str, Any
         "environment": name,
         "batch": batch,
         "steps_per_second": float(np.median(wall)),
-        "slowest": min(wall),
-        "fastest": max(wall),
         "per_core_second": max(processor),
         "compile_seconds": compiling,
     }
 
 
-def accuracy(quick: bool) -> Iterator[dict[str, float]]:
+def accuracy(_: bool) -> Iterator[dict[str, float]]:
     """Largest differences over one second between the default step and one sixteen times finer
     with the exact inertia functions, in float32 and on slipping walks with random torques."""
-    del quick
     env = BipedEnv()
     params = env.default_params
     torques = 4.0 * np.asarray(biped_actions(jax.random.key(7), 64 * 50)).reshape(64, 50)

@@ -34,7 +34,6 @@ from stickslip.envs.tasks.known import FILE, read_known
 if TYPE_CHECKING:
     from stickslip.agents.training.configuration import Configuration
     from stickslip.envs import TaskDefinition
-    from stickslip.envs.tasks import Scale
 
 PAGE, TASK_PAGE = Path("docs/training.md"), Path("docs/tasks.md")
 STRETCHES, SEEDS = 16, (0, 1, 2, 3, 4)
@@ -43,8 +42,6 @@ TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
 """Steps of each seed."""
 FAILURE = 10.0
 """Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
-CLOCKS = (time.perf_counter, time.process_time)
-"""Wall-clock and processor time [s]."""
 GOAL = 0.9
 """The score whose time is looked for."""
 
@@ -90,41 +87,32 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
     kinds = [replace(config, seed=seed) for seed in SEEDS]
     PPOTrainer(config, env, training).advance(samples)  # compiles
     trainers = [PPOTrainer(one, env, training) for one in kinds]
-    spent, rows, updates = np.zeros(2), [], -(-config.timesteps // samples)
+    spent, rows, updates = 0.0, [], -(-config.timesteps // samples)
     for part in range(1, STRETCHES + 1):
-        begun = np.array([clock() for clock in CLOCKS])
+        begun = time.process_time()
         for trainer in trainers:
             trainer.advance(-(-updates * part // STRETCHES) * samples)
-        spent += [clock() for clock in CLOCKS] - begun
+        spent += time.process_time() - begun
         policies = [trainer.policy() for trainer in trainers]
         played = [play(test, one, params, seen, keep_of).reward.mean() for one in policies]
-        rows.append((trainers[0].timesteps, *spent, [rounded(float(one)) for one in played]))
-        print(f"  {rows[-1][0]:>10,} steps, {spent[1]:.1f} s: {rows[-1][-1]}", flush=True)
+        rows.append((trainers[0].timesteps, spent, [rounded(float(one)) for one in played]))
+        print(f"  {rows[-1][0]:>10,} steps, {spent:.1f} s: {rows[-1][-1]}", flush=True)
 
-    passed, wall, processor, returns = zip(*rows, strict=True)
+    passed, processor, returns = zip(*rows, strict=True)
     return {
         "digest": task.digest,
         "seeds": list(SEEDS),
-        "timesteps": config.timesteps,
         "config": config.digest,
         "steps": list(passed),
-        "seconds": [round(one / len(SEEDS), 3) for one in wall],
         "processor_seconds": [round(one / len(SEEDS), 3) for one in processor],
         "returns": [list(one) for one in zip(*returns, strict=True)],
     }
 
 
-def scale_of(name: str) -> Scale:
-    """From returns to scores. ValueError where nothing is known of a task."""
-    known = known_of(TASKS[name])
-    if known is None:
-        raise ValueError(f"nothing is known of {name}; accepted: a task that was measured")
-    return known.scale
-
-
 def scores(entry: dict[str, Any], name: str) -> np.ndarray:
     """Scores [seeds, points] of an entry."""
-    return np.vectorize(scale_of(name).score)(np.asarray(entry["returns"], float))
+    known: Any = known_of(TASKS[name])
+    return np.vectorize(known.scale.score)(np.asarray(entry["returns"], float))
 
 
 def reached(entry: dict[str, Any], name: str) -> list[int]:

@@ -6,6 +6,7 @@ import pytest
 from benchmarks import training
 from benchmarks.report import put_between
 from benchmarks.tasks import long_table
+from stickslip.envs import TASKS, known_of
 from tests.documents import ROOT
 
 NAME = "BipedSteady-v0"
@@ -20,7 +21,7 @@ def test_the_page_has_the_table_of_what_is_known_and_shipped(tmp_path):
 
 
 def test_the_time_to_the_goal_is_the_median_over_seeds_and_absent_where_most_miss_it():
-    scale = training.scale_of(NAME)
+    scale = known_of(TASKS[NAME]).scale
 
     def entry(*rows: list[float]) -> dict:
         returns = [[scale.zero + one * (scale.one - scale.zero) for one in row] for row in rows]
