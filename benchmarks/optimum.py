@@ -15,23 +15,25 @@ import math
 import sys
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.ndimage import map_coordinates
 
-from benchmarks.report import options, provenance, read_json, write_json
+from benchmarks.report import options
+from benchmarks.tasks import entry, played_on, put
 from stickslip.agents.evaluation.rollout import horizon, play, without_resets
-from stickslip.agents.evaluation.table import fraction_interval, keep_of, mean_interval
+from stickslip.agents.evaluation.table import keep_of
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState, floor_position
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.dynamics.scene import Grip, Uniform
-from stickslip.envs import BipedEnv, task_by_name
-from stickslip.envs.biped.state import BipedEnvState, Drawn, Totals
+from stickslip.dynamics.scene import Grip, Patches
+from stickslip.envs import BipedEnv, TaskDefinition, task_by_name
+from stickslip.envs.biped.state import BipedEnvState, Drawn, Totals, drawn_robot
 from stickslip.envs.functional import pure_step
+from stickslip.envs.tasks.known import FILE, read_known
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -50,12 +52,27 @@ CELLS = {"rest": (144, 160), "slide": (36, 40)}
 """Cells of phase and crank rate."""
 SPEEDS = (0.0, 0.01, 0.03, 0.07, 0.15, 0.3, 0.6)
 """Nodes of the foot's speed while it slides [m/s]."""
+DRAWN = {"friction": 6, "mass": 4, "payload": 4, "mean_rate": 6}
+"""Nodes of what a reset draws, ever farther apart."""
+MOST_NODES = 300_000
+"""Nodes of a grid with further axes, about: its cells of phase and crank rate grow accordingly."""
+SPACING, EDGE = 0.08, 1e-4
+"""Distance of nodes along the floor, and of nodes from each edge of a patch [m]."""
+NEAR = 0.01
+"""Distance from the mark of the next nodes [m]; each is twice as far as the last, up to SPACING."""
+PAST = 0.4
+"""Distance behind the mark that the grid covers [m]."""
 SLOWEST = 1e-5
 """The speed that stands for a slide that is just beginning or ending [m/s]."""
 RATES = (-0.5, 2.5)
 """Crank rates that the grid covers, in commanded rates."""
-ACTIONS, AHEAD, BEAM, EPISODES = 41, 4, 4, 32
-"""Torques, steps that the policy looks ahead, paths that it keeps, episodes that it plays."""
+ACTIONS, AHEAD, BEAM, HELD = 21, 4, 4, 5
+"""Torques, steps that the policy looks ahead, paths that it keeps, steps between its choices."""
+FINER, FINEST = 4, 16
+"""Parts of the environment's steps in the process, and in the replay that confirms a policy."""
+MOST_LOST = 0.01
+"""Score that a best known policy may lose in that replay."""
+PLANNER = "dynamic programming"
 
 
 class Place(NamedTuple):
@@ -125,79 +142,90 @@ class Grid:
 
     def read(self, values: Float[Array, " nodes"], place: Place) -> Float[Array, ""]:
         """The values' multilinear interpolation at a place."""
-        ends = np.cumsum([math.prod(shape) for shape in self.shapes])[:-1]
-        parts = zip(jnp.split(values, ends), self.shapes, strict=True)
-        found = [
-            map_coordinates(part.reshape(shape), list(place.at[: len(shape)]), 1, "nearest")
-            for part, shape in parts
-        ]
-        return jnp.stack(found)[place.sheet]
+        counts = np.array([(*shape, *[1] * (self.rank - len(shape))) for shape in self.shapes])
+        strides = np.cumprod(np.append(counts, np.ones((len(counts), 1), int), 1)[:, ::-1], 1)
+        starts = np.concatenate([[0], np.cumsum(counts.prod(1))[:-1]])
+        last, stride, start = (
+            jnp.asarray(one, jnp.int32)[place.sheet]
+            for one in (counts - 1, np.where(counts > 1, strides[:, -2::-1], 0), starts)
+        )
+        low = jnp.clip(jnp.floor(place.at).astype(jnp.int32), 0, jnp.maximum(last - 1, 0))
+        share = place.at - low.astype(place.at.dtype)
+        found = jnp.zeros((), values.dtype)
+        for corner in product((0, 1), repeat=self.rank):
+            weights = [share[i] if one else 1 - share[i] for i, one in enumerate(corner)]
+            node = start + jnp.vdot(low + jnp.asarray(corner, jnp.int32), stride)
+            found += math.prod(weights) * values[node]
+        return found
 
 
 @register_pytree
 @dataclass(frozen=True)
 class Walk:
-    """The biped's environment as a process on a grid of phase, crank rate and the foot's speed.
+    """The biped's environment as a process on a grid of phase, crank rate and the foot's speed, and
+    of what a reset draws, the foot's place on a floor of patches, and the distance of a mark.
 
-    All functions of the phase have period pi. Steps taken, time and place on the floor change no
-    later reward, so they are left out: the floor must be the same everywhere, and nothing but the
-    start may be drawn. actions [count, 1].
+    All functions of the phase have period pi. Steps taken and time change no later reward, so they
+    are left out. A commanded rate counts as if it stayed. actions [count, 1]; names: of the further
+    axes.
     """
 
     params: BipedEnvParams
     actions: Float[Array, "count 1"]
     grid: Grid
     env: BipedEnv = field(metadata={"static": True})
+    names: tuple[str, ...] = field(default=(), metadata={"static": True})
 
     @classmethod
     def of(cls, env: BipedEnv, params: BipedEnvParams, actions: int = ACTIONS) -> Walk:
-        """The process with its usual grid; ValueError for a task whose rewards depend on more than
-        the coordinates."""
-        drawn = params.randomisation
-        more = [one for one in ("friction", "mass", "payload") if getattr(drawn, one) is not None]
-        more += ["mean_rate"] if drawn.mean_rate is not None else []
-        more += [] if isinstance(params.scene.floor, Grip | Uniform) else ["floor"]
-        more += [] if params.mark is None else ["mark"]
-        if more:
-            raise ValueError(
-                f"{more[0]}: rewards depend on it; accepted: a task on a floor of Grip or Uniform "
-                "without a mark, of which only the start is drawn"
-            )
-        low, high = (share * float(params.mean_rate) for share in RATES)
-
-        def plane(name: str) -> tuple[np.ndarray, np.ndarray]:
-            turn, rate = (count + 1 for count in CELLS[name])
-            return np.linspace(SUPPORT_START, SUPPORT_END, turn), np.linspace(low, high, rate)
-
-        slide = (*plane("slide"), np.asarray(SPEEDS))
-        slides = () if isinstance(params.scene.floor, Grip) else (slide, slide)
+        """The process with its usual grid."""
+        further = _further_axes(params)
+        sheets = 1 if isinstance(params.scene.floor, Grip) else 3
+        grid = _grid(params, further, sheets, 1.0)
+        if further and grid.size > MOST_NODES:
+            grid = _grid(params, further, sheets, math.sqrt(MOST_NODES / grid.size))
         tried = jnp.linspace(-1.0, 1.0, actions)[:, None]
-        return cls(params, tried, Grid((plane("rest"), *slides), True), without_resets(env))
+        return cls(params, tried, grid, without_resets(env), tuple(further))
 
     def state(self, sheet: Int[Array, ""], at: Float[Array, " rank"]) -> BipedEnvState:
-        """The state at a node: the foot at its foothold, the first step of an episode."""
+        """The state at a node: the first step of an episode."""
         kind = at.dtype
         zero, one, none = jnp.zeros((), kind), jnp.ones((), kind), jnp.zeros((), jnp.int32)
         velocity = zero
-        if len(at) > 2:
-            quick = jnp.maximum(at[2], SLOWEST)
+        if len(self.grid.sheets) > 1:
+            quick = jnp.maximum(at[-1], SLOWEST)
             velocity = jnp.stack([zero, quick, -quick])[sheet]
         nothing = Totals(*[zero] * len(Totals._fields))
         phase = jnp.clip(at[0], SUPPORT_START, SUPPORT_END)
+        more = dict(zip(self.names, at[2:], strict=False))
+        commanded = more.get("mean_rate", jnp.asarray(self.params.mean_rate, kind))
+        friction, mass = more.get("friction", one), more.get("mass", one)
+        load = more.get("payload", zero)
+        foot = more.get("place", zero)
         return BipedEnvState(
-            biped=BipedState(phase, none, at[1], zero, velocity, zero),
+            biped=BipedState(phase, none, at[1], foot, velocity, zero),
             mode=jnp.sign(velocity).astype(jnp.int32),
             elapsed=none,
             over=jnp.zeros((), bool),
-            drawn=Drawn(one, one, zero, jnp.asarray(self.params.mean_rate, kind), mark=None),
+            drawn=Drawn(friction, mass, load, commanded, mark=more.get("to_go")),
             totals=nothing,
             rests=nothing,
         )
 
     def place(self, state: BipedEnvState) -> Place:
-        """The place of a state."""
-        biped = state.biped
-        at = jnp.stack([biped.phase, biped.crank_rate, jnp.abs(biped.foot_velocity)])
+        """The place of a state; beyond the end of a further axis it is on the end."""
+        biped, robot = state.biped, drawn_robot(state.drawn, self.params)
+        values = {
+            **state.drawn._asdict(),
+            "place": floor_position(robot, biped),
+            "to_go": state.to_go,
+        }
+        axes = self.grid.sheets[REST][2:]
+        further = [
+            jnp.clip(values[name], axis[0], axis[-1])
+            for name, axis in zip(self.names, axes, strict=True)
+        ]
+        at = jnp.stack([biped.phase, biped.crank_rate, *further, jnp.abs(biped.foot_velocity)])
         if len(self.grid.sheets) == 1:
             return self.grid.place(REST, at)
         slides = jnp.where(biped.foot_velocity > 0, FORWARDS, BACKWARDS)
@@ -214,6 +242,45 @@ class Walk:
         """Less than a state off the grid is worth: a fall, and an episode walked backwards."""
         own = self.params
         return -jnp.asarray(own.fall_penalty + own.tracking_weight * own.time_limit)
+
+
+def _grid(
+    params: BipedEnvParams, further: dict[str, np.ndarray], sheets: int, scale: float
+) -> Grid:
+    """A grid with further axes, and so many times the usual cells of phase and crank rate."""
+    low, high = (share * float(params.mean_rate) for share in RATES)
+    if "mean_rate" in further:
+        high = RATES[1] * float(further["mean_rate"][-1])
+
+    def axes(name: str) -> list[np.ndarray]:
+        turn, rate = (math.ceil(scale * count) + 1 for count in CELLS[name])
+        plane = np.linspace(SUPPORT_START, SUPPORT_END, turn), np.linspace(low, high, rate)
+        return [*plane, *further.values()]
+
+    slide = (*axes("slide"), np.asarray(SPEEDS))
+    return Grid((tuple(axes("rest")), slide, slide)[:sheets], periodic=True)
+
+
+def _further_axes(params: BipedEnvParams) -> dict[str, np.ndarray]:
+    """Nodes of the further axes that a task has."""
+    axes = {}
+    for name, count in DRAWN.items():
+        ends = getattr(params.randomisation, name)
+        if ends is not None:
+            low, high = (math.sqrt(float(end)) for end in ends)
+            axes[name] = np.linspace(low, high, count) ** 2
+    floor = params.scene.floor
+    if isinstance(floor, Patches):
+        edges = np.asarray(floor.edges, float)
+        even = np.arange(min(0.0, edges[0]) - SPACING, max(0.0, edges[-1]) + SPACING, SPACING)
+        axes["place"] = np.unique(np.concatenate([even, edges - EDGE, edges + EDGE]))
+    if params.mark is not None:
+        drawn = params.randomisation.mark
+        farthest = float(params.mark if drawn is None else drawn[1])
+        near = NEAR * 2.0 ** np.arange(1 + math.log2(SPACING / NEAR) // 1)
+        ahead = np.append(near, np.arange(near[-1] + SPACING, farthest + SPACING, SPACING))
+        axes["to_go"] = np.concatenate([-ahead[ahead < PAST][::-1], [0.0], ahead])
+    return axes
 
 
 class Transitions(NamedTuple):
@@ -257,19 +324,29 @@ def _from_nodes(
     return jax.lax.map(all_actions, (sheets, nodes), batch_size=block)
 
 
-@partial(jax.jit, static_argnums=2)
-def finite_horizon(grid: Grid, table: Transitions, steps: int) -> Float[Array, " nodes"]:
-    """The most that can be earned from each node in `steps` steps, by Bellman's equation."""
+@partial(jax.jit, static_argnums=(2, 3))
+def finite_horizon(
+    grid: Grid, table: Transitions, steps: int, held: int = 1
+) -> Float[Array, " nodes"]:
+    """The most that can be earned from each node in `steps` steps, by Bellman's equation; of the
+    policies that choose anew after each `held` steps to the end, which cost a sweep less."""
 
-    def of_node(value: Array, found: Transitions) -> Array:
-        after = jax.vmap(partial(grid.read, value))(found.to)
-        return jnp.max(found.reward + jnp.where(found.to.sheet == STOPS, 0, after))
+    def worth(value: Array, found: Transitions) -> Array:
+        after = grid.read(value, found.to)
+        return found.reward + jnp.where(found.to.sheet == STOPS, 0, after)
+
+    def of_node(value: Array, found: Transitions) -> tuple[Array, Transitions]:
+        every = jax.vmap(partial(worth, value))(found)
+        best = jnp.argmax(every)
+        return every[best], jax.tree.map(lambda leaf: leaf[best], found)
 
     def sweep(_: int, value: Array) -> Array:
         block = max(1, AT_ONCE // table.reward.shape[1])
-        return jax.lax.map(partial(of_node, value), table, batch_size=block)
+        value, best = jax.lax.map(partial(of_node, value), table, batch_size=block)
+        again = jax.vmap(worth, (None, 0))
+        return jax.lax.fori_loop(1, held, lambda _, value: again(value, best), value)
 
-    return jax.lax.fori_loop(0, steps, sweep, jnp.zeros(grid.size, table.reward.dtype))
+    return jax.lax.fori_loop(0, steps // held, sweep, jnp.zeros(grid.size, table.reward.dtype))
 
 
 class Paths(NamedTuple):
@@ -329,27 +406,53 @@ class ValuePolicy(Memoryless):
     ) -> tuple[None, Array]:
         """See Controller."""
         walk = replace(self.walk, params=env_params)
+        held = env_state.drawn._replace(commands=None)  # later commands are not known
+        env_state = replace(env_state, drawn=held)
         return memory, look_ahead(walk, self.values, env_state, AHEAD, BEAM)[0]
 
 
 def solve(walk: Walk) -> ValuePolicy:
-    """The policy of the most that can be earned from each node in an episode's steps."""
-    values = finite_horizon(walk.grid, transitions(walk), horizon(walk.params))
+    """The policy of about the most that can be earned from each node in an episode's steps."""
+    values = finite_horizon(walk.grid, transitions(walk), horizon(walk.params), HELD)
     return ValuePolicy(walk, values)
 
 
+def planner(task: TaskDefinition) -> ValuePolicy:
+    """The policy of a task, whose process takes finer steps than the environment."""
+    env, params = cast("tuple[BipedEnv, BipedEnvParams]", task.make())
+    return solve(Walk.of(replace(env, substeps=FINER * env.substeps), params))
+
+
+def with_row(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
+    """The task's entry of known.json with the policy among its planners. It is the best known where
+    it earns most, and at most MOST_LOST of its score less in finer steps of the environment."""
+    env, params = cast("tuple[BipedEnv, BipedEnvParams]", task.make())
+    policy = planner(task)
+    row = entry(task, PLANNER, played_on(task, policy, before["episodes"]))
+    fine = replace(without_resets(env), substeps=FINEST * env.substeps)
+    finely = play(fine, policy, params, range(before["episodes"]), keep_of).reward.mean()
+    print(f"{task.name}: {row['return']}, {row['failures']:.0%} fail; in fine steps {finely:.6g}")
+    best, earned = before["best"], row["return"]
+    lost = (earned - finely) / (earned - before["trivial"]["return"])
+    if lost > MOST_LOST or (best["policy"] == PLANNER and best["return"] >= earned):
+        return before
+    planners = [one for one in before["planners"] if one["policy"] != PLANNER]
+    if best["return"] >= earned:
+        return {**before, "planners": [*planners, row]}
+    if best["policy"] != PLANNER and best not in before["baselines"]:
+        planners.append(best)
+    how = f"value iteration over {policy.walk.grid.size} nodes and {ACTIONS} torques on a step in "
+    how += f"{FINER} parts, looking {AHEAD} steps ahead; it sees what the reset drew"
+    return {**before, "planners": planners, "best": row, "how": how}
+
+
 def main(arguments: list[str]) -> None:
-    """Write and print what the policy earns on a task."""
-    parser = options("optimum", __doc__)
-    parser.add_argument("task")
+    """Measure the policy on tasks, and put it into the file of what is known of them."""
+    parser = options("optimum", __doc__, FILE)
+    parser.add_argument("task", nargs="+")
     given = parser.parse_args(arguments)
-    env, params = task_by_name(given.task).make()
-    walk = Walk.of(cast("BipedEnv", env), params)
-    found = play(walk.env, solve(walk), params, range(EPISODES), keep_of)
-    entry = {"reward": found.reward, "fell": found.fell, **provenance()}
-    write_json({**read_json(given.out), given.task: entry}, given.out)
-    fell = fraction_interval(found.fell).value
-    print(f"earned {mean_interval(found.reward).shown(4)}, fell {fell:.0%}")
+    for name in given.task:
+        put(name, with_row(task_by_name(name), read_known(given.out)[name]), given.out)
 
 
 if __name__ == "__main__":

@@ -19,8 +19,7 @@ from stickslip.agents.evaluation.rollout import play
 from stickslip.agents.evaluation.table import keep_of
 from stickslip.dynamics import Scene
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs import BipedEnv
-from stickslip.envs.biped.params import Randomisation
+from stickslip.envs import BipedEnv, task_by_name
 
 ENV = BipedEnv(autoreset="disabled")
 UNEVEN = np.array([-1.0, -0.9, 0.2, 1.0, 4.0])
@@ -203,26 +202,40 @@ def test_a_beam_that_keeps_every_path_finds_the_best_of_all(depth):
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("task", "names"),
     [
-        ({"scene": "ice-patch"}, "floor: rewards depend on it"),
-        ({"randomisation": Randomisation(mass=(0.9, 1.1))}, "mass: rewards"),
-        ({"scene": "grip", "mark": 0.5, "mark_width": 0.07}, "mark: rewards"),
+        ("BipedSteady-v0", ()),
+        ("BipedHiddenFriction-v0", ("friction", "mean_rate")),
+        ("BipedPayload-v0", ("mass", "payload")),
+        ("BipedIce-v0", ("place",)),
+        ("BipedStop-v0", ("to_go",)),
     ],
 )
-def test_tasks_whose_rewards_depend_on_more_are_refused(changes, words):
-    with pytest.raises(ValueError, match=words):
-        Walk.of(ENV, ENV.make_params(**changes))
+def test_nodes_and_states_are_each_others_inverses(task, names):
+    env, params = task_by_name(task).make()
+    walk = Walk.of(env, params)
+    assert walk.names == names
+    middle = [axis[len(axis) // 2] + 0.003 for axis in walk.grid.sheets[0][2:]]
+    at = jnp.asarray([2.0, 3.5, *middle, 0.05], jnp.float32)
+    sheets = jnp.arange(3, dtype=jnp.int8)
+    states = jax.jit(jax.vmap(walk.state, (0, None)))(sheets, at)
+    assert np.sign(states.biped.foot_velocity).tolist() == [0, 1, -1]
+    places, asked = jax.jit(jax.vmap(lambda *of: (walk.place(of[0]), walk.grid.place(of[1], at))))(
+        states, sheets
+    )
+    np.testing.assert_allclose(places.at, asked.at, atol=1e-4)
+    assert places.sheet.tolist() == [0, 1, 2]
+    assert not np.any(places.outside)
+    beyond = walk.state(sheets[0], at.at[2:-1].add(99.0))
+    ends = [len(axis) - 1 for axis in walk.grid.sheets[0][2:]]
+    assert walk.place(beyond).at[2 : len(at) - 1].tolist() == ends
 
 
-def test_nodes_and_states_are_each_others_inverses():
-    walk = Walk.of(ENV, ENV.make_params(scene="slippery"))
-    for sheet, sign in enumerate((0, 1, -1)):
-        state = walk.state(jnp.int32(sheet), jnp.asarray([2.0, 3.5, 0.05], jnp.float32))
-        assert np.sign(float(state.biped.foot_velocity)) == sign
-        place = walk.place(state)
-        assert int(place.sheet) == sheet
-        assert not place.outside
+def test_choices_that_are_held_earn_less_until_they_are_the_best(dtype):
+    grid, table = chain().grid, transitions(chain(dtype))
+    best, held, long = (finite_horizon(grid, table, *of) for of in ((6,), (6, 3), (18, 3)))
+    assert held.tolist() == [0.0, 0.0, 0.0, 1.75, 1.875, 2.0]
+    assert long.tolist() == best.tolist()
 
 
 @pytest.mark.long

@@ -9,7 +9,6 @@ import pytest
 
 from stickslip.agents import evaluate
 from stickslip.agents.evaluation.rollout import first_state, rollout
-from stickslip.agents.machine import machine_by_name
 from stickslip.agents.ugv.controllers import (
     FixedPosture,
     FollowPath,
@@ -22,7 +21,6 @@ from stickslip.optim import solve
 from tests.envs.ugv.helpers import task
 
 pytestmark = pytest.mark.long
-MACHINE = machine_by_name("ugv")
 
 
 def total(env, params, controller) -> float:

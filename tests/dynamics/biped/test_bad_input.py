@@ -9,16 +9,10 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import (
-    BipedParams,
-    BipedState,
-    simulate,
-    step,
-)
+from stickslip.dynamics.biped import BipedParams, BipedState, simulate
 from tests.dynamics.biped.helpers import default_model, default_params
 
 bars = BipedParams.from_bars
-NAN = float("nan")
 
 
 def walk(**changes):
@@ -28,10 +22,6 @@ def walk(**changes):
     names = ("scene", "state", "torque", "duration", "dt")
     values = [options.pop(name) for name in names]
     return simulate(default_model(dtype="float32"), *values, **options)
-
-
-def one_step(dt):
-    return step(default_model(dtype="float32"), Scene.grip(), BipedState(), 1.0, dt)
 
 
 def replaced(**changes):
