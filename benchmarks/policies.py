@@ -74,8 +74,8 @@ class Run(NamedTuple):
 def configurations(task: TaskDefinition) -> list[Any]:
     """The configuration of the package's policy with each seed that was tried, else USUAL."""
     name = policy_name(task.name)
-    if shipped_path(name) is not None and not record_of(name).carried_over:
-        trained: Any = record_of(name).trained
+    trained: Any = {} if shipped_path(name) is None else record_of(name).trained
+    if "config" in trained and not record_of(name).carried_over:
         config: Any = read_configuration(json.dumps(trained["config"]))
         return [replace(config, seed=seed) for seed in trained["seeds_tried"]]
     kind: Any = machine_by_name(task.machine).configuration

@@ -255,7 +255,7 @@ class Record:
     """Training and score of a policy of the package.
 
     earned: over the task's own episodes: policy, return, low, high (None for a single episode),
-    failures, returns. trained: config, timesteps, best_after, versions, machine.
+    failures, returns. trained: config or program, timesteps, best_after, versions, machine.
     """
 
     name: str
@@ -280,13 +280,15 @@ class Record:
     @property
     def command(self) -> str:
         """Command that trains it again; where it is `carried_over`, on its task of today."""
+        if "program" in self.trained:  # not by `stickslip train`
+            return str(self.trained["program"])
         config = self.trained["config"] | {"task": self.task.name}
         return command_of(read_configuration(json.dumps(config)))
 
     @property
     def carried_over(self) -> bool:
         """True if it was trained on a withdrawn version of its task and measured on this one."""
-        return self.trained["config"].get("task") in WITHDRAWN
+        return self.trained.get("config", {}).get("task") in WITHDRAWN
 
 
 def record_of(name: str) -> Record:
