@@ -165,7 +165,8 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "stickslip.agents.biped.task": (
             *("with_options", "label", "details", "parts", "build", "training_task", "swept"),
         ),
-        "stickslip.agents.biped.episodes": ("measures", "as_episode"),
+        "stickslip.agents.biped.measures": ("measures",),
+        "stickslip.agents.biped.episodes": ("as_episode",),
         "stickslip.agents.exchange.mujoco_env": ("moved_by",),
     }
 

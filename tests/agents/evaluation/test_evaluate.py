@@ -13,7 +13,7 @@ import pytest
 
 from stickslip.agents import evaluate
 from stickslip.agents.biped.controllers import ConstantTorque
-from stickslip.agents.biped.episodes import COLUMNS, MIN_DISTANCE, Episodes
+from stickslip.agents.biped.measures import COLUMNS, MIN_DISTANCE, Episodes
 from stickslip.agents.evaluation import table as statistics
 from stickslip.agents.evaluation.rollout import episode_key, rollout
 from stickslip.agents.policy.network import MLPPolicy

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stickslip.agents import read_sweep, sweep, sweep_arrays
-from stickslip.agents.biped.episodes import Episodes
+from stickslip.agents.biped.measures import Episodes
 from stickslip.agents.machine import machine_of_env
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.episodes import UGVEpisodes
