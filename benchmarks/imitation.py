@@ -35,10 +35,9 @@ if TYPE_CHECKING:
 
     from stickslip.agents.evaluation.rollout import Rollout
 
-ROUNDS, EPISODES, STATES = 10, 48, 5000
-"""Rounds; episodes of each; states that value iteration is asked about in half of these."""
-VALIDATION = 64
-"""Validation episodes."""
+ROUNDS, EPISODES, STATES, VALIDATION = 10, 48, 5000, 64
+"""Rounds; episodes of each; states that value iteration is asked about in half of these; validation
+episodes."""
 SIZES, STEPS, RATE = Sizes(1, 1, 4096, 1, hidden=64), 6000, 2e-3
 """Of the network; gradient steps of a round, and the learning rate that falls to 0 in them."""
 FASTEST = 3.0

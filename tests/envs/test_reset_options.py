@@ -8,14 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.envs import (
-    BipedEnv,
-    GymEnv,
-    Randomisation,
-    RandomTrack,
-    UGVEnv,
-    UGVRandomisation,
-)
+from stickslip.envs import BipedEnv, GymEnv, Randomisation, RandomTrack, UGVEnv, UGVRandomisation
 from tests.envs.helpers import RANGES, CompileCount, make, task
 from tests.envs.test_names import same
 from tests.envs.ugv import helpers as ugv_helpers

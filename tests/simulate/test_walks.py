@@ -14,13 +14,7 @@ import pytest
 from stickslip import flags
 from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
 from stickslip.dynamics import PRESETS, Scene, Status
-from stickslip.dynamics.biped import (
-    BipedParams,
-    BipedState,
-    floor_position,
-    prepare,
-    simulate,
-)
+from stickslip.dynamics.biped import BipedParams, BipedState, floor_position, prepare, simulate
 from stickslip.envs.rendering.scene import paint
 from stickslip.simulate import biped
 from stickslip.simulate.torque import Expression

@@ -9,13 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.agents import (
-    MLPPolicy,
-    export_onnx,
-    load_policy,
-    read_metadata,
-    shipped_names,
-)
+from stickslip.agents import MLPPolicy, export_onnx, load_policy, read_metadata, shipped_names
 from stickslip.cli import OK, WRONG_INPUT, main
 
 

@@ -11,11 +11,7 @@ import pytest
 
 from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.machine import machine_by_name, read_configuration
-from stickslip.agents.training.configuration import (
-    command_of,
-    read_settings,
-    settings_given,
-)
+from stickslip.agents.training.configuration import command_of, read_settings, settings_given
 from stickslip.agents.training.directory import MetricsFile, read_columns
 from stickslip.agents.ugv.machine import UGVTrainConfig
 from stickslip.cli import make_parser

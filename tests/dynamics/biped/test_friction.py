@@ -6,11 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.dynamics import Status
-from tests.dynamics.biped.helpers import (
-    default_params,
-    forward,
-    inverse,
-)
+from tests.dynamics.biped.helpers import default_params, forward, inverse
 
 INSTANTS = {
     "theta": st.floats(np.pi / 2, 3 * np.pi / 2),

@@ -7,12 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.dynamics.biped import (
-    SUPPORT_END,
-    SUPPORT_START,
-    BipedParams,
-    kinematics,
-)
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedParams, kinematics
 from stickslip.dynamics.biped.model import load, loaded_params
 from tests.dynamics.biped.helpers import (
     default_model,

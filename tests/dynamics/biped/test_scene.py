@@ -10,13 +10,7 @@ import pytest
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import floor_position, simulate, step
 from stickslip.dynamics.biped.contact import patch_at
-from tests.dynamics.biped.helpers import (
-    FINE,
-    RECORDING,
-    default_model,
-    default_params,
-    state_of,
-)
+from tests.dynamics.biped.helpers import FINE, RECORDING, default_model, default_params, state_of
 
 COUNT = 200
 

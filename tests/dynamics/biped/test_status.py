@@ -9,13 +9,7 @@ import pytest
 
 from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import SUPPORT_END, BipedState, Euler, RK4Split, simulate, step
-from tests.dynamics.biped.helpers import (
-    default_model,
-    default_params,
-    forward,
-    model_of,
-    state_of,
-)
+from tests.dynamics.biped.helpers import default_model, default_params, forward, model_of, state_of
 
 
 def at(theta, rate=0.0, velocity=0.0, torque=0.0, mu_static=0.5, mu_kinetic=0.4, model=None):

@@ -15,11 +15,7 @@ import pytest
 import stickslip  # noqa: F401, registers
 from stickslip.agents.policy.file import named_task_of
 from stickslip.agents.untrusted import RefusedError
-from stickslip.envs import (
-    TASKS,
-    TaskDefinition,
-    task_by_name,
-)
+from stickslip.envs import TASKS, TaskDefinition, task_by_name
 from stickslip.envs.biped.params import NUMBERS
 from stickslip.envs.functional import horizon
 from stickslip.envs.tasks.definition import WITHDRAWN

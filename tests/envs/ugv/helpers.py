@@ -11,14 +11,7 @@ import numpy as np
 
 import stickslip  # noqa: F401  (registers the environments)
 from stickslip.dynamics.ugv import PoseSolver, Track
-from stickslip.envs import (
-    GymEnv,
-    GymVectorEnv,
-    RandomTrack,
-    UGVEnv,
-    UGVEnvParams,
-    UGVRandomisation,
-)
+from stickslip.envs import GymEnv, GymVectorEnv, RandomTrack, UGVEnv, UGVEnvParams, UGVRandomisation
 from tests.envs.helpers import Rollout, _lone_walk, single_env, vector_env
 
 UGV = "stickslip/UGV-v0"

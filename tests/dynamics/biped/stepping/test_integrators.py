@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import (
-    INTEGRATORS,
-    BipedState,
-    EventExact,
-    simulate,
-    step,
-)
+from stickslip.dynamics.biped import INTEGRATORS, BipedState, EventExact, simulate, step
 from tests.dynamics.biped.helpers import default_model, floor_of, outcome, start_of, state_of
 
 pytestmark = pytest.mark.long

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import (
-    RK4Split,
-    inverse_dynamics,
-    simulate_inverse,
-)
+from stickslip.dynamics.biped import RK4Split, inverse_dynamics, simulate_inverse
 from tests.dynamics.biped.helpers import default_model, default_params, inertia_along, state_of
 
 RATE = 3.0
