@@ -26,8 +26,8 @@ STEP_BYTES = 300
 """Memory of a step of an episode while episodes are played side by side."""
 MOST_EPISODES = 65536
 """Most episodes of each controller in each scene."""
-TEST_SEEDS = 2**31
-"""Evaluations during training use the seeds from here on, so that none is seen in training."""
+VALIDATION_SEEDS = 2**31
+"""Seeds of validation episodes, from here on: neither training nor a score uses these."""
 T = TypeVar("T")
 Kept = TypeVar("Kept")
 
@@ -224,8 +224,8 @@ def play(
 def play_unseen(
     env: AnyEnv, policy: Player, params: Timed, episodes: int, keep: Keep[Kept]
 ) -> Kept:
-    """Whole episodes that training never sees; one where a reset draws nothing."""
-    seeds = range(TEST_SEEDS, TEST_SEEDS + (episodes if is_random(params) else 1))
+    """Play whole validation episodes; one where a reset draws nothing."""
+    seeds = range(VALIDATION_SEEDS, VALIDATION_SEEDS + (episodes if is_random(params) else 1))
     return play(env, policy, params, seeds, keep)
 
 

@@ -11,7 +11,7 @@ import pytest
 from stickslip.agents import evaluate_task, load_policy
 from stickslip.agents.biped import task as biped_task
 from stickslip.agents.biped.machine import TrainConfig
-from stickslip.agents.evaluation.rollout import TEST_SEEDS
+from stickslip.agents.evaluation.rollout import VALIDATION_SEEDS
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
@@ -89,7 +89,7 @@ def test_a_run_says_scores_of_episodes_that_it_never_trains_on(tmp_path):
     low, high = np.asarray(rows["task_score_low"]), np.asarray(rows["task_score_high"])
     assert np.all((low <= rows["task_score"]) & (rows["task_score"] <= high))
     last = load_policy(path / "checkpoints" / "000000000512" / "policy.npz")
-    table = evaluate_task(NAME, {"it": last}, seeds=range(TEST_SEEDS, TEST_SEEDS + 2))
+    table = evaluate_task(NAME, {"it": last}, seeds=range(VALIDATION_SEEDS, VALIDATION_SEEDS + 2))
     metrics = table.row(NAME, "it").metrics
     assert metrics["return"].value == pytest.approx(rows["return"][1], rel=1e-6)
     assert metrics["task_score"].value == pytest.approx(rows["task_score"][1], abs=1e-5)
