@@ -1,12 +1,12 @@
 """The best policy of a biped's task, by value iteration on the environment's own step.
 
-    python -m benchmarks.optimum TASK
+    python -m benchmarks.optimum TASK ...
 
-Two of the ladder's best known scores come from here. Every action is stepped once from every node
-of a grid of states; results are exact for the process in which a step leads to the corners of the
-cell that it reaches, at random with the weights of the interpolation. The policy looks several
-steps ahead with the environment's own step, since states without a way out may be thinner than a
-cell. What it earns is a lower bound of the optimum; the grid's value bounds nothing.
+The result goes into known.json; three best known returns are from here. Every action is stepped
+once from every node of a grid of states; results are exact for the process in which a step leads to
+the corners of the cell that it reaches, at random with the weights of the interpolation. The policy
+looks several steps ahead with the environment's own step, since states without a way out may be
+thinner than a cell. It earns a lower bound of the optimum; the grid's value bounds nothing.
 """
 
 from __future__ import annotations
