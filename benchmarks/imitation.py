@@ -20,11 +20,12 @@ import numpy as np
 import optax
 
 from benchmarks.optimum import ValuePolicy, planner
-from benchmarks.policies import COMPUTES, MACHINE, write
-from benchmarks.report import options, provenance
+from benchmarks.policies import computed_with, write
+from benchmarks.report import options
 from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import play, play_unseen
 from stickslip.agents.evaluation.table import keep_of
+from stickslip.agents.policy.file import installed
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import FOLDER
 from stickslip.agents.training.ppo import Layers, Moments, Sizes, begin_learning, network
@@ -40,10 +41,8 @@ ROUNDS, EPISODES, STATES, VALIDATION = 10, 48, 5000, 64
 episodes."""
 SIZES, STEPS, RATE = Sizes(1, 1, 4096, 1, hidden=64), 6000, 2e-3
 """Of the network; gradient steps of a round, and the learning rate that falls to 0 in them."""
-FASTEST = 3.0
-"""Crank rate up to which half of the training episodes begin, at any phase [rad/s]."""
-FIRST = 10_000
-"""Seed of the first training episode."""
+FASTEST, FIRST = 3.0, 10_000
+"""Crank rate up to which half of the training episodes begin, at any phase [rad/s]; first seed."""
 
 
 def whole(episode: Rollout[Any], _: object) -> Rollout[Any]:
@@ -119,6 +118,7 @@ def imitations(policy: ValuePolicy) -> Iterator[Imitation]:
         layers = fitted(layers, seen, obs, action, key)
         player = network(layers, seen).validate()
         earned = play_unseen(env, player, params, VALIDATION, keep_of).reward.mean()
+        print(f"{len(obs):,} states: {earned:.4g}", flush=True)
         yield Imitation(player, float(earned), len(obs))
         found += answers(player, number) if number < ROUNDS else ()
 
@@ -128,17 +128,13 @@ def main(arguments: list[str]) -> None:
     parser = options("imitation", __doc__)
     parser.add_argument("task")
     task = task_by_name(parser.parse_args(arguments).task)
-    rounds = []
-    for one in imitations(planner(task)):
-        print(f"{one.states:,} states: {one.earned:.4g}", flush=True)
-        rounds.append(one)
-    best, about = max(rounds, key=lambda one: one.earned), provenance()
+    rounds = list(imitations(planner(task)))
+    best = max(rounds, key=lambda one: one.earned)
     record = {
         "program": f"python -m benchmarks.imitation {task.name}",
         "timesteps": rounds[-1].states,
         "best_after": best.states,
-        "versions": {name: one for name, one in about["versions"].items() if name in COMPUTES},
-        "machine": {name: about["machine"][name] for name in MACHINE},
+        **computed_with(installed()),
     }
     print(write(task, best.network, record, FOLDER))
 

@@ -103,17 +103,22 @@ def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> P
     """Write a run's policy with its record and what it earns on the task's own episodes."""
     config: Any = read_config(run.path)
     policy, about = read_policy(run.path / POLICY)
-    versions: Any = about["versions"]
-    machine = provenance()["machine"]
     record = {
         "config": json.loads(config.to_json()),
         "seeds_tried": [one.seed for one in configurations(task)],
         "timesteps": int(read_columns(run.path / "evaluations.csv")["timesteps"][-1]),
         "best_after": run.best_after,
+    }
+    return write(task, policy, record | computed_with(about["versions"]), folder)
+
+
+def computed_with(versions: Any) -> dict[str, Any]:
+    """Versions and machine of a training, as its record has them."""
+    machine = provenance()["machine"]
+    return {
         "versions": {name: versions[name] for name in COMPUTES if name in versions},
         "machine": {name: machine[name] for name in MACHINE},
     }
-    return write(task, policy, record, folder)
 
 
 def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folder: Path) -> Path:

@@ -127,6 +127,7 @@ def bound_steady_reward(
 
 EPISODES = {"biped": 32, "ugv": 64}
 """Episodes of a task whose resets draw; of another task one."""
+VALUE_ITERATION = "dynamic programming"
 PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""
 SHIELDED, SHIELD = ("computed-torque", "optimal-gait"), 0.02
@@ -338,7 +339,7 @@ def _in_words() -> str:
 
 def _planned(known: Known) -> str:
     """The score of value iteration (`python -m benchmarks.optimum`), where it was tried."""
-    rows = [one for one in (known.best, *known.planners) if one.policy == "dynamic programming"]
+    rows = [one for one in (known.best, *known.planners) if one.policy == VALUE_ITERATION]
     return known.score_of(rows[0]).shown(2) if rows else ""
 
 
