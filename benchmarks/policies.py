@@ -2,14 +2,12 @@
 
     python -m benchmarks.policies [--only NAME ...] [--runs DIR]
     python -m benchmarks.policies --measure [--only NAME ...]
-    python -m benchmarks.policies --docs docs/training.md
 
 Trains for each task named (default: those without a policy in the package) as `stickslip train`
 does, with the settings and seeds recorded in the package's policy or else with USUAL, keeps the
 policy of the best evaluation, measures it on the task's own episodes and puts it into the package
 with its record; where it earns more than the best known, known.json is updated. Runs stay in
---runs, where they are resumed. --measure: measure the package's policies again. --docs: put the
-table of policies into a page.
+--runs, where they are resumed. --measure: measure the package's policies again.
 """
 
 from __future__ import annotations
@@ -20,14 +18,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from benchmarks.report import markdown, options, provenance, put_between
+from benchmarks.report import options, provenance
 from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put
 from stickslip.agents.evaluation.rollout import is_random
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import (
     EARNED,
     TRAINED,
-    every_record,
     load_policy,
     named_task_entry,
     read_policy,
@@ -136,33 +133,13 @@ def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folde
     return save_policy(policy, path, metadata, overwrite=True)
 
 
-def table() -> str:
-    """Score, return and failures of each policy."""
-    return markdown(
-        [
-            {
-                "policy": f"`{one.name}`",
-                "score": "" if one.score is None else one.score.shown(2),
-                "return": f"{one.earned_return:.4g} {one.task.unit.removeprefix('-')}".rstrip(),
-                "failures": f"{one.earned['failures']:.0%}",
-                "kB": f"{one.path.stat().st_size / 1000:.1f}",
-            }
-            for one in every_record()
-        ]
-    )
-
-
 def main(arguments: list[str]) -> None:
     """Run the command."""
     parser = options("policies", __doc__)
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--runs", type=Path, default=RUNS)
     parser.add_argument("--measure", action="store_true")
-    parser.add_argument("--docs", type=Path)
     given = parser.parse_args(arguments)
-    if given.docs is not None:
-        put_between(given.docs, table(), "policies")
-        return
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
     asked = [name for name in TASKS if (name in there) == given.measure]
     for task in map(task_by_name, given.only or asked):

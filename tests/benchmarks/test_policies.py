@@ -13,11 +13,10 @@ from benchmarks import policies
 from benchmarks.tasks import beside_package
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy.file import load_policy, read_metadata, record_of
-from stickslip.agents.policy.shipped import policy_name, shipped_names
+from stickslip.agents.policy.shipped import policy_name
 from stickslip.agents.training.configuration import command_of
 from stickslip.cli import OK, main
 from stickslip.envs import TASKS, known_of
-from tests.documents import ROOT
 
 NAME = "BipedSprint-v1"
 TINY = {
@@ -96,9 +95,3 @@ def test_a_policy_of_the_package_is_the_best_known_where_it_earned_more():
     with pytest.raises(ValueError, match="is the best known of BipedPayload-v0 no more"):
         beside_package(record.task, lost)
     assert beside_package(replace(record.task, stem="BipedNew"), found) == found
-
-
-def test_the_page_has_a_row_for_every_policy():
-    page = (ROOT / "docs/training.md").read_text(encoding="utf-8")
-    assert policies.table() in page
-    assert all(f"`{name}`" in page for name in shipped_names())
