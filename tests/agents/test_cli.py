@@ -124,21 +124,6 @@ def test_a_message_names_the_file_that_was_asked_for(capsys, still: str, monkeyp
     assert "tmp" not in line
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "evaluate computed-torque",
-        "sweep biped --policy computed-torque --axis mu=0.1",
-        "train biped",
-        "optimise ugv",
-    ],
-)
-def test_a_directory_is_not_called_as_a_file_is(capsys, command: str):
-    line = refusal(capsys, *command.split(), "--out", "table.csv")
-    assert "--out table.csv ends in '.csv'; accepted: a directory" in line
-    assert not Path("table.csv").exists()
-
-
 @pytest.mark.parametrize(("name", "status"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_a_signal_ends_with_its_own_status(
     capsys, monkeypatch: pytest.MonkeyPatch, name: str, status: int

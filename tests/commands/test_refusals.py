@@ -8,6 +8,8 @@ import pytest
 
 from stickslip.cli import WRONG_INPUT, main
 
+SWEEP = "sweep biped --policy computed-torque"
+DIRECTORY = "--out a.csv ends in '.csv'; accepted: a directory"
 REFUSED = {
     "": "COMMAND",
     "dance": "invalid choice: 'dance'",
@@ -68,6 +70,20 @@ REFUSED = {
     "tasks BipedFst-v0": "did you mean BipedFast-v0?",
     "evaluate --task BipedFst-v0 optimum": "did you mean BipedFast-v0?",
     "bench report nowhere --out a": "nowhere/race.json: no such file",
+    "train ugv --criterion speed": "criterion = 'speed' is unknown; accepted: 'wheel_energy'",
+    "train ugv --set start_angle=20": ">= 30, <= 150",
+    "evaluate level-body --scene moon": "track 'moon' is unknown; accepted: random-bump",
+    "evaluate computed-torque --set friction=1": "'friction' is no number of this task",
+    "evaluate computed-torque --out a.csv": DIRECTORY,
+    f"{SWEEP} --axis mu=0.1 --out a.csv": DIRECTORY,
+    "train biped --out a.csv": DIRECTORY,
+    "optimise ugv --out a.csv": DIRECTORY,
+    f"{SWEEP} --out a --axis mu": "accepted: NAME=VALUES",
+    f"{SWEEP} --out a --axis mu=1:2": "axis mu: '1:2' is no axis",
+    f"{SWEEP} --out a --axis mu=1 --axis mu=2": "each name once",
+    f"{SWEEP} --out a --axis mu_statc=0.1:0.2:3": "did you mean mu_static?",
+    "sweep ugv --policy level-body --out a --task BipedSteady-v0": "accepted: tasks of the UGV",
+    f"{SWEEP} --out a --task BipedSteady-v0 --scene wet": "--scene with --task",
 }
 
 

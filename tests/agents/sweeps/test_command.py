@@ -40,22 +40,3 @@ def test_one_episode_is_enough_where_no_reset_draws(capsys, monkeypatch: pytest.
     assert main([*who, "--out", "a", "--no-pictures"]) == OK
     assert "1 episode a point, not 5: no reset draws anything" in capsys.readouterr().out
     assert sweep_arrays("a").random == ()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--axis", "mu"], "accepted: NAME=VALUES"),
-        (["--axis", "mu=1:2"], "axis mu: '1:2' is no axis"),
-        (["--axis", "mu=1", "--axis", "mu=2"], "each name once"),
-        (["--axis", "mu_pach=0.1:0.2:3"], "did you mean mu_patch?"),
-        (["--task", "BipedSteady-v0"], "--task BipedSteady-v0; accepted: tasks of the mass"),
-        (["--task", "BipedSteady-v0", "--scene", "even"], "--scene with --task"),
-    ],
-)
-def test_wrong_input_is_a_line_and_no_directory(tmp_path, capsys, words, said: str):
-    assert main([*SWEEP, *words, "--out", "a"]) == WRONG_INPUT
-    told = capsys.readouterr().err
-    assert said in told
-    assert told.count("\n") == 1
-    assert not (tmp_path / "a").exists()

@@ -201,15 +201,6 @@ def test_parameters_that_are_no_numbers_end_the_run_by_name(tmp_path: Path):
     assert not list_checkpoints(tmp_path / "run" / "checkpoints")
 
 
-def test_a_directory_without_a_run_cannot_be_resumed(tmp_path: Path):
-    with pytest.raises(ValueError, match="no training run"):
-        train(None, tmp_path / "nothing", resume=True)
-    assert not (tmp_path / "nothing").exists()
-    (tmp_path / "file").write_text("")
-    with pytest.raises(ValueError, match="is a file"):
-        train(JAX, tmp_path / "file")
-
-
 def test_a_disk_that_cannot_be_written_is_said_before_anything_is_computed(tmp_path, monkeypatch):
     def refused(dir):
         raise OSError(errno.EROFS, "Read-only file system", f"{dir}/tmpab12cd34")

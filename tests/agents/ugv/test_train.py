@@ -15,7 +15,7 @@ from stickslip.agents.training.directory import read_columns
 from stickslip.agents.training.run import train
 from stickslip.agents.ugv.machine import LEGS, TRACK_NAMES, UGVTrainConfig
 from stickslip.agents.ugv.task import ground_by_name, training_task
-from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.cli import OK, main
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.envs import UGVEnv
 
@@ -80,18 +80,6 @@ def test_every_named_ground_makes_a_task():
         ground_by_name("bumps")
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"criterion": "speed"}, r"criterion = 'speed' is unknown; accepted: 'wheel_energy'"),
-        ({"start_angle": 20.0}, r"start_angle = 20\.0 is not accepted; .*>= 30, <= 150"),
-    ],
-)
-def test_bad_fields_are_named(changes, message):
-    with pytest.raises(ValueError, match=message):
-        UGVTrainConfig.of(**changes)
-
-
 def test_start_angles_are_those_that_the_vehicle_takes():
     vehicle = UGVParams()
     np.testing.assert_allclose(np.degrees([vehicle.leg_angle_min, vehicle.leg_angle_max]), LEGS)
@@ -117,20 +105,6 @@ def test_evaluate_and_view_read_a_policy_of_the_ugv(
     drawn = ["--out", "drive.gif", "--seconds", "0.3"]
     assert main(["view", policy, *drawn]) == OK
     assert Path("drive.gif").read_bytes().startswith(b"GIF89a")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        ("evaluate level-body --scene moon", "track 'moon' is unknown; accepted: random-bump"),
-        ("evaluate computed-torque --set friction=1", "'friction' is no number of this task"),
-    ],
-)
-def test_wrong_input_is_one_line(capsys: pytest.CaptureFixture[str], arguments: str, said: str):
-    assert main(arguments.split()) == WRONG_INPUT
-    line = capsys.readouterr().err
-    assert said in line
-    assert line.count("\n") == 1
 
 
 @pytest.mark.long
