@@ -209,6 +209,17 @@ def reference() -> dict[str, Any]:
 
 
 @pytest.fixture
+def mass() -> Iterator[None]:
+    """Register a third machine, the mass of tests/agents/mass.py."""
+    from stickslip.agents import machine
+    from tests.agents.mass import MassMachine
+
+    machine.register(MassMachine())
+    yield
+    del machine._MACHINES["mass"]
+
+
+@pytest.fixture
 def empty_directory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Run the test in an empty directory."""
     monkeypatch.chdir(tmp_path)

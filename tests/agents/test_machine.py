@@ -1,7 +1,6 @@
 """A machine that nobody foresaw is used like the others."""
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,18 +9,12 @@ import pytest
 
 from stickslip import agents
 from stickslip.agents.biped.machine import BipedMachine
-from stickslip.agents.machine import _MACHINES, machine_by_name
+from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.directory import read_columns
 from stickslip.cli import OK, WRONG_INPUT, main
 from tests.agents.mass import MassEnv, MassMachine, Pull
 
-
-@pytest.fixture(autouse=True)
-def _registered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.chdir(tmp_path)
-    agents.register(MassMachine())
-    yield
-    del _MACHINES["mass"]
+pytestmark = pytest.mark.usefixtures("empty_directory", "mass")
 
 
 def test_a_third_machine_is_short():
