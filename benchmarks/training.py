@@ -22,12 +22,10 @@ import numpy as np
 from benchmarks import report
 from benchmarks.report import markdown, provenance, put_between, read_json
 from benchmarks.tasks import EPISODES, long_table, put, rounded
-from stickslip.agents.biped.task import ANY_PHASE
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.ppo import PPOTrainer, settings_of
-from stickslip.agents.ugv.machine import USUAL
 from stickslip.envs import TASKS, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 
@@ -40,50 +38,38 @@ STRETCHES, SEEDS = 16, (0, 1, 2, 3, 4)
 """Evaluations of a training; seeds of each task."""
 TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
 """Steps of each seed."""
-FAILURE = 10.0
-"""Penalty of a failure in the scaled reward that the UGV trains on, as in `stickslip train`."""
 GOAL = 0.9
 """The score whose time is looked for."""
 
 
-def training_params(task: TaskDefinition, params: Any, config: Any) -> Any:
-    """The task's parameters with the training episodes of `stickslip train`.
-
-    The biped's are short where every place is as good as another, begin at any phase and up to a
-    higher crank rate, and penalise slips and falls less: otherwise standing still is learnt. The
-    UGV's rewards are scaled.
-    """
-    if task.machine == "ugv":
-        scale = 1 / USUAL[str(task.choices["criterion"])]
-        return params.replace(reward_scale=scale, failure_penalty=FAILURE / scale)
-    known: Any = task.parameters
-    drawn = known.get("randomisation", {})
-    fastest = max(drawn.get("crank_rate", (0.0,))[-1], config.start_rate)
-    starts = replace(params.randomisation, phase=ANY_PHASE, crank_rate=(0.0, fastest))
-    anywhere = "uniform" in known["scene"] and "mark" not in known
-    short = {"time_limit": config.episode_time} if anywhere else {}
-    return params.replace(
-        randomisation=starts,
-        slip_weight=min(known["slip_weight"], config.slip_weight),
-        fall_penalty=min(known["fall_penalty"], config.fall_penalty),
-        **short,
-    )
-
-
 def configuration(task: TaskDefinition) -> Configuration:
-    """The defaults of `stickslip train` for the task's machine, with TIMESTEPS; the biped's noise
-    ends at 0.03, since its steps are a quarter of the default."""
+    """The defaults of `stickslip train` for the task, with TIMESTEPS.
+
+    The biped's training episodes are short where every place is as good as another, begin at any
+    phase and up to a higher crank rate, and penalise slips and falls less: otherwise standing still
+    is learnt. Its noise ends at 0.03, since its steps are a quarter of the default. The UGV's
+    rewards are scaled.
+    """
     kind: Any = machine_by_name(task.machine).configuration
-    noise = {"final_noise": 0.03} if task.machine == "biped" else {}
-    return kind.of(trainer="jax", seed=0, timesteps=TIMESTEPS[task.machine], **noise)
+    given: dict[str, Any] = {"task": task.name, "timesteps": TIMESTEPS[task.machine]}
+    if task.machine == "ugv":
+        return kind.of(**given, failure=kind.USUALLY["failure"])
+    usual: Any = kind.USUALLY
+    known: Any = task.parameters
+    drawn = known.get("randomisation", {}).get("crank_rate", (0.0,))
+    given |= {name: min(known[name], usual[name]) for name in ("slip_weight", "fall_penalty")}
+    if "uniform" in known["scene"] and "mark" not in known:
+        given["episode_time"] = usual["episode_time"]
+    return kind.of(**given, final_noise=0.03, start_rate=max(drawn[-1], usual["start_rate"]))
 
 
 def measure(task: TaskDefinition) -> dict[str, Any]:
     """A task's entry of the JSON: all seeds in turn on one core, each with its share of the
     time, compiling and evaluations aside."""
-    config, (env, params) = configuration(task), task.make("same_step")
+    config = configuration(task)
+    env, training, params, _ = machine_by_name(task.machine).training_task(config)
     test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)
-    training, samples = training_params(task, params, config), settings_of(config)[0].samples
+    samples = settings_of(config)[0].samples
     kinds = [replace(config, seed=seed) for seed in SEEDS]
     PPOTrainer(config, env, training).advance(samples)  # compiles
     trainers = [PPOTrainer(one, env, training) for one in kinds]
