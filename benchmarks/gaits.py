@@ -124,19 +124,10 @@ def draw(content: dict[str, Any]) -> bytes:
     return sheet.png(figure, "Best gaits without slip")
 
 
-def shown(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rows as a page shows them: four digits, a dash for none."""
-    known = ({name: "-" if one is None else one for name, one in row.items()} for row in rows)
-    return [
-        {name: f"{one:.4g}" if isinstance(one, float) else one for name, one in row.items()}
-        for row in known
-    ]
-
-
 def update(content: dict[str, Any]) -> None:
     """Write the page's tables and picture."""
     for name in PARTS:
-        put_between(PAGE, markdown(shown(content[name])), name)
+        put_between(PAGE, markdown(content[name]), name)
     write_whole(PAGE.with_suffix(".png"), draw(content))
 
 

@@ -27,11 +27,11 @@ from benchmarks.tasks import VALUE_ITERATION, entry, put
 from stickslip.agents.evaluation.rollout import horizon, play, without_resets
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState, floor_position
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, floor_position
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.dynamics.scene import Grip, Patches
 from stickslip.envs import BipedEnv, TaskDefinition, task_by_name
-from stickslip.envs.biped.state import BipedEnvState, Drawn, Totals, drawn_robot
+from stickslip.envs.biped.state import BipedEnvState, drawn_robot
 from stickslip.envs.functional import pure_step
 from stickslip.envs.tasks.known import FILE, read_known
 
@@ -188,28 +188,18 @@ class Walk:
 
     def state(self, sheet: Int[Array, ""], at: Float[Array, " rank"]) -> BipedEnvState:
         """The state at a node: the first step of an episode."""
-        kind = at.dtype
-        zero, one, none = jnp.zeros((), kind), jnp.ones((), kind), jnp.zeros((), jnp.int32)
-        velocity = zero
+        foot = velocity = jnp.zeros((), at.dtype)
         if len(self.grid.sheets) > 1:
             quick = jnp.maximum(at[-1], SLOWEST)
-            velocity = jnp.stack([zero, quick, -quick])[sheet]
-        nothing = Totals(*[zero] * len(Totals._fields))
-        phase = jnp.clip(at[0], SUPPORT_START, SUPPORT_END)
+            velocity = jnp.stack([foot, quick, -quick])[sheet]
+        first = self.env.reset_env(jax.random.key(0), self.params)[1]
         more = dict(zip(self.names, at[2:], strict=False))
-        commanded = more.get("mean_rate", jnp.asarray(self.params.mean_rate, kind))
-        friction, mass = more.get("friction", one), more.get("mass", one)
-        load = more.get("payload", zero)
-        foot = more.get("place", zero)
-        return BipedEnvState(
-            biped=BipedState(phase, none, at[1], foot, velocity, zero),
-            mode=jnp.sign(velocity).astype(jnp.int32),
-            elapsed=none,
-            over=jnp.zeros((), bool),
-            drawn=Drawn(friction, mass, load, commanded, mark=more.get("to_go")),
-            totals=nothing,
-            rests=nothing,
-        )
+        moving = {"crank_rate": at[1], "foot_velocity": velocity}
+        moving["foot_position"] = more.pop("place", foot)
+        phase = jnp.clip(at[0], SUPPORT_START, SUPPORT_END)
+        drawn = first.drawn._replace(commands=None, mark=more.pop("to_go", None), **more)
+        biped, mode = replace(first.biped, phase=phase, **moving), jnp.sign(velocity)
+        return replace(first, biped=biped, mode=mode.astype(jnp.int32), drawn=drawn)
 
     def place(self, state: BipedEnvState) -> Place:
         """The place of a state; beyond the end of a further axis it is on the end."""

@@ -65,12 +65,12 @@ def provenance() -> dict[str, Any]:
 
 
 def markdown(rows: list[dict[str, Any]]) -> str:
-    """A Markdown table with the first row's keys as its head. A column whose every cell begins with
-    a digit holds numbers, which stand to the right."""
+    """A Markdown table with the first row's keys as its head: floats with four digits, nothing for
+    None. A column whose every cell begins with a digit holds numbers, which stand to the right."""
     words = {name: not all(str(row[name])[:1].isdigit() for row in rows) for name in rows[0]}
     columns = [Column(name, words=word) for name, word in words.items()]
     table = Table(columns, [[row[name] for name in words] for row in rows])
-    return table.markdown(aligned=True)[:-1]
+    return table.rounded(4).markdown(aligned=True)[:-1]
 
 
 def write_json(content: dict[str, Any], path: Path) -> None:
@@ -123,14 +123,14 @@ def measured_by_command(
     update: Callable[[dict[str, Any]], None],
     arguments: list[str] | None = None,
 ) -> None:
-    """Run `python -m benchmarks.NAME`: measure parts and write the JSON.
+    """Run `python -m benchmarks.NAME`: measure parts and write the JSON, whose other parts stay.
 
     parts: see `measured_parts`. update: writes pages and data from the JSON, for --update, and for
     --redraw, which measures nothing.
     """
     parser = options(name, about)
     add = parser.add_argument
-    add("--only", nargs="+", choices=list(parts), default=list(parts), help="measure these parts")
+    add("--only", nargs="+", choices=list(parts), default=list(parts), help="measure these alone")
     add("--quick", action="store_true", help="a few of each")
     add("--update", action="store_true", help="also write pages and data")
     add("--redraw", action="store_true", help="write pages and data from the JSON there is")

@@ -1,12 +1,9 @@
 """Errors and costs of settings, which `recommend` and the presets promise.
 
-    python -m benchmarks.tradeoff [--quick] [--update] [--only PART ...] [--out FILE]
-    python -m benchmarks.tradeoff --redraw
+    python -m benchmarks.tradeoff [--quick] [--update | --redraw] [--only PART ...] [--out FILE]
 
 population: each setting's errors on hundreds of seeded walks. costs: processor time of a simulated
-second. Only the parts named are measured; the JSON keeps the other, with its commit. --update also
-writes the module that `recommend` reads, the tables of docs/accuracy.md and the picture; --redraw
-does that without measuring.
+second. Pages and data: what `recommend` reads, the table of docs/accuracy.md and its picture.
 """
 
 from __future__ import annotations

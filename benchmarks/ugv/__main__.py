@@ -1,12 +1,10 @@
 """What `stickslip.dynamics.ugv.recommendation` promises of settings, and bounds of every drive.
 
-    python -m benchmarks.ugv [--quick] [--update] [--only PART ...] [--out FILE]
-    python -m benchmarks.ugv --redraw
+    python -m benchmarks.ugv [--quick] [--update | --redraw] [--only PART ...] [--out FILE]
 
 promise: errors and statuses of settings over random vehicles, ground and postures. costs: processor
-time of a pose. bounds: of each criterion on the named tracks. Only the parts named are measured;
-the JSON keeps the others, with their commits. --update also writes the module that `recommend`
-reads and the tables of docs/drives.md; --redraw does that without measuring.
+time of a pose. bounds: of each criterion on the named tracks. Pages and data: what `recommend`
+reads, and the tables of docs/drives.md.
 """
 
 from __future__ import annotations
@@ -31,7 +29,7 @@ from benchmarks.report import (
     unbeaten,
     where,
 )
-from benchmarks.timing import seconds_of
+from benchmarks.timing import built, seconds_of
 from benchmarks.ugv.poses import (
     AS_FUNCTION,
     CONFIDENCE,
@@ -96,8 +94,8 @@ def cost(ground: str, solver: PoseSolver, dtype: str, batch: int) -> float:
         track = GROUNDS[ground]()
     with jax.enable_x64(dtype == "float64"):
         arguments = (track.astype(jnp.dtype(dtype)), *map(jnp.asarray, drawn(dtype, batch)))
-        answers = jax.jit(partial(equilibrium, UGVParams(), friction=FRICTION, solver=solver))
-        program = answers.lower(*arguments).compile()
+        answers = partial(equilibrium, UGVParams(), friction=FRICTION, solver=solver)
+        program, _ = built(answers, *arguments)
         processor, _ = seconds_of(partial(program, *arguments), PATIENCE, 5, 10_000)
     return processor / batch
 
