@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from importlib import import_module
 from typing import Any
@@ -38,22 +37,14 @@ BOUNDS = (1e-2, 1e-4, 1e-6)
 """Accuracies asked for: largest error of the crank's angle over the samples [rad]."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """A walk of one step under a constant torque: on grip, or sliding once and stopping again."""
-
-    name: str
-    friction: float | None
-
-    @property
-    def scene(self) -> Scene:
-        """The floor; only the motion is asked for."""
-        if self.friction is None:
-            return Scene.grip(outputs="state")
-        return Scene.uniform(self.friction, self.friction, outputs="state")
+CASES: dict[str, float | None] = {"stick": None, "stick-slip": 0.4}
+"""Frictions of the floors, of a walk of one step: on grip, or sliding once and stopping again."""
 
 
-CASES = (Case("stick", None), Case("stick-slip", 0.4))
+def scene_of(case: str) -> Scene:
+    """The floor; only the motion is asked for."""
+    mu = CASES[case]
+    return Scene.grip(outputs="state") if mu is None else Scene.uniform(mu, mu, outputs="state")
 
 
 def error_of(angles: Any, wanted: Any) -> float:
@@ -63,7 +54,7 @@ def error_of(angles: Any, wanted: Any) -> float:
 
 
 @lru_cache
-def reference(case: Case, torques: tuple[float, ...] = (TORQUE,)) -> np.ndarray:
+def reference(case: str, torques: tuple[float, ...] = (TORQUE,)) -> np.ndarray:
     """Crank angles [torques, SAMPLES] with exact inertia functions in float64 and tiny steps.
 
     Under enable_x64. Halving the steps moves it by less than 1e-10 rad.
@@ -71,14 +62,14 @@ def reference(case: Case, torques: tuple[float, ...] = (TORQUE,)) -> np.ndarray:
     params, steps = BipedParams.from_bars(dtype=np.float64), 7900
 
     def walk(torque):
-        path = simulate(params, case.scene, BipedState(), torque, DURATION, DURATION / steps)
+        path = simulate(params, scene_of(case), BipedState(), torque, DURATION, DURATION / steps)
         return path.states.crank_angle[steps // SAMPLES :: steps // SAMPLES]
 
     return np.asarray(jnp.stack([walk(jnp.asarray(torque)) for torque in torques]))
 
 
 def measured(
-    program: str, case: Case, setting: str, run: Callable[[], Any], repeats: int, *, batch: int = 1
+    program: str, case: str, setting: str, run: Callable[[], Any], repeats: int, *, batch: int = 1
 ) -> dict[str, Any]:
     """Error of the first and the last walk, and simulated seconds a core-second.
 
@@ -90,7 +81,7 @@ def measured(
     processor = np.median(times_of(run, repeats, longest=1.0)[:, 0])
     return {
         "program": program,
-        "case": case.name,
+        "case": case,
         "setting": setting,
         "batch": batch,
         "error": error_of(angles[[0, -1]], wanted),
@@ -106,7 +97,7 @@ PER_SAMPLE = (1, 2, 3, 4, 6, 8, 9, 12, 16, 20, 24, 32, 48)
 CONFIGURATIONS = ((np.float32, Table(128, 3)), (np.float64, Table(32, 7)))
 
 
-def stickslip_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
+def stickslip_rows(case: str, quick: bool) -> Iterator[dict[str, Any]]:
     """One walk and a batch at every step size, in both precisions."""
     for batch in (1, BATCH):
         for dtype, table in CONFIGURATIONS:
@@ -120,14 +111,14 @@ def stickslip_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
                 yield measured("stickslip", case, setting, run, repeats, batch=batch)
 
 
-def program(case: Case, table: Table, dtype: Any, batch: int):
+def program(case: str, table: Table, dtype: Any, batch: int):
     """Torques, and the compiled walks under them for any step size."""
     params = BipedParams.from_bars(dtype=dtype)
     model = jax.jit(partial(prepare, fidelity=table))(params)
 
     def walk(torque, dt, count):
         def move(_, state):
-            return step(model, case.scene, state, torque, dt, integrator=RK4Split())[0]
+            return step(model, scene_of(case), state, torque, dt, integrator=RK4Split())[0]
 
         def sample(state, _):
             state = jax.lax.fori_loop(0, count, move, state)
@@ -156,12 +147,12 @@ STEPS = (200, 400, 800, 1600, 3200, 6400, 12800)
 """Timesteps of a walk."""
 
 
-def mujoco_walk(case: Case, settings: Settings) -> Callable[[], np.ndarray]:
+def mujoco_walk(case: str, settings: Settings) -> Callable[[], np.ndarray]:
     """Run of a compiled model: crank angles [1, SAMPLES]."""
     mujoco: Any = import_module("mujoco")
     rollout = import_module("mujoco.rollout").rollout
     robot = mechanism(BipedParams.from_bars(dtype=np.float64))
-    model = mujoco.MjModel.from_xml_string(mjcf(robot, settings, case.friction, feet=("1",)))
+    model = mujoco.MjModel.from_xml_string(mjcf(robot, settings, CASES[case], feet=("1",)))
     data, whole = mujoco.MjData(model), mujoco.mjtState.mjSTATE_FULLPHYSICS
     initial = np.zeros((1, mujoco.mj_stateSize(model, whole)))
     mujoco.mj_getState(model, data, initial[0], whole)
@@ -176,9 +167,9 @@ def mujoco_walk(case: Case, settings: Settings) -> Callable[[], np.ndarray]:
     return run
 
 
-def mujoco_rows(case: Case, quick: bool) -> Iterator[dict[str, Any]]:
+def mujoco_rows(case: str, quick: bool) -> Iterator[dict[str, Any]]:
     """Every family of settings from coarse to fine, on one core."""
-    for integrator, ratio in FAMILIES[case.name]:
+    for integrator, ratio in FAMILIES[case]:
         for steps in STEPS[: 3 if quick else None]:
             timestep = DURATION / steps
             settings = Settings(timestep, integrator, (ratio * timestep, 1.0))

@@ -9,6 +9,7 @@ second. Pages and data: what `recommend` reads, the table of docs/accuracy.md an
 from __future__ import annotations
 
 import math
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -110,7 +111,19 @@ def integrator_name(point: Promise) -> str:
 
 def source(content: dict[str, Any]) -> str:
     """Text of dynamics/biped/measured.json; the same content gives the same text."""
-    settings, costs, errors = _rows(content)
+    settings: list[list] = []
+    costs, errors = [], {}
+    for scene, robots, batch in product(FLOORS, ROBOTS, COSTS):
+        for promise in promises_of(content, scene, robots, batch):
+            if promise.setting not in settings:
+                settings.append(promise.setting)
+            index = settings.index(promise.setting)
+            if robots == ROBOTS[0]:
+                costs.append([scene, index, batch, three(promise.cost)])
+            bounds = [[three(v) for v in bound] for bound in promise.bounds.values()]
+            share = float(f"{promise.otherwise:.2g}")
+            errors[scene, index, robots] = [scene, index, robots, bounds, share]
+    presets = presets_of(content).items()
     return rows_json(
         {
             "costs_measured_on": where(content, "costs"),
@@ -118,10 +131,8 @@ def source(content: dict[str, Any]) -> str:
             "settings": settings,
             "costs": costs,
             "samples": [[s["scene"], s["robots"], s["count"]] for s in content["samples"]],
-            "errors": errors,
-            "presets": [
-                [name, settings.index(p.setting)] for name, p in presets_of(content).items()
-            ],
+            "errors": list(errors.values()),
+            "presets": [[name, settings.index(p.setting)] for name, p in presets],
         }
     )
 
@@ -144,25 +155,6 @@ def presets_of(content: dict[str, Any]) -> dict[str, Promise]:
     single = [p for p in points if p.dtype == "float32" and p.error <= USEFUL]
     fast, exact = cheapest(2e-2, single), cheapest(1e-8, points)
     return {"fast": fast, "balanced": knee_of(single), "exact": exact}
-
-
-def _rows(content: dict[str, Any]) -> tuple[list[list], list[list], list[list]]:
-    """Settings by index, rows of costs, rows of errors."""
-    settings: list[list] = []
-    costs, errors = [], {}
-    for scene in FLOORS:
-        for robots in ROBOTS:
-            for batch in COSTS:
-                for promise in promises_of(content, scene, robots, batch):
-                    if promise.setting not in settings:
-                        settings.append(promise.setting)
-                    index = settings.index(promise.setting)
-                    if robots == ROBOTS[0]:
-                        costs.append([scene, index, batch, three(promise.cost)])
-                    bounds = [[three(v) for v in bound] for bound in promise.bounds.values()]
-                    share = float(f"{promise.otherwise:.2g}")
-                    errors[scene, index, robots] = [scene, index, robots, bounds, share]
-    return settings, costs, list(errors.values())
 
 
 def body(content: dict[str, Any]) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.peers import __main__ as command
-from benchmarks.peers.programs import CASES, error_of
+from benchmarks.peers.programs import error_of
 from benchmarks.report import RESULTS
 from stickslip.agents.exchange.files import Settings
 
@@ -32,7 +32,7 @@ def test_mujoco_walks_as_we_do(float64):
     from benchmarks.peers.programs import mujoco_walk
 
     settings = Settings(0.79 / 800, "RK4", (0.5 * 0.79 / 800, 1.0))
-    found = mujoco_walk(CASES[0], settings)()[0]
+    found = mujoco_walk("stick", settings)()[0]
     # exact functions, float64, steps of 0.1 ms (benchmarks.peers.programs.reference)
     assert found[4] == pytest.approx(2.91477155, abs=1e-5)
     assert found[-1] == pytest.approx(4.49633265, abs=2e-4)
