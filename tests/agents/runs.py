@@ -6,6 +6,7 @@ import numpy as np
 
 from stickslip.agents import load_policy
 from stickslip.agents.training.directory import list_checkpoints, read_columns
+from tests.trees import assert_same
 
 TIMED = {"seconds", "steps_per_second"}
 """Columns that no two runs have alike."""
@@ -13,9 +14,7 @@ TIMED = {"seconds", "steps_per_second"}
 
 def assert_same_run(one: Path, other: Path):
     """The same policy to the last bit, the same numbers in the same rows."""
-    a, b = load_policy(one / "policy.npz"), load_policy(other / "policy.npz")
-    for left, right in zip((*a.weights, *a.biases), (*b.weights, *b.biases), strict=True):
-        np.testing.assert_array_equal(left, right)
+    assert_same(*(load_policy(path / "policy.npz") for path in (one, other)))
     for name in ("metrics.csv", "evaluations.csv"):
         left, right = read_columns(one / name), read_columns(other / name)
         assert left.keys() == right.keys()

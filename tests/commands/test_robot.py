@@ -2,13 +2,13 @@
 
 import json
 
-import jax
 import numpy as np
 import pytest
 
 from stickslip.cli import main
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.ugv import UGVParams
+from tests.trees import assert_same
 
 pytest.importorskip("matplotlib", reason="needs the extra viz")
 
@@ -20,10 +20,7 @@ def test_templates_are_the_default_machines(tmp_path):
     ):
         path = tmp_path / f"{machine}.toml"
         assert main(["robot", "--new", "--machine", machine, str(path)]) == 0
-        for one, other in zip(
-            jax.tree.leaves(kind.from_file(path)), jax.tree.leaves(usual), strict=True
-        ):
-            np.testing.assert_allclose(one, other, rtol=1e-6)
+        assert_same(kind.from_file(path), usual, 1e-6)
         before = path.read_text()
         assert main(["robot", "--new", str(path)]) == 2
         assert path.read_text() == before

@@ -5,6 +5,7 @@ Call these inside a test: the precision is the one in force there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -165,27 +166,18 @@ def _episode(env, params, key, given) -> Rollout:
 _lone_walk = jax.jit(_episode, static_argnums=0)
 
 
-class CompileCount:
-    """Counts XLA compilations while entered."""
+def warm_then_count(use: Callable[[int], None]) -> int:
+    """Compilations by XLA in three turns after a first one."""
+    heard: list[str] = []
 
-    _live: list[CompileCount] = []  # noqa: RUF012
-    _listening = False
+    def hear(event: str, *_: Any, **__: Any) -> None:
+        heard.append(event)
 
-    def __init__(self):
-        self.count = 0
-
-    def __enter__(self) -> CompileCount:
-        if not CompileCount._listening:
-            jax.monitoring.register_event_duration_secs_listener(CompileCount._heard)
-            CompileCount._listening = True
-        CompileCount._live.append(self)
-        return self
-
-    def __exit__(self, *_: Any) -> None:
-        CompileCount._live.remove(self)
-
-    @staticmethod
-    def _heard(event: str, *_: Any, **__: Any) -> None:
-        if event == "/jax/core/compile/backend_compile_duration":
-            for counter in CompileCount._live:
-                counter.count += 1
+    use(0)
+    jax.monitoring.register_event_duration_secs_listener(hear)
+    try:
+        for turn in range(1, 4):
+            use(turn)
+    finally:
+        jax.monitoring.unregister_event_duration_listener(hear)
+    return heard.count("/jax/core/compile/backend_compile_duration")

@@ -2,21 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 
-from tests.envs.helpers import CompileCount, make, make_vec, task
+from tests.envs.helpers import make, make_vec, task, warm_then_count
 from tests.extras import SB3
-
-
-def warm_then_count(use: Callable[[int], None]) -> int:
-    use(0)
-    with CompileCount() as compiled:
-        for turn in range(1, 4):
-            use(turn)
-    return compiled.count
 
 
 def test_the_single_environment_compiles_once():

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from typing import Any
 
 import gymnasium
-import jax
 import numpy as np
 import pytest
 
@@ -18,26 +16,20 @@ from stickslip.envs import BipedEnv, RandomTrack, UGVEnv, UGVRandomisation
 from stickslip.optim import PostureProblem
 from tests.envs.helpers import BIPED, make
 from tests.envs.ugv.helpers import UGV
+from tests.trees import assert_same
 
 PLACE = (4.0, (1.5, 1.6))
-
-
-def same(one: Any, other: Any) -> bool:
-    """Structure and every number, bit by bit."""
-    pairs = zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True)
-    alike = jax.tree.structure(one) == jax.tree.structure(other)
-    return alike and all(np.array_equal(a, b) for a, b in pairs)
 
 
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_by_name_makes_the_parameters_of_the_scene(name):
     env, scene = BipedEnv(), Scene.named(name)
-    assert same(env.make_params(scene=name), env.make_params(scene=scene))
-    assert same(env.default_params.replace(scene=name), env.default_params.replace(scene=scene))
+    assert_same(env.make_params(scene=name), env.make_params(scene=scene))
+    assert_same(env.default_params.replace(scene=name), env.default_params.replace(scene=scene))
 
 
 def test_a_named_scene_takes_the_options_of_a_scene():
-    assert same(
+    assert_same(
         Scene.named("wet", payload=1.5, steps="one"),
         Scene.uniform(0.2, 0.15, payload=1.5, steps="one"),
     )
@@ -47,14 +39,14 @@ def test_a_named_scene_takes_the_options_of_a_scene():
 @pytest.mark.parametrize("name", [*(one for one in TRACKS if one != "rough"), "rough"])
 def test_a_track_by_name_makes_the_parameters_of_the_track(name):
     env = UGVEnv()
-    assert same(env.make_params(track=name), env.make_params(track=Track.named(name)))
+    assert_same(env.make_params(track=name), env.make_params(track=Track.named(name)))
 
 
 @pytest.mark.parametrize("name", RANDOM_TRACKS)
 def test_a_random_track_by_name_is_drawn_on_level_ground(name):
     env, drawn = UGVEnv(), UGVRandomisation(RandomTrack.named(name), (0.5, 0.9))
     given = env.make_params(track=name, randomisation=UGVRandomisation(friction=(0.5, 0.9)))
-    assert same(given, env.make_params(track=Track.flat(), randomisation=drawn))
+    assert_same(given, env.make_params(track=Track.flat(), randomisation=drawn))
     again = env.make_params(track=name).replace(track=RANDOM_TRACKS[0]).randomisation.track
     assert type(again) is RandomTrack
     with pytest.raises(ValueError, match=r"beside a track in randomisation; accepted: one of them"):
@@ -65,13 +57,13 @@ def test_a_random_track_by_name_is_drawn_on_level_ground(name):
 def test_the_mechanics_take_names():
     robot, start = BipedParams.from_bars(), BipedState()
     walks = [simulate(robot, s, start, 1.0, 0.1, 0.01) for s in ("firm", Scene.uniform(0.5, 0.4))]
-    assert same(*(walk.final for walk in walks))
+    assert_same(*(walk.final for walk in walks))
     vehicle, bump = UGVParams(), Track.bump()
-    assert same(pose(vehicle, "bump", *PLACE), pose(vehicle, bump, *PLACE))
-    assert same(equilibrium(vehicle, "bump", *PLACE), equilibrium(vehicle, bump, *PLACE))
-    assert same(Odometer.along("bump"), Odometer.along(bump))
+    assert_same(pose(vehicle, "bump", *PLACE), pose(vehicle, bump, *PLACE))
+    assert_same(equilibrium(vehicle, "bump", *PLACE), equilibrium(vehicle, bump, *PLACE))
+    assert_same(Odometer.along("bump"), Odometer.along(bump))
     assert np.array_equal(PostureProblem.along("bump").x, PostureProblem.along(bump).x)
-    assert same(PostureProblem(vehicle, "bump", [3.0, 4.0]).track, bump)
+    assert_same(PostureProblem(vehicle, "bump", [3.0, 4.0]).track, bump)
     assert recommend(1e-3, "wet").setting == recommend(1e-3, "stick-slip").setting
 
 
@@ -79,7 +71,7 @@ def test_gymnasium_keeps_the_name():
     env = gymnasium.make(BIPED, scene="ice-patch")
     assert env.spec is not None
     assert '"scene": "ice-patch"' in env.spec.to_json()
-    assert same(env.unwrapped.params.scene, make(scene=Scene.named("ice-patch")).params.scene)  # type: ignore[attr-defined]
+    assert_same(env.unwrapped.params.scene, make(scene=Scene.named("ice-patch")).params.scene)  # type: ignore[attr-defined]
 
 
 @pytest.mark.parametrize(

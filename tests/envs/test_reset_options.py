@@ -9,13 +9,8 @@ import numpy as np
 import pytest
 
 from stickslip.envs import BipedEnv, GymEnv, Randomisation, RandomTrack, UGVEnv, UGVRandomisation
-from tests.envs.helpers import RANGES, CompileCount, make, task
-from tests.envs.test_names import same
-from tests.envs.ugv import helpers as ugv_helpers
-
-CLOSE = {"rtol": 1e-5, "atol": 1e-5}
-"""Single precision, in programs that are compiled differently: numbers that a step is compiled
-with, and numbers that it is passed."""
+from tests.envs.helpers import RANGES, make, task, warm_then_count
+from tests.trees import assert_same
 
 
 def episode(env: GymEnv, options: dict[str, Any] | None = None, seed: int = 4) -> list[np.ndarray]:
@@ -49,8 +44,8 @@ def test_parameters_of_an_episode_are_what_make_params_gives():
     options = {"phase": 2.0, "crank_rate": 1.0, "mean_rate": 2.0}
     starts = {name: (value, value) for name, value in options.items()}
     made = env.make_params(randomisation=replace(RANGES, **starts))
-    assert same(env.episode_params(params, options), made)
-    assert same(params, env.make_params(randomisation=RANGES))
+    assert_same(env.episode_params(params, options), made)
+    assert_same(params, env.make_params(randomisation=RANGES))
 
 
 GROUND = UGVRandomisation(RandomTrack((0.0, 0.1)), (0.5, 0.9), (1.0, 2.0))
@@ -61,16 +56,7 @@ def test_parameters_of_a_drive_are_what_make_params_gives(before):
     env = UGVEnv()
     given = env.episode_params(env.make_params(randomisation=before), {"start_angles": (1.5, 1.7)})
     drawn = UGVRandomisation(before.track, before.friction)
-    assert same(given, env.make_params(start_angles=(1.5, 1.7), randomisation=drawn))
-
-
-@pytest.mark.long
-def test_a_ugvs_drive_is_that_of_parameters_with_its_options():
-    start = {"start_angles": (1.4, 1.7)}
-    given = episode(ugv_helpers.make("short"), start)
-    made = episode(ugv_helpers.make("short", **start))
-    for one, other in zip(given, made, strict=True):
-        np.testing.assert_allclose(one, other, **CLOSE)
+    assert_same(given, env.make_params(start_angles=(1.5, 1.7), randomisation=drawn))
 
 
 def test_other_numbers_of_a_bipeds_start_compile_nothing():
@@ -82,11 +68,7 @@ def test_other_numbers_of_a_bipeds_start_compile_nothing():
         env.reset(options={"crank_rate": 0.1 * turn, "mean_rate": 2.0 + turn})
         env.reset()
 
-    use(0)
-    with CompileCount() as compiled:
-        for turn in range(1, 4):
-            use(turn)
-    assert compiled.count == 0
+    assert warm_then_count(use) == 0
 
 
 BAD: list[tuple[Any, str]] = [

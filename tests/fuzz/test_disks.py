@@ -8,12 +8,12 @@ import re
 import subprocess
 from pathlib import Path
 
-import jax.numpy as jnp
 import pytest
 
-from stickslip.agents import MLPPolicy, load_policy, read_sweep, save_policy
+from stickslip.agents import load_policy, read_sweep, save_policy
 from stickslip.agents.training.directory import list_checkpoints
 from stickslip.cli import OK, WRONG_INPUT, main
+from tests.agents.networks import make_policy
 from tests.agents.runs import assert_same_run
 from tests.agents.sweeps.masses import swept
 
@@ -73,10 +73,6 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def policy() -> MLPPolicy:
-    return MLPPolicy((jnp.ones((6, 1)),), (jnp.zeros(1),), jnp.zeros(6), jnp.ones(6))
-
-
 def refused(capfd: pytest.CaptureFixture[str], words: str, *arguments: str) -> None:
     """The command fails with one line that says so, and no traceback of any thread."""
     capfd.readouterr()
@@ -125,8 +121,8 @@ def test_a_sweep_on_a_full_disk_goes_on_when_there_is_room(disk, tmp_path, size:
 
 @pytest.mark.parametrize("how", ["full", "read-only"])
 def test_outputs_fail_with_one_line_and_nothing_half_written(disk, capfd, tmp_path, how: str):
-    name = str(save_policy(policy(), tmp_path / "policy.npz"))
-    kept = save_policy(policy(), disk.path / "kept.npz") if how == "read-only" else None
+    name = str(save_policy(make_policy((6, 1)), tmp_path / "policy.npz"))
+    kept = save_policy(make_policy((6, 1)), disk.path / "kept.npz") if how == "read-only" else None
     if how == "full":
         disk.fill()
     else:
@@ -134,7 +130,7 @@ def test_outputs_fail_with_one_line_and_nothing_half_written(disk, capfd, tmp_pa
     words = SPACE if how == "full" else READ_ONLY
     before = sorted(disk.path.rglob("*"))
     with pytest.raises(OSError, match=words):
-        save_policy(policy(), disk.path / "policy.npz", overwrite=True)
+        save_policy(make_policy((6, 1)), disk.path / "policy.npz", overwrite=True)
     out = ["--out", str(disk.path / "out")]
     quick = ["--episodes", "1", "--start", "rest"]
     refused(capfd, words, "evaluate", name, *quick, *out)

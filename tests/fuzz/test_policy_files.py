@@ -1,6 +1,5 @@
 """Policy files, checkpoints and configurations of any content: a ValueError, or what is sound."""
 
-import itertools
 import json
 import resource
 import time
@@ -11,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.agents import MLPPolicy, describe_environment, load_policy, save_policy
+from stickslip.agents import describe_environment, load_policy, save_policy
 from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.network import FARTHEST
@@ -23,6 +22,7 @@ from stickslip.agents.training.directory import (
     read_state,
 )
 from stickslip.envs import BipedEnv
+from tests.agents.networks import make_policy
 from tests.fuzz import spoilt
 
 pytestmark = pytest.mark.long
@@ -33,17 +33,7 @@ LONGEST, LARGEST = 2.0, 600e6
 
 @pytest.fixture
 def policy_bytes(tmp_path: Path) -> bytes:
-    rng = np.random.default_rng(0)
-    sizes = (6, 16, 16, 1)
-    pairs = list(itertools.pairwise(sizes))
-    policy = MLPPolicy(
-        weights=tuple(jnp.float32(rng.normal(size=pair)) for pair in pairs),
-        biases=tuple(jnp.float32(rng.normal(size=n)) for _, n in pairs),
-        shift=jnp.float32(rng.normal(size=6)),
-        scale=jnp.float32(rng.uniform(0.5, 2.0, 6)),
-        activation="relu",
-        observation_clip=10.0,
-    )
+    policy = make_policy((6, 16, 16, 1), 0, activation="relu", observation_clip=10.0)
     env = BipedEnv()
     about = describe_environment(env, env.default_params)
     return save_policy(policy, tmp_path / "whole.npz", about).read_bytes()

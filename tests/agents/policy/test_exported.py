@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 from pathlib import Path
 
@@ -11,17 +10,7 @@ import pytest
 
 from stickslip.agents import MLPPolicy, export_onnx, load_policy, read_metadata, shipped_names
 from stickslip.cli import OK, WRONG_INPUT, main
-
-
-def made(seed: int, activation: str, squash: str, clip: float | None, layers: int) -> MLPPolicy:
-    draw = np.random.default_rng(seed)
-    widths = [6, *[16] * (layers - 1), 1]
-    weights = tuple(
-        np.float32(draw.normal(size=(a, b)) / a**0.5) for a, b in itertools.pairwise(widths)
-    )
-    biases = tuple(np.float32(draw.normal(size=b)) for b in widths[1:])
-    shift, scale = np.float32(draw.normal(size=6)), np.float32(draw.uniform(0.1, 3, 6))
-    return MLPPolicy(weights, biases, shift, scale, activation, squash, clip)
+from tests.agents.networks import make_policy
 
 
 def observations(policy: MLPPolicy, count: int = 64) -> np.ndarray:
@@ -48,7 +37,8 @@ def run(path: Path, obs: np.ndarray) -> np.ndarray:
     ("squash", "clip", "layers"), [("clip", 5.0, 3), ("tanh", None, 2), ("clip", None, 1)]
 )
 def test_every_kind_of_policy_acts_alike(tmp_path, activation, squash, clip, layers):
-    policy = made(layers, activation, squash, clip, layers)
+    sizes, kind = [6, *[16] * (layers - 1), 1], {"activation": activation, "squash": squash}
+    policy = make_policy(sizes, factor=0.3, observation_clip=clip, **kind)
     obs = observations(policy)
     assert np.ptp(policy(obs)) > 0.5
     assert_alike(run(export_onnx(policy, tmp_path / "policy.onnx"), obs), policy, obs)

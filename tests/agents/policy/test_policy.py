@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import pickle
@@ -10,7 +9,6 @@ import tempfile
 import zipfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -29,18 +27,9 @@ from stickslip.agents import (
 )
 from stickslip.agents.policy.network import FARTHEST
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
-
-
-def make_policy(sizes=(7, 5, 4, 1), seed=2, factor=1.0, **choices) -> MLPPolicy:
-    rng = np.random.default_rng(seed)
-    pairs = list(itertools.pairwise(sizes))
-    numbers = {
-        "weights": tuple(factor * rng.normal(size=pair) for pair in pairs),
-        "biases": tuple(factor * rng.normal(size=n) for _, n in pairs),
-        "shift": rng.normal(size=sizes[0]),
-        "scale": rng.uniform(0.5, 2.0, sizes[0]),
-    }
-    return MLPPolicy(**jax.device_put(jax.tree.map(np.float32, numbers)), **choices)
+from tests.agents.networks import make_policy
+from tests.fuzz.spoilt import archive_of, members_of
+from tests.trees import assert_same
 
 
 @pytest.fixture
@@ -59,12 +48,6 @@ def policies(draw: st.DrawFn) -> MLPPolicy:
         squash=draw(st.sampled_from(["tanh", "clip"])),
         observation_clip=draw(st.none() | st.floats(0.5, 1e3)),
     )
-
-
-def assert_same(one: Any, other: Any) -> None:
-    assert jax.tree.structure(one) == jax.tree.structure(other)
-    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
-        assert np.asarray(a).tobytes() == np.asarray(b).tobytes()
 
 
 @settings(max_examples=40)
@@ -150,11 +133,7 @@ def with_metadata(path, **changes):
 
 def with_member(path, name, content):
     """The same archive with one member's bytes replaced."""
-    with zipfile.ZipFile(path) as archive:
-        members = {one: archive.read(one) for one in archive.namelist()} | {name: content}
-    with zipfile.ZipFile(path, "w") as archive:
-        for one, raw in members.items():
-            archive.writestr(one, raw)
+    path.write_bytes(archive_of(members_of(path.read_bytes()) | {name: content}))
 
 
 def huge_header(path):

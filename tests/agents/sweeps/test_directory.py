@@ -11,7 +11,7 @@ from stickslip.agents.ugv.controllers import Optimum
 from stickslip.agents.ugv.episodes import UGVEpisodes
 from stickslip.envs import BipedEnv, UGVEnv
 from tests.agents.mass import MassEnv, Pull
-from tests.agents.sweeps.masses import TASK, WHO, swept
+from tests.agents.sweeps.masses import TASK, swept
 
 
 def contents(path: Path) -> dict[str, bytes]:
@@ -82,15 +82,23 @@ def test_damaged_and_foreign_files_are_named_and_left(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("axes", "said"),
+    ("how", "said"),
     [
-        ({"mu_pach": [1.0]}, r"'mu_pach' is no number of this task \(did you mean mu_patch\?\)"),
-        ({"mass": [1.0], "task.mass": [2.0]}, r"axes mass and task.mass both set task\.mass"),
+        (
+            {"axes": {"mu_pach": [1.0]}},
+            r"'mu_pach' is no number of this task \(did you mean mu_patch\?\)",
+        ),
+        (
+            {"axes": {"mass": [1.0], "task.mass": [2.0]}},
+            r"axes mass and task.mass both set task\.mass",
+        ),
+        ({"episodes": 0}, "episodes = 0"),
+        ({"cell": 0}, "cell = 0"),
     ],
 )
-def test_axes_that_a_task_does_not_have_are_refused(tmp_path, axes, said: str):
+def test_axes_and_numbers_that_will_not_do_are_refused(tmp_path, how, said: str):
     with pytest.raises(ValueError, match=said):
-        sweep(TASK, WHO, axes, 2, tmp_path / "out")
+        swept(tmp_path / "out", **how)
     assert not (tmp_path / "out").exists()
 
 
@@ -105,19 +113,6 @@ def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
     ):
         with pytest.raises(ValueError, match=said):
             sweep(task, who, {}, 2, tmp_path / "out")
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("how", "said"),
-    [
-        ({"episodes": 0}, "episodes = 0"),
-        ({"cell": 0}, "cell = 0"),
-    ],
-)
-def test_numbers_that_are_none_are_refused(tmp_path, how, said: str):
-    with pytest.raises(ValueError, match=said):
-        swept(tmp_path / "out", **how)
     assert not (tmp_path / "out").exists()
 
 

@@ -19,15 +19,14 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.ugv import Track, UGVParams
 from stickslip.dynamics.ugv.params import VEHICLE
 from stickslip.envs import BipedEnv, Randomisation, UGVEnv
+from tests.trees import assert_same
 
 SHORT = 0.1
 BIPED, UGV = (machine_by_name(name).swept() for name in ("biped", "ugv"))
 
 
-def assert_same(one: object, other: object) -> None:
-    assert jax.tree.structure(one) == jax.tree.structure(other)
-    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
-        np.testing.assert_allclose(np.asarray(a), np.asarray(b), rtol=2e-5, atol=1e-6)
+def close(one: object, other: object) -> None:
+    assert_same(one, jax.tree.map(jnp.asarray, other), rtol=2e-5, atol=1e-6)
 
 
 def put(swept, params, **values: float):
@@ -46,7 +45,7 @@ def test_axes_of_the_biped_are_what_make_params_makes_of_the_numbers():
     heavy = replace(heavy, mass=jnp.asarray(heavy.mass).at[12].set(0.9))
     expected = env.make_params(scene=floor, robot=heavy, mean_rate=5.0, slip_weight=2.0)
     names = {"mu": 0.1, "payload": 3.0, "robot.mass.12": 0.9, "slip_weight": 2.0}
-    assert_same(put(BIPED, params, **names, mean_rate=5.0), expected)
+    close(put(BIPED, params, **names, mean_rate=5.0), expected)
 
 
 def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
@@ -55,7 +54,7 @@ def test_axes_of_the_ugv_are_what_make_params_makes_of_the_numbers():
     params = env.make_params(track=Track.bump(0.1, width=1.0), **way)
     made = put(UGV, params, height=0.2, **{"vehicle.body_mass": 200.0}, friction=0.6)
     track, vehicle = Track.bump(0.2, width=1.0), UGVParams(body_mass=200.0)
-    assert_same(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
+    close(made, env.make_params(track=track, vehicle=vehicle, friction=0.6, **way))
 
 
 def test_an_axis_of_every_number_of_both_machines_is_what_set_makes_of_it():
@@ -67,7 +66,7 @@ def test_an_axis_of_every_number_of_both_machines_is_what_set_makes_of_it():
         assert target in BIPED.known(opened)
         assert target.startswith("task.") or ROBOT.names[target] == place
     tibia = {"robot.mass.tibia": 0.9, "robot.centre.tibia.x": 0.2, "robot.crank_length": 0.04}
-    assert_same(put(BIPED, params, **tibia).robot.bare, BipedParams.from_file(None, tibia))
+    close(put(BIPED, params, **tibia).robot.bare, BipedParams.from_file(None, tibia))
     limits = {"motor.max_power", "motor.speed"}  # a file's words for a torque limit
     for name in VEHICLE.names.keys() - limits:
         opened = UGV.opened(other, {name})

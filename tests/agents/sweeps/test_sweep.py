@@ -8,11 +8,11 @@ import numpy as np
 import pyarrow as pa
 import pytest
 
-from stickslip.agents import evaluate, read_sweep, sweep, sweep_arrays
+from stickslip.agents import evaluate, read_sweep, sweep_arrays
 from stickslip.agents.sweeps import cells
 from stickslip.records.signals import StoppedError
-from tests.agents.mass import MassEnv, MassParams, Pull
-from tests.agents.sweeps.masses import WHO, StillParams, swept
+from tests.agents.mass import MassEnv, MassParams
+from tests.agents.sweeps.masses import WHO, swept
 
 
 def rows(path: Path) -> pa.Table:
@@ -70,8 +70,3 @@ def test_files_say_what_they_are(tmp_path):
     assert len(about["digest"]) == 64
     assert about["definition"]["sets"]["mu_patch"] == ["task.mu_patch"]
     assert set(table["policy"].to_pylist()) == {"pull", "hard"}
-
-
-def test_a_reset_that_draws_nothing_is_played_once(tmp_path):
-    task = (MassEnv(), StillParams(time_limit=0.5))
-    assert sweep(task, {"pull": Pull()}, {"mu": [0.1, 0.2]}, 50, tmp_path).episodes == 2

@@ -1,8 +1,8 @@
 """What a scene contains does what it says; what it leaves out changes nothing."""
 
 from dataclasses import replace
+from functools import partial
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from stickslip.dynamics import Scene, Status
 from stickslip.dynamics.biped import floor_position, simulate, step
 from stickslip.dynamics.biped.contact import patch_at
 from tests.dynamics.biped.helpers import FINE, RECORDING, default_model, default_params, state_of
+from tests.trees import assert_same
 
 COUNT = 200
 
@@ -24,9 +25,7 @@ def uniform(mu, **options):
     return Scene.uniform(jnp.asarray(mu), jnp.asarray(mu), **options)
 
 
-def assert_same(one, other, rtol=1e-12, atol=1e-14):
-    for a, b in zip(jax.tree.leaves(one), jax.tree.leaves(other), strict=True):
-        np.testing.assert_allclose(a, b, rtol=rtol, atol=atol)
+close = partial(assert_same, rtol=1e-12, atol=1e-14)
 
 
 def test_grip_never_slips_and_is_the_limit_of_high_friction(float64):
@@ -37,14 +36,14 @@ def test_grip_never_slips_and_is_the_limit_of_high_friction(float64):
         np.testing.assert_array_equal(getattr(walk.states, name), 0.0)
     np.testing.assert_array_equal(walk.contacts.mode, 0)
     np.testing.assert_array_equal(walk.contacts.slide_distance, 0.0)
-    assert_same(walk.states, go(uniform(1e6), state_of()).states)
+    close(walk.states, go(uniform(1e6), state_of()).states)
 
 
 def test_states_are_the_same_without_forces(float64):
     begin = state_of(phase=2.0, crank_rate=3.0)
     full, bare = (go(uniform(0.06, outputs=o), begin, 0.0) for o in ("forces", "state"))
     assert int(full.status) == Status.SLIP_ONSET
-    assert_same(full.states, bare.states)
+    close(full.states, bare.states)
     assert bare.contacts.zmp is None
     assert full.contacts.zmp.shape == (COUNT,)
 
@@ -60,7 +59,7 @@ def test_a_sliding_foot_takes_the_friction_of_the_side_it_is_on(float64):
     left = go(uniform(0.1), begin, 0.2, time).final
     np.testing.assert_allclose(left.foot_position, edge, atol=1e-11)
     right = go(uniform(0.02), left, 0.2, duration - time).final
-    assert_same(whole.final, right, rtol=1e-8, atol=1e-10)
+    close(whole.final, right, rtol=1e-8, atol=1e-10)
     ratio = np.asarray(whole.contacts.friction_force / whole.contacts.normal_force)
     over = np.asarray(whole.states.foot_position[1:]) > edge
     np.testing.assert_allclose(ratio[over], -0.02, rtol=1e-12)
@@ -76,7 +75,7 @@ def test_a_floor_moved_by_whole_steps_is_met_as_many_steps_later(float64):
         assert [kind for _, kind, _ in walks[-1].events()] == ["patch"]
     first, *others = (replace(walk.contacts, events=None) for walk in walks)
     for other in others:
-        assert_same(first, other, 1e-9, 1e-9)
+        close(first, other, rtol=1e-9, atol=1e-9)
     times = [walk.events()[0][0] for walk in walks]
     assert times == pytest.approx([times[0]] * 3, rel=1e-11)
 
@@ -121,7 +120,7 @@ def test_a_scene_s_payload_walks_as_the_robot_s_own_does(float64):
         simulate(robot, where, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
         for robot, where in ((params, scene), (loaded, floor))
     ]
-    assert_same(walks[0], walks[1])
+    close(walks[0], walks[1])
     alone = simulate(params, floor, state_of(), 1.5, 0.05, 0.01, fidelity=FINE)
     assert abs(float(alone.final.phase - walks[0].final.phase)) > 1e-3
 
@@ -131,5 +130,5 @@ def test_torque_may_be_a_number_an_array_or_a_function_of_the_state(float64):
     function = simulate(
         default_model(), Scene.grip(), state_of(), lambda state: 0.9, 0.8, 0.8 / COUNT
     )
-    assert_same(number.states, function.states)
+    close(number.states, function.states)
     np.testing.assert_array_equal(function.torques, 0.9)

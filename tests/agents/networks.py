@@ -1,0 +1,20 @@
+"""Policies of random numbers."""
+
+import itertools
+
+import jax
+import numpy as np
+
+from stickslip.agents import MLPPolicy
+
+
+def make_policy(sizes=(7, 5, 4, 1), seed=2, factor=1.0, **choices) -> MLPPolicy:
+    rng = np.random.default_rng(seed)
+    pairs = list(itertools.pairwise(sizes))
+    numbers = {
+        "weights": tuple(factor * rng.normal(size=pair) for pair in pairs),
+        "biases": tuple(factor * rng.normal(size=n) for _, n in pairs),
+        "shift": rng.normal(size=sizes[0]),
+        "scale": rng.uniform(0.5, 2.0, sizes[0]),
+    }
+    return MLPPolicy(**jax.device_put(jax.tree.map(np.float32, numbers)), **choices)
