@@ -30,7 +30,7 @@ from stickslip.agents.policy.shipped import policy_name, shipped_path, short_nam
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
-from stickslip.envs.tasks.known import FILE, Bound, Known, read_known
+from stickslip.envs.tasks.known import FILE, read_known
 from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.gait.profile import robot_of
@@ -128,6 +128,7 @@ def bound_steady_reward(
 EPISODES = {"biped": 32, "ugv": 64}
 """Episodes of a task whose resets draw; of another task one."""
 VALUE_ITERATION = "dynamic programming"
+"""Of `python -m benchmarks.optimum`, where it was tried."""
 PLANNERS = ("optimum",)
 """Baselines that plan an episode with exact knowledge of it: not by hand."""
 SHIELDED, SHIELD = ("computed-torque", "optimal-gait"), 0.02
@@ -306,20 +307,23 @@ def long_table() -> str:
         known = known_of(task)
         if known is None:
             continue
-        hand, learned = known.by_hand, known.learned
+        hand, learned, name = known.by_hand, known.learned, policy_name(task.name)
         scores = [known.scale.score(one) for one in learned.returns] if learned else []
+        planned = [one for one in (known.best, *known.planners) if one.policy == VALUE_ITERATION]
+        shipped = None if shipped_path(name) is None else record_of(name).score
+        limits = ["" if one is None else f"{one.value:.4g}" for one in (known.assumed, known.bound)]
         rows.append(
             {
                 "task": f"`{task.name}`",
                 "tier": task.tier,
                 "idle (0)": f"{known.trivial.value:.4g}",
                 "best by hand": f"{known.score_of(hand).shown(2)}: {hand.shown}, {hand.policy}",
-                "dynamic programming": _planned(known),
+                "dynamic programming": known.score_of(planned[0]).shown(2) if planned else "",
                 "PPO": "" if learned is None else mean_interval(scores).shown(2),
-                "shipped": _shipped(task.name),
+                "shipped": "" if shipped is None else shipped.shown(2),
                 "best known (1)": known.best.shown,
-                "if steady, no slip": _at_most(known.assumed),
-                "proved: at most": _at_most(known.bound),
+                "if steady, no slip": limits[0],
+                "proved: at most": limits[1],
             }
         )
     return f"{markdown(rows)}\n\n{_in_words()}"
@@ -335,24 +339,6 @@ def _in_words() -> str:
             drawn = (DOCS / picture).exists()
             found.append(f"{asked}\n\n![{task.name}]({picture})" if drawn else asked)
     return "\n\n".join(found)
-
-
-def _planned(known: Known) -> str:
-    """The score of value iteration (`python -m benchmarks.optimum`), where it was tried."""
-    rows = [one for one in (known.best, *known.planners) if one.policy == VALUE_ITERATION]
-    return known.score_of(rows[0]).shown(2) if rows else ""
-
-
-def _shipped(task: str) -> str:
-    """The score of the package's policy."""
-    if shipped_path(policy_name(task)) is None:
-        return ""
-    score = record_of(policy_name(task)).score
-    return "" if score is None else score.shown(2)
-
-
-def _at_most(bound: Bound | None) -> str:
-    return "" if bound is None else f"{bound.value:.4g}"
 
 
 def main(arguments: list[str]) -> None:

@@ -125,20 +125,20 @@ def at_bounds(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     for row in rows:
         if row["error"] is not None:
             groups.setdefault((row["case"], row["program"], row["batch"]), []).append(row)
-    table = []
-    for (case, program, batch), group in groups.items():
-        line = {"walk": case, "program": program, "batch": batch}
-        for bound in BOUNDS:
-            meet = [row for row in group if row["error"] <= bound]
-            if meet:
-                best = max(meet, key=lambda row: row["core_rate"])
-                digits = ",.0f" if best["core_rate"] >= 100 else ".3g"
-                text = f"{best['core_rate']:{digits}} ({best['setting']})"
-            else:
-                text = f"not reached ({min(row['error'] for row in group):.1e})"
-            line[f"{bound:g} rad"] = text
-        table.append(line)
-    return table
+    return [
+        {"walk": case, "program": program, "batch": batch}
+        | {f"{bound:g} rad": _fastest(group, bound) for bound in BOUNDS}
+        for (case, program, batch), group in groups.items()
+    ]
+
+
+def _fastest(rows: list[dict[str, Any]], bound: float) -> str:
+    meet = [row for row in rows if row["error"] <= bound]
+    if not meet:
+        return f"not reached ({min(row['error'] for row in rows):.1e})"
+    best = max(meet, key=lambda row: row["core_rate"])
+    digits = ",.0f" if best["core_rate"] >= 100 else ".3g"
+    return f"{best['core_rate']:{digits}} ({best['setting']})"
 
 
 def body(content: dict[str, Any]) -> str:
