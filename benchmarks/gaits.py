@@ -94,7 +94,6 @@ def transfers(_: bool) -> Iterator[dict[str, Any]]:
 
 
 PARTS = {"fastest": fastest, "thrift": thrift, "transfers": transfers}
-"""Parts of the page."""
 
 
 @sheet.styled

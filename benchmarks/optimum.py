@@ -223,8 +223,7 @@ class Walk:
     def step(self, state: BipedEnvState, action: Float[Array, " 1"]) -> tuple[Any, Array, Array]:
         """The state after a step, its reward and whether it terminated."""
         unused = jax.random.key(0)  # an environment that leaves resetting to the caller
-        found = pure_step(self.env, unused, state, action, self.params)
-        return found[1], found[2], found[3]
+        return pure_step(self.env, unused, state, action, self.params)[1:4]
 
     @property
     def outside(self) -> Array:

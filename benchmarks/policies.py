@@ -16,7 +16,7 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from benchmarks.report import options, provenance
 from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put
@@ -31,16 +31,13 @@ from stickslip.agents.policy.file import (
     record_of,
     save_policy,
 )
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.training.configuration import Configuration, command_of
 from stickslip.agents.training.directory import CONFIG, POLICY, read_columns, read_config
 from stickslip.agents.training.run import best_evaluation, train
-from stickslip.envs import TASKS, task_by_name
+from stickslip.envs import TASKS, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
-
-if TYPE_CHECKING:
-    from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.envs import TaskDefinition
 
 RUNS = Path("runs/policies")
 USUAL: dict[str, dict[str, Any]] = {

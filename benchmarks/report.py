@@ -11,7 +11,7 @@ import platform
 import re
 import subprocess
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
@@ -240,23 +240,6 @@ def upper_bound(values: Iterable[float], quantile: float, confidence: float) -> 
 
     ordered = [*sorted(values), math.inf]
     return float(ordered[int(binom.ppf(confidence, len(ordered) - 1, quantile))])
-
-
-def unbeaten(rated: Mapping[int, tuple[Hashable, tuple[float, ...]]]) -> set[int]:
-    """Keys of points that no other of their kind beats in every number.
-
-    rated: kind and numbers of each point. Equal points do not beat each other.
-    """
-
-    def beaten(own: Hashable, values: tuple[float, ...]) -> bool:
-        return any(
-            other == own
-            and better != values
-            and all(a <= b for a, b in zip(better, values, strict=True))
-            for other, better in rated.values()
-        )
-
-    return {key for key, rating in rated.items() if not beaten(*rating)}
 
 
 def _commit() -> str | None:

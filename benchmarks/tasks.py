@@ -14,7 +14,7 @@ from __future__ import annotations
 import sys
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -29,7 +29,7 @@ from stickslip.agents.policy.file import record_of
 from stickslip.agents.policy.shipped import policy_name, shipped_path, short_name
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
-from stickslip.envs import TASKS, TaskDefinition, known_of, task_by_name
+from stickslip.envs import TASKS, TaskDefinition, UGVEnv, known_of, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
 from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.problem import GaitProblem
@@ -37,10 +37,6 @@ from stickslip.optim.gait.profile import robot_of
 from stickslip.optim.problem import require_scalar, solve
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
-
-if TYPE_CHECKING:
-    from stickslip.envs import UGVEnv
-
 
 CLOSE = 1e-4
 """Tolerance of the search, in parts of the range of beta."""
@@ -65,7 +61,6 @@ def bound_steady_reward(
     tracking_weight: float = 1.0,
     energy_weight: float = 0.5,
     copper_loss: float = 0.5,
-    zmp: bool = True,
     cells: int = 200,
 ) -> SteadyBound:
     """Upper bound on the reward of a steady walk without slip, for each second.
@@ -81,16 +76,16 @@ def bound_steady_reward(
     s = V / (tracking t*). V comes from the convex program's multipliers (certificate.py).
 
     Rewards as of `BipedEnv`: energy_weight times positive work and copper loss [W/(N m)^2], over
-    weight and commanded speed. mu: static friction. zmp: without toppling, too. Assumed: the walk
-    repeats itself step by step, the foot does not slip, and the crank (so the centre of mass) does
-    not turn back. Torque may change at any instant, and speed that varies within a step costs
-    nothing here, so the bound is above what a motor that holds its torque can earn. ValueError for
-    numbers out of range, and where no gait is found.
+    weight and commanded speed. mu: static friction. Assumed: the walk repeats itself step by step,
+    the foot neither slips nor tips, and the crank (so the centre of mass) does not turn back.
+    Torque may change at any instant, and speed that varies within a step costs nothing here, so the
+    bound is above what a motor that holds its torque can earn. ValueError for numbers out of range,
+    and where no gait is found.
     """
     for name, given in (("mean_rate", mean_rate), ("tracking_weight", tracking_weight)):
         require_scalar(name, given, low=0.0, strict=True, accepted="a finite number > 0")
     require_scalar("energy_weight", energy_weight, low=0.0, accepted="a finite number >= 0")
-    limits = {"mu": mu, "torque_limit": torque_limit, "copper_loss": copper_loss, "zmp": zmp}
+    limits = {"mu": mu, "torque_limit": torque_limit, "copper_loss": copper_loss, "zmp": True}
     usual = np.pi / mean_rate
     robot = robot_of(params, 1, True)
     price = energy_weight * usual / (robot.weight * robot.step_length)

@@ -48,8 +48,9 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
             yield scanned(BIPED, env, env.default_params, biped_actions, *size, kernels)
         yield collected(*size)
     count, few = int(share * 2000), max(10, int(share * 300))
-    for name, steps in ((BIPED, count), ("Pendulum-v1", 5 * count), ("CartPole-v1", 5 * count)):
-        yield single(name, steps, repeats)
+    for name, times in ((BIPED, 1), ("Pendulum-v1", 5), ("CartPole-v1", 5), (UGV, 1)):
+        make, steps = partial(gymnasium.make, name), times * count
+        yield looped("gymnasium.make", name, make, 1, steps, repeats)
     for batch in (64, 256, 1024):
         yield vector(BIPED, "vector_entry_point", batch, few, repeats)
     for name in ("Pendulum-v1", "CartPole-v1"):
@@ -62,7 +63,6 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
         params = env.make_params(track=track)
         for kernels in (False, True):
             yield scanned(f"{UGV}, {track}", env, params, ugv_actions, *size, kernels)
-    yield single(UGV, count, repeats)
 
 
 def biped_actions(key, batch: int) -> jax.Array:
@@ -143,11 +143,6 @@ def looped(
                 env.reset()
 
     return row(interface, name, batch, steps * batch, run, repeats, first)
-
-
-def single(name: str, steps: int, repeats: int) -> dict[str, Any]:
-    """gymnasium.make(name): one environment."""
-    return looped("gymnasium.make", name, partial(gymnasium.make, name), 1, steps, repeats)
 
 
 def vector(name: str, mode: str, batch: int, *size: int) -> dict[str, Any]:

@@ -40,8 +40,8 @@ loop for work, up to twice as much; wall time counts what others took. Neither i
 work."""
 NAMES = ("fidelity", "integrator", "dt", "dtype")
 """Columns that define a setting, as code."""
-PROMISED = str(0.95)
-"""The quantile that `recommend` goes by."""
+MEDIAN, PROMISED = str(0.5), str(0.95)
+"""Quantiles: of what is typical, and that `recommend` goes by."""
 
 
 class Promise(NamedTuple):
@@ -70,11 +70,6 @@ class Promise(NamedTuple):
     def error(self) -> float:
         """Promised error [rad/s]."""
         return self.bounds[PROMISED][0]
-
-    @property
-    def typical(self) -> float:
-        """Median error [rad/s]."""
-        return self.bounds["0.5"][0]
 
 
 def cost_of(row: dict[str, Any], batch: int) -> float:
@@ -171,7 +166,7 @@ def presets(content: dict[str, Any]) -> str:
             "fidelity": "table {pieces}x{degree}".format(**called(point.fidelity)[1]),
             "integrator": integrator_name(point),
             "type": point.dtype,
-            "typical [rad/s]": f"{point.typical:.1e}",
+            "typical [rad/s]": f"{point.bounds[MEDIAN][0]:.1e}",
             "promised [rad/s]": f"{point.error:.1e}",
             "cost [s/s]": f"{point.cost:.1e}",
         }
@@ -195,7 +190,8 @@ def draw(content: dict[str, Any], path: Path) -> None:
         along = front_of(points)
         for p in points:
             look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.35}
-            axis.plot([p.cost] * 2, [p.typical, min(p.bounds["0.99"][0], 10.0)], lw=1, **look)
+            span = p.bounds[MEDIAN][0], min(p.bounds["0.99"][0], 10.0)
+            axis.plot([p.cost] * 2, span, lw=1, **look)
             (point,) = axis.plot(p.cost, p.error, MARKERS[p.family], ms=4.5, zorder=3, **look)
             if p in along:
                 shown[f"{p.family}, {p.dtype}"] = point

@@ -26,7 +26,6 @@ from benchmarks.report import (
     put_between,
     rows_json,
     three,
-    unbeaten,
     where,
 )
 from benchmarks.timing import built, seconds_of
@@ -142,18 +141,18 @@ def recommended(content: dict[str, Any]) -> list[dict[str, Any]]:
     hollow ground and clearance.
     """
     able = [p for p in promises_of(content) if p["wrong"] == 0 and p["costs"]]
-    best: set[int] = set()
-    for batch in {batch for p in able for batch in p["costs"]}:
-        rated = {
-            i: (
-                (p["ground"], p["place"], p["dtype"], "samples=0" not in p["solver"]),
-                (p["costs"][batch], p["torque"][1], p["contact"][1]),
-            )
-            for i, p in enumerate(able)
-            if batch in p["costs"]
-        }
-        best |= unbeaten(rated)
-    return [p for i, p in enumerate(able) if i in best]
+
+    def kind(p: dict[str, Any]) -> tuple:
+        return p["ground"], p["place"], p["dtype"], "samples=0" not in p["solver"]
+
+    def rated(p: dict[str, Any], batch: int) -> tuple[float, float, float]:
+        return p["costs"].get(batch, np.inf), p["torque"][1], p["contact"][1]
+
+    def beaten(p: dict[str, Any], batch: int) -> bool:
+        own, others = rated(p, batch), [rated(one, batch) for one in able if kind(one) == kind(p)]
+        return any(one != own and np.all(np.less_equal(one, own)) for one in others)
+
+    return [p for p in able if not all(beaten(p, batch) for batch in p["costs"])]
 
 
 def source(content: dict[str, Any]) -> str:

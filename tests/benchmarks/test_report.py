@@ -46,12 +46,11 @@ def test_parts_of_earlier_runs_are_kept_with_their_commits(tmp_path):
 
 
 class Point(NamedTuple):
-    """A setting's cost, two errors and kind."""
+    """A setting's cost and two errors."""
 
     cost: float
     torque: float
     contact: float
-    dtype: str = "float64"
 
     @property
     def error(self) -> float:
@@ -59,12 +58,7 @@ class Point(NamedTuple):
         return max(self.torque, self.contact)
 
 
-def test_fronts_and_what_is_unbeaten_are_among_the_points():
+def test_fronts_are_among_the_points():
     cheap, fine, slow = Point(1, 1e-2, 0.0), Point(2, 1e-4, 1e-5), Point(3, 1e-4, 0.0)
-    beaten, single = Point(4, 1e-3, 1e-3), Point(4, 1e-3, 1e-3, "float32")
-    points = [single, beaten, slow, fine, cheap]
-    assert report.front_of(points) == [cheap, fine]
-    assert report.knee_of(points) is fine
-    rated = {i: (p.dtype, (p.cost, p.torque, p.contact)) for i, p in enumerate(points)}
-    assert report.unbeaten(rated) == {0, 2, 3, 4}
-    assert report.unbeaten({0: (None, (1.0,)), 1: (None, (1.0,))}) == {0, 1}
+    assert report.front_of([Point(4, 1e-3, 1e-3), slow, fine, cheap]) == [cheap, fine]
+    assert report.knee_of([slow, fine, cheap]) is fine
