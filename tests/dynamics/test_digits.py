@@ -7,13 +7,17 @@ import pytest
 
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped.contact import edge_ahead, friction_on
-from stickslip.dynamics.ugv import UGVParams
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 
 GIVEN = {
     "friction": lambda: Scene.uniform([0.1, 0.3], [0.07, 0.3], payload=[0.1, 0.7]),
     "patches": lambda: Scene.patches([0.3, 0.7], [0.6, 0.1, 0.3], payload=0.1),
     "patches in NumPy": lambda: Scene.patches(np.array([0.3, 0.7]), np.array([0.6, 0.1, 0.3])),
     "vehicle": lambda: UGVParams(body_length=[0.83, 0.7], leg_length=np.array([0.3, 0.35])),
+    "points": lambda: Track.from_points([0.1, 0.7, 1.3], [1500.1, 1500.3, 1500.2]),
+    "rough ground": lambda: Track.rough(3, start=1000.1, end=1010.0),
+    "table": lambda: Track.sinusoid().resampled(0.1, 9.7, 50),
+    "odometer": lambda: Odometer.along(Track.rough(3)),
 }
 
 

@@ -30,6 +30,12 @@ BAD = (np.nan, np.inf, -np.inf, 1e30, -1e30)
 ROWS = [(name, value) for name in SOUND for value in BAD]
 
 
+def spoilt(sound) -> np.ndarray:
+    """Rows of sound numbers, each with one of BAD in one place."""
+    bad = np.repeat(np.eye(len(sound), dtype=bool), len(BAD), axis=0)
+    return np.where(bad, np.tile(BAD, len(sound))[:, None], sound).astype(np.float32)
+
+
 @lru_cache
 def stepped():
     """One step for each of ROWS, in one batch."""
@@ -68,10 +74,7 @@ def test_a_number_that_is_none_spoils_no_other(name):
 
 def test_forces_at_an_instant_mark_every_number_that_is_none():
     names = ("phase", "crank_rate", "foot_velocity", "torque", "mu_static", "mu_kinetic")
-    rows = np.full((len(names) * len(BAD), len(names)), [SOUND[name] for name in names], np.float32)
-    for i in range(len(names)):
-        for j, value in enumerate(BAD):
-            rows[i * len(BAD) + j, i] = value
+    rows = spoilt([SOUND[name] for name in names])
     forward = jax.vmap(jax.jit(partial(forward_dynamics, default_model(dtype="float32"))))
     found = jax.tree.map(np.asarray, forward(*rows.T))
     assert np.all(found.status[~np.isfinite(rows).all(1)] == Status.NON_FINITE)
@@ -87,12 +90,8 @@ def test_forces_at_an_instant_mark_every_number_that_is_none():
 
 
 def test_a_vehicle_marks_every_number_that_is_none():
-    names = ("x", "rear", "front", "friction", "wheel_mass", "body_mass", "wheel_radius")
     sound = (4.0, 1.5, 1.6, 0.8, 50.0, 300.0, 0.28)
-    rows = np.full((len(names) * len(BAD), len(names)), sound, np.float32)
-    for i in range(len(names)):
-        for j, value in enumerate(BAD):
-            rows[i * len(BAD) + j, i] = value
+    rows = spoilt(sound)
 
     @jax.jit
     def one(x, rear, front, friction, wheel_mass, body_mass, wheel_radius):

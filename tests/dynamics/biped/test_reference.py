@@ -1,6 +1,6 @@
 """Every value of the reference file, to 1e-8 relative, in float64."""
 
-from functools import lru_cache, partial
+from functools import partial
 
 import jax
 import jax.numpy as jnp
@@ -30,67 +30,37 @@ def test_inertia_functions_are_the_reference(float64, reference):
         close(values, [row[name] for row in rows], err_msg=name)
 
 
-def ankle_moment(result):
-    return result.zmp * result.normal_force
-
-
+@pytest.mark.parametrize("kind", ["stick", "slip"])
 @pytest.mark.parametrize("index", STATES)
-def test_sticking_forces_are_the_reference(float64, reference, index):
+def test_forces_are_the_reference(float64, reference, index, kind):
     row = reference["states"][index]
-    result = forward(default_params(), row["theta"], row["omega"], 0.0, row["torque"], 1e6, 0.0)
-    want = row["stick"]
+    want, slips = row[kind], kind == "slip"
+    velocity = row["slide_velocity"] * slips
+    floor = (row["mu_kinetic"],) * 2 if slips else (1e6, 0.0)
+    result = forward(default_params(), row["theta"], row["omega"], velocity, row["torque"], *floor)
     close(result.crank_acceleration, want["alpha"])
+    close(result.foot_acceleration, want["foot_acceleration"] if slips else 0.0)
     close(result.friction_force, want["friction"])
     close(result.normal_force, want["normal"])
-    close(result.zmp, want["zmp"])
-    close(ankle_moment(result), want["ankle_moment"])
-    assert result.mode == 0
-    assert result.foot_acceleration == 0
-
-
-@pytest.mark.parametrize("index", STATES)
-def test_sliding_forces_are_the_reference(float64, reference, index):
-    row = reference["states"][index]
-    mu, velocity, want = row["mu_kinetic"], row["slide_velocity"], row["slip"]
-    result = forward(default_params(), row["theta"], row["omega"], velocity, row["torque"], mu, mu)
-    close(result.crank_acceleration, want["alpha"])
-    close(result.foot_acceleration, want["foot_acceleration"])
-    close(result.friction_force, want["friction"])
-    close(result.normal_force, want["normal"])
-    close(ankle_moment(result), want["ankle_moment"])
+    close(result.zmp * result.normal_force, want["ankle_moment"])
+    assert slips or float(result.zmp) == pytest.approx(want["zmp"], rel=1e-8, abs=0)
     assert int(result.mode) == np.sign(velocity)
-
-
-@pytest.fixture(scope="module")
-def walks(reference):
-    """Each trajectory walked once: one test asks its end, another its events."""
-    return lru_cache(
-        lambda n, fidelity: walk(reference["trajectories"][n], STEPS, fidelity=fidelity)
-    )
 
 
 @pytest.mark.parametrize(
     "fidelity", [pytest.param("reduced", marks=pytest.mark.long), FINE], ids=["exact", "table"]
 )
 @pytest.mark.parametrize("index", TRAJECTORIES)
-def test_trajectories_end_where_the_reference_ends(float64, walks, reference, index, fidelity):
+def test_trajectories_end_and_switch_where_the_reference_does(float64, reference, index, fidelity):
     case = reference["trajectories"][index]
-    walked = walks(index, fidelity)
+    walked = walk(case, STEPS, fidelity=fidelity)
     final, fastest = walked.final, float(np.max(np.abs(walked.states.foot_velocity)))
     close(final.crank_angle, case["theta"])
     close(final.crank_rate, case["omega"])
     close(final.foot_velocity, case["slide_velocity"], rtol=0.0, atol=1e-8 * fastest)
     close(final.foot_position, case["slide"])
     close(final.time, case["t_end"])
-
-
-@pytest.mark.parametrize(
-    "fidelity", [pytest.param("reduced", marks=pytest.mark.long), FINE], ids=["exact", "table"]
-)
-@pytest.mark.parametrize("index", TRAJECTORIES)
-def test_events_are_those_of_the_reference(float64, walks, reference, index, fidelity):
-    case = reference["trajectories"][index]
-    events = walks(index, fidelity).events()
+    events = walked.events()
     assert [kind for _, kind, _ in events] == [kind for _, kind, _ in case["events"]]
     for (time, _, angle), (want_time, _, want_angle) in zip(events, case["events"], strict=True):
         close(time, want_time)

@@ -64,16 +64,6 @@ def test_rolling_resistance_enters_the_nine_equations_as_moments_of_the_normal_f
             np.testing.assert_allclose(one, other, atol=1e-11 * params.weight)
 
 
-def test_on_level_ground_the_motors_overcome_rolling_resistance_alone(float64):
-    """Power c W v of both wheels, whatever each carries; no force along the ground in all."""
-    params = UGVParams(rolling_resistance=0.02)
-    x, angles = drawn(params, float64)
-    state = balanced(params, Track.flat().astype(float64), x, angles)
-    forwards = -0.02 * params.weight * params.wheel_radius / 2
-    np.testing.assert_allclose(state.torque, forwards, rtol=1e-11)
-    np.testing.assert_allclose(state.F_rear + state.F_front, 0, atol=1e-11 * params.weight)
-
-
 @pytest.mark.parametrize("name", ["bump", pytest.param("sinusoid", marks=pytest.mark.long)])
 @pytest.mark.parametrize(("difference", "resistance"), [(0.0, None), (300.0, None), (300.0, 0.2)])
 def test_work_of_motors_and_legs_is_the_change_of_potential_energy(
@@ -105,20 +95,6 @@ def test_work_of_motors_and_legs_is_the_change_of_potential_energy(
     work = jnp.einsum("nw,nwa->na", M, turns_a) + leg_torques(params, pose, forces)
     work += jnp.einsum("nw,nwa->na", against, world_a)
     np.testing.assert_allclose(work, V_a, **close)
-
-
-def test_flat_ground_needs_no_torque_and_bears_by_lever_arms(float64):
-    params = UGVParams()
-    x, angles = drawn(params, float64)
-    state = balanced(params, Track.flat().astype(float64), x, angles)
-    assert np.max(np.abs(state.torque)) < 1e-12 * params.weight
-    pose = state.pose
-    masses = [params.wheel_mass, params.wheel_mass, params.leg_mass, params.leg_mass]
-    points = [pose.rear.centre, pose.front.centre, pose.rear_leg, pose.front_leg]
-    moment = sum(m * (p[:, 0] - pose.rear.x) for m, p in zip(masses, points, strict=True))
-    moment = (moment + params.body_mass * (pose.body[:, 0] - pose.rear.x)) * params.gravity
-    np.testing.assert_allclose(state.N_front, moment / (pose.front.x - pose.rear.x), rtol=1e-12)
-    np.testing.assert_allclose(state.N_front + state.N_rear, params.weight, rtol=1e-13)
 
 
 @pytest.mark.parametrize("slope", [-0.5, 0.3, np.tan(np.radians(89))])

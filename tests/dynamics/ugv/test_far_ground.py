@@ -122,22 +122,6 @@ def test_points_too_near_for_single_precision_are_refused_where_it_is_used():
     assert placed.status == Status.OK
 
 
-def test_tracks_keep_their_numbers_whatever_the_switch_says():
-    x, y = points()
-    for make in (
-        lambda: Track.from_points(x + 0.1, y + UP + 0.1),
-        lambda: Track.rough(3, start=1000.1, end=1010.0),
-        lambda: Track.sinusoid().resampled(0.1, 9.7, 50),
-        lambda: Odometer.along(Track.rough(3)),
-    ):
-        narrow = make()
-        with jax.enable_x64(True):
-            wide = make()
-        for one, other in zip(jax.tree.leaves(narrow), jax.tree.leaves(wide), strict=True):
-            assert np.asarray(one).dtype == np.float64
-            np.testing.assert_array_equal(one, other)
-
-
 def test_a_short_cell_ends_at_every_knot_of_a_long_track(float64):
     """The way over 1 km of kinked ground is that of its chords."""
     x = 0.5 * np.arange(2001)

@@ -7,7 +7,6 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams
 from tests.dynamics.ugv.helpers import balanced
 
@@ -52,12 +51,3 @@ def test_single_precision_keeps_six_digits_of_the_vehicle():
         size = 1.0 if name == "pitch" else scale[name[0]]
         assert ours.dtype == dtype
         np.testing.assert_allclose(ours, theirs, atol=3e-6 * size, rtol=0, err_msg=name)
-
-
-def test_only_the_steep_posture_slips(float64):
-    slope = [row for row in ROWS if row["track"] == "slope"]
-    x = jnp.asarray([row["x_front"] for row in slope])
-    angles = jnp.asarray([[row["phi_rear"], row["phi_front"]] for row in slope])
-    status = balanced(UGVParams(), Track.incline().astype(float64), x, angles).status
-    # The second posture leaves 219 N on the front wheel, too little for the 620 N it should push.
-    assert list(status) == [Status.OK, Status.WHEEL_SLIP]
