@@ -93,16 +93,6 @@ def test_disabled_leaves_the_finished_episode_where_it_is(start):
     assert np.array_equal(info["final_obs"], obs)
 
 
-def test_truncation_resets_too(start):
-    late = start._replace(elapsed=jnp.asarray(PARAMS.limit - 1))
-    _, state, _, terminated, truncated, info = Toy().step(KEY, late, 0 * PUSH, PARAMS)
-    assert truncated
-    assert not terminated
-    assert info["autoreset"]
-    assert state.elapsed == 0
-    assert info["episode_length"] == PARAMS.limit
-
-
 @pytest.mark.parametrize("autoreset", ["sometimes", None, True, ["same_step"]])
 def test_an_unknown_autoreset_is_refused_with_the_known_ones(autoreset):
     with pytest.raises(ValueError, match=r"autoreset = .*'same_step', 'next_step', 'disabled'"):

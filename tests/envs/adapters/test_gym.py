@@ -99,12 +99,6 @@ def test_stepping_outside_an_episode_is_refused():
     env.step(np.zeros(2))
 
 
-def test_unknown_options_of_reset_are_refused():
-    with pytest.raises(ValueError, match=r"'mask' is no option of reset; accepted: none"):
-        one_toy().reset(options={"mask": 1})
-    one_toy().reset(options={})
-
-
 def test_the_core_must_leave_resetting_to_the_user():
     with pytest.raises(ValueError, match=r"autoreset = 'same_step'; accepted: 'disabled'"):
         GymEnv(BipedEnv(), BipedEnv().default_params)

@@ -36,18 +36,6 @@ def test_none_in_a_list_of_seeds_goes_on_in_its_chain():
     assert mixed[1] == firsts(toys(), seed=49)[1]
 
 
-def test_a_masked_reset_begins_anew_only_where_asked():
-    env = toys(3, AutoresetMode.DISABLED)
-    env.reset(seed=0)
-    before = env.step(pushes(3, 0.1, 0.1, 0.1))[0]
-    mask = np.asarray([False, True, False])
-    after, info = env.reset(options={"reset_mask": mask})
-    assert info == {}
-    assert np.array_equal(after[[0, 2]], before[[0, 2]])
-    assert after[1, 1] == 0
-    assert env.step(pushes(3))[0][:, 1].tolist() == [2, 1, 2]
-
-
 def test_a_masked_reset_with_a_seed_seeds_only_where_asked():
     env = toys(3, AutoresetMode.DISABLED)
     env.reset(seed=0)

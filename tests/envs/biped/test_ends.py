@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 
@@ -13,7 +12,6 @@ from stickslip.dynamics import Scene, Setting, Status
 from stickslip.dynamics.biped import BipedParams, EventExact
 from stickslip.dynamics.pytrees import rebuilt
 from stickslip.envs import BipedEnv
-from stickslip.envs.functional import pure_step
 from tests.envs.helpers import STEPS, actions, constant, rollout, task
 
 HASTY = Setting("table", EventExact(rtol=1e-6, max_steps=2))
@@ -65,16 +63,8 @@ def test_every_terminal_status_ends_the_episode_as_a_termination(status):
     assert not run.truncated[ends].any()
     assert run.info["autoreset"][ends].all()
     assert np.all(run.state.elapsed[ends] == 0)
-    assert np.all(np.isfinite(run.info["final_obs"]))
-    assert np.all(np.isfinite(run.obs))
-
-
-def test_a_linkage_that_cannot_close_ends_the_episode_without_a_solution():
-    env, params = task()
-    open_ = rebuilt(params, robot=rebuilt(params.robot, closes=np.asarray(False)))
-    run = rollout(env, open_, STILL)
-    assert np.all(run.info["status"] == Status.NO_SOLUTION)
-    assert run.terminated.all()
+    for leaf in jax.tree.leaves((run.obs, run.state, run.reward, run.info)):
+        assert np.all(np.isfinite(leaf))
 
 
 @pytest.mark.parametrize(
@@ -89,26 +79,26 @@ def test_terminated_means_a_terminal_status_and_nothing_else(name):
     assert np.array_equal(run.info["autoreset"], run.over)
 
 
-def test_an_episode_is_truncated_after_ten_seconds():
-    env, params = task()
-    run = rollout(env, params, STILL)
-    ends = np.zeros(STEPS, bool)
-    ends[499] = True
-    assert np.array_equal(run.truncated, np.broadcast_to(ends, run.truncated.shape))
-    assert not run.terminated.any()
-    assert np.all(run.info["episode_length"][:, 499] == 500)
-    np.testing.assert_allclose(run.state.biped.time[:, 498], 9.98, rtol=1e-5)
-    assert np.all(run.state.biped.time[:, 499] == 0)
-
-
 @pytest.mark.parametrize(
     ("period", "limit", "steps"),
-    [(0.02, 0.6, 30), (0.05, 10.0, 200), (0.01, 0.333, 33), (0.03, 1.0, 33), (0.02, 0.001, 1)],
+    [
+        (0.02, 10.0, 500),
+        (0.02, 0.6, 30),
+        (0.05, 10.0, 200),
+        (0.01, 0.333, 33),
+        (0.03, 1.0, 33),
+        (0.02, 0.001, 1),
+    ],
 )
 def test_the_time_limit_is_met_to_the_nearest_control_step(period, limit, steps):
     env, params = task()
     run = rollout(env, params.replace(control_period=period, time_limit=limit), STILL)
-    assert np.flatnonzero(run.truncated[0])[0] == steps - 1
+    ends = np.arange(1, STEPS + 1) % steps == 0
+    assert np.array_equal(run.truncated, np.broadcast_to(ends, run.truncated.shape))
+    assert not run.terminated.any()
+    assert np.all(run.info["episode_length"][:, ends] == steps)
+    since = period * (np.arange(1, STEPS + 1) % steps)
+    np.testing.assert_allclose(run.state.biped.time, np.tile(since, (4, 1)), rtol=1e-5)
 
 
 def test_a_fall_on_the_last_step_is_a_termination():
@@ -130,15 +120,3 @@ def test_runaway_is_the_first_step_beyond_the_greatest_crank_rate():
         beyond = np.flatnonzero(np.abs(free.state.biped.crank_rate[i]) > 1.0)[0]
         assert np.flatnonzero(run.terminated[i])[0] == beyond
         assert run.info["status"][i, beyond] == Status.RUNAWAY
-
-
-def test_an_action_that_is_not_a_number_ends_the_episode_with_a_finite_reward():
-    env = BipedEnv(autoreset="disabled")
-    params = env.default_params
-    _, state = env.reset(jax.random.key(0), params)
-    traced = jax.jit(lambda action: pure_step(env, jax.random.key(0), state, action, params))
-    obs, after, reward, terminated, _, info = traced(jnp.full(1, jnp.nan))
-    assert bool(terminated)
-    assert int(info["status"]) == Status.NON_FINITE
-    for leaf in jax.tree.leaves((obs, after, reward, info)):
-        assert np.all(np.isfinite(leaf))

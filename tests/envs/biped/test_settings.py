@@ -80,13 +80,3 @@ def test_every_walker_of_a_batch_can_have_its_own_parameters(float64):
             np.testing.assert_allclose(ours, theirs, atol=1e-7, err_msg=name)
         seen.append(alone.info["slid"][i].sum())
     assert seen[0] > seen[1] > seen[2]
-
-
-def test_single_precision_walks_like_double():
-    single = rollout(*task(), actions(0.1))
-    with jax.enable_x64(True):
-        double = rollout(*task(dtype="float64"), actions(0.1))
-    assert single.obs.dtype == np.float32
-    assert double.obs.dtype == np.float64
-    assert 0 < np.abs(single.obs[:, :250] - double.obs[:, :250]).max() < 5e-3
-    assert np.array_equal(single.truncated, double.truncated)

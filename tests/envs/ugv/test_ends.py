@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -46,14 +44,6 @@ def test_wheels_that_meet_end_the_episode():
     assert int(np.argmax(again.over)) < end
 
 
-@pytest.mark.long
-def test_wheels_may_meet_as_in_the_chapter():
-    env, params = task(preview=0)
-    inwards = -np.ones((int(params.steps), 2))
-    chapter = drive(replace(env, solver=replace(env.solver, overlap=True)), params, inwards)
-    assert chapter.truncated.any()
-
-
 GROUNDS = [pytest.param(Status[n], marks=pytest.mark.long) for n in ("ROLLOVER", "HOLLOW_GROUND")]
 """Each a program of its own."""
 
@@ -74,15 +64,9 @@ def test_what_the_model_does_not_cover_terminates(status):
     if end:  # frozen at the last good station
         assert run.state.station.x[end] == run.state.station.x[end - 1]
         assert run.state.station.status[end] == Status.OK
-    else:
+    else:  # begun outside the model
         assert run.state.station.x[0] == run.first_state.station.x
-
-
-def test_a_start_outside_the_model_ends_with_the_first_step():
-    env, params = ending(Status.GROUNDED)
-    run = drive(env, params, np.zeros((3, 2)))
-    assert run.first_state.station.status == Status.GROUNDED
-    assert run.terminated[0]
+        assert run.first_state.station.status == status
 
 
 def test_the_end_of_the_track_truncates():

@@ -11,16 +11,21 @@ from stickslip.dynamics.ugv import UGVParams
 from stickslip.optim import CRITERIA, PostureProblem
 from tests.envs.ugv.helpers import actions, drive, path_of, task
 
+LOSSY = UGVParams(
+    rolling_resistance=0.03, drive_efficiency=0.8, regeneration_efficiency=0.6, holding_loss=2e-3
+)
+
+
+CASES = [*((one, None) for one in CRITERIA), ("total_energy", LOSSY)]
+
 
 @pytest.mark.parametrize(
-    "criterion",
-    [
-        one if one == "wheel_energy" else pytest.param(one, marks=pytest.mark.long)
-        for one in CRITERIA
-    ],
+    ("criterion", "vehicle"),
+    [pytest.param(*CASES[0]), *(pytest.param(*one, marks=pytest.mark.long) for one in CASES[1:])],
 )
-def test_the_return_is_minus_the_objective(float64, criterion):
-    env, params = task(dtype="float64", criterion=criterion)
+def test_the_return_is_minus_the_objective(float64, criterion, vehicle):
+    env, usual = task(dtype="float64", criterion=criterion)
+    params = usual.replace(vehicle=vehicle or usual.vehicle)
     run = drive(env, params, actions(int(params.steps), scale=0.5))
     assert run.truncated[-1]
     assert not run.over[:-1].any()
@@ -30,24 +35,7 @@ def test_the_return_is_minus_the_objective(float64, criterion):
     assert run.info["episode_return"][-1] == pytest.approx(-value, rel=1e-11)
     assert run.info["episode_cost"][-1] == pytest.approx(value, rel=1e-11)
     assert problem.is_feasible(path_of(run))
-
-
-@pytest.mark.long
-def test_losses_of_the_vehicle_count_in_the_return_and_in_the_penalty(float64):
-    env, usual = task(dtype="float64", criterion="total_energy")
-    params = usual.replace(
-        vehicle=UGVParams(
-            rolling_resistance=0.03,
-            drive_efficiency=0.8,
-            regeneration_efficiency=0.6,
-            holding_loss=2e-3,
-        )
-    )
-    run = drive(env, params, actions(int(params.steps), scale=0.5))
-    value = env.problem(run.first_state, params).objective(path_of(run))
-    assert run.truncated[-1]
-    assert run.reward.sum() == pytest.approx(-value, rel=1e-11)
-    assert params.failure_penalty > usual.failure_penalty
+    assert (params.failure_penalty > usual.failure_penalty) == (vehicle is LOSSY)
 
 
 def test_in_single_precision_too():
