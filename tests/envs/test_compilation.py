@@ -8,29 +8,18 @@ import pytest
 from tests.envs.helpers import make, make_vec, task, warm_then_count
 from tests.extras import SB3
 
-
-def test_the_single_environment_compiles_once():
-    def use(turn: int) -> None:
-        env = make("random")
-        env.reset(seed=turn)
-        for _ in range(3):
-            env.step(np.full(1, 0.1 * turn, np.float32))
-        env.reset()
-
-    assert warm_then_count(use) == 0
-
-
 OTHER_MODES = [pytest.param(mode, marks=pytest.mark.long) for mode in ("same_step", "disabled")]
 
 
-@pytest.mark.parametrize("mode", ["next_step", *OTHER_MODES])
-def test_the_vector_environment_compiles_once(mode):
+@pytest.mark.parametrize("mode", ["single", "next_step", *OTHER_MODES])
+def test_gymnasium_environments_compile_once(mode):
     def use(turn: int) -> None:
-        env = make_vec(3, mode)
+        env = make("random") if mode == "single" else make_vec(3, mode)
         env.reset(seed=turn)
         for _ in range(3):
-            env.step(np.full((3, 1), 0.05 * turn, np.float32))
-        for i in range(3):
+            env.step(np.full(env.action_space.shape, 0.05 * turn, np.float32))
+        env.reset()
+        for i in range(3) if mode != "single" else ():
             env.reset(options={"reset_mask": np.arange(3) == i})
 
     assert warm_then_count(use) == 0
