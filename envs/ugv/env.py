@@ -336,7 +336,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         low = (station.status == Status.OK) & (station.clearance < params.min_clearance)
         status = jnp.where(low, Status.GROUNDED, station.status)
         if params.max_torque is not None:
-            left = jnp.min(criteria.torque_left(station, params.max_torque), -1)
+            left = jnp.min(jnp.stack(criteria.torque_left(station, params.max_torque)), 0)
             status = jnp.where((status == Status.OK) & (left < 0), Status.OVERLOAD, status)
         status = status.astype(jnp.int32)
         station = station._replace(status=status)

@@ -14,10 +14,9 @@ import jax.numpy as jnp
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.pytrees import Number, Numeric, pytree_dataclass, same_rank
 from stickslip.dynamics.status import Status
-from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, Track, UGVParams, balance
+from stickslip.dynamics.ugv import Odometer, Pose, PoseSolver, UGVParams, balance
 from stickslip.dynamics.ugv.poses import stand, wheel_lags
 from stickslip.dynamics.ugv.statics import friction_under, safe_split
-from stickslip.dynamics.ugv.wheel import NEWTON
 from stickslip.optim.posture import CRITERIA_IN_WORDS
 
 if TYPE_CHECKING:
@@ -130,23 +129,22 @@ class Station(NamedTuple):
 
 
 def station(
+    solver: PoseSolver,
+    free_split: bool,
     params: UGVParams,
-    track: Track,
     odometer: Odometer,
     x_front: Float[Array, "..."],
     leg_angles: Float[Array, "... 2"],
     friction: Numeric,
-    solver: PoseSolver = NEWTON,
-    free_split: bool = False,
 ) -> Station:
     """The vehicle with its front wheel at x_front [...] [m] and leg_angles [..., 2] [rad].
 
     For use inside a trace: nothing is checked, and the status tells. friction: mu, [...], where the
-    track's surface has the factor 1. The
+    surface of the odometer's track has the factor 1. The
     odometer must reach from the rearmost contact asked for to the foremost, and be the same for
     stations whose turns are compared.
     """
-    placed = stand(params, track, x_front, leg_angles, solver)
+    placed = stand(params, odometer.track, x_front, leg_angles, solver)
     return station_of(params, odometer, placed, leg_angles, friction, free_split)
 
 
@@ -183,11 +181,11 @@ def station_of(
     )
 
 
-def torque_left(at: Station, max_torque: Real[Number, "..."]) -> Float[Array, "... m"]:
-    """Torque margin of each wheel's motor, backwards and forwards [N m]; max_torque: the most
+def torque_left(at: Station, max_torque: Real[Number, "..."]) -> list[Any]:
+    """Torque margins of each wheel's motor, backwards and forwards [N m]; max_torque: the most
     it gives, either way. Below 0 the station is beyond it."""
-    most = jnp.asarray(max_torque)[..., None]
-    return jnp.concatenate([most - at.motors[0], most + at.motors[0]], -1)
+    torques = at.motors[0]
+    return [max_torque - s * torques[..., i] for s in (1, -1) for i in range(torques.shape[-1])]
 
 
 def turned(a: Station, b: Station) -> Float[Array, "... m"]:

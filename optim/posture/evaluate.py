@@ -68,7 +68,7 @@ class Posture:
     def stations(self, angles: Float[Array, "K 2"]) -> Station:
         """The stations of the waypoints [K], in one kernel of a processor (see `over_poses`)."""
         given = (self.params, self.odometer, self.x, angles, self.friction)
-        return over_poses(_station, (self.solver, self.free_split), *given)
+        return over_poses(station, (self.solver, self.free_split), *given)
 
     def sloped(self, angles: Float[Array, "K 2"]) -> Sloped:
         """The same with their slopes."""
@@ -76,29 +76,11 @@ class Posture:
         return over_poses(_sloped, (self.solver, self.free_split), *given)
 
     def margins(self, at: Station) -> dict[str, Float[Array, "... m"]]:
-        """Scaled margin of each constraint of a station, by name; satisfied where >= 0.
-
-        grip: mu N - |F| - min_grip, as two smooth terms for each wheel, over the weight. normal:
-        N - min_normal of both wheels, over the weight. clearance: less min_clearance, over the leg
-        length (left out where the solver looks at no samples). wheels: wheel_clearance less
-        min_wheel_clearance, over the leg length (left out where the solver lets them overlap).
-        torque: what the motors have left, over weight x wheel radius (left out without a limit).
-        pose: 1 where the vehicle has a place on the track, else -1. Numbers that are not finite
-        count as -1.
-        """
-        grip = jnp.stack([mu * N - s * F for F, N, mu in at.wheels for s in (1, -1)], -1)
-        normal = jnp.stack([at.N_rear, at.N_front], -1)
-        W = self.params.weight
-        found = {"grip": (grip - self.min_grip) / W, "normal": (normal - self.min_normal) / W}
-        if self.solver.samples:
-            low = (at.clearance - self.min_clearance) / self.params.leg_length
-            found["clearance"] = low[..., None]
-        if not self.solver.overlap:
-            apart = at.wheel_clearance - self.min_wheel_clearance
-            found["wheels"] = (apart / self.params.leg_length)[..., None]
-        if self.max_torque is not None:
-            found["torque"] = torque_left(at, self.max_torque) / (W * self.params.wheel_radius)
-        one = jnp.ones_like(at.N_rear)
+        """Scaled margin of each constraint of a station, by name; satisfied where >= 0: `slacks`
+        over `scales`, and pose: 1 where the vehicle has a place on the track, else -1. Numbers that
+        are not finite count as -1."""
+        one, sizes = jnp.ones_like(at.N_rear), scales(self.params)
+        found = {name: jnp.stack(of, -1) / sizes[name] for name, of in slacks(self, at).items()}
         found["pose"] = jnp.where(at.placed, one, -one)[..., None]
         return {name: jnp.where(jnp.isfinite(of), of, -1) for name, of in found.items()}
 
@@ -114,10 +96,30 @@ class Posture:
         return margins | {"leg_rate": jnp.concatenate([1 - share, 1 + share], -1)}
 
 
-def _station(
-    solver: PoseSolver, free_split: bool, params: UGVParams, odometer: Odometer, *given: Array
-) -> Station:
-    return station(params, odometer.track, odometer, *given, solver=solver, free_split=free_split)
+def slacks(limits: Posture | PostureData, at: Station) -> dict[str, list[Any]]:
+    """What is left of each limit of a station, in its own unit, by name; kept where >= 0.
+
+    grip: mu N - |F| - min_grip, as two smooth terms for each wheel. normal: N - min_normal of both
+    wheels. clearance: less min_clearance (left out where the solver looks at no samples). wheels:
+    wheel_clearance less min_wheel_clearance (left out where the solver lets them overlap). torque:
+    what the motors have left (left out without a limit).
+    """
+    grip = [mu * N - s * F - limits.min_grip for F, N, mu in at.wheels for s in (1, -1)]
+    found = {"grip": grip, "normal": [N - limits.min_normal for _, N, _ in at.wheels]}
+    if limits.solver.samples:
+        found["clearance"] = [at.clearance - limits.min_clearance]
+    if not limits.solver.overlap:
+        found["wheels"] = [at.wheel_clearance - limits.min_wheel_clearance]
+    if limits.max_torque is not None:
+        found["torque"] = torque_left(at, limits.max_torque)
+    return found
+
+
+def scales(params: UGVParams) -> dict[str, Any]:
+    """Sizes by which `slacks` are divided: weight, leg length, weight x wheel radius."""
+    W, length = params.weight, params.leg_length
+    forces = {"grip": W, "normal": W, "torque": W * params.wheel_radius}
+    return forces | {"clearance": length, "wheels": length}
 
 
 class Sloped(NamedTuple):
@@ -129,11 +131,11 @@ class Sloped(NamedTuple):
 
 
 def _sloped(*given: Any) -> Sloped:
-    """Stations with their slopes; given: as of `_station`."""
+    """Stations with their slopes; given: as of `station`."""
     *before, angles, friction = given
 
     def numbers(angles: Array) -> tuple[tuple[Array, ...], Array]:
-        at = _station(*before, angles, friction)
+        at = station(*before, leg_angles=angles, friction=friction)
         return at.numbers, at.status
 
     def along(angle: Array) -> tuple[tuple[Array, ...], tuple[Array, ...], Array]:
@@ -362,14 +364,7 @@ def violations(
     if problem.leg_rate is not None:
         rate = np.abs(np.diff(angles, axis=0)) / np.diff(problem.x)[:, None]
         missed["leg_rate"] = [rate - problem.leg_rate]
-    missed["grip"] = [problem.min_grip - at.grip]
-    missed["normal"] = [problem.min_normal - at.N_rear, problem.min_normal - at.N_front]
-    if problem.solver.samples:
-        missed["clearance"] = [problem.min_clearance - at.clearance]
-    if not problem.solver.overlap:
-        missed["wheels"] = [problem.min_wheel_clearance - at.wheel_clearance]
-    if problem.max_torque is not None:
-        missed["torque"] = [np.abs(at.torque) - problem.max_torque]
+    missed |= {name: [-left for left in of] for name, of in slacks(problem, at).items()}
     worst = {name: float(np.max(np.stack(of))) for name, of in missed.items()}
     worst["pose"] = float(np.sum(~np.asarray(at.placed)))
     return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
@@ -377,10 +372,7 @@ def violations(
 
 def tolerated(problem: PostureData, name: str) -> float:
     """Tolerance of a residual of that name, FEASIBLE in the scale of its constraint."""
-    sizes = {"grip": problem.params.weight, "normal": problem.params.weight}
-    sizes |= dict.fromkeys(("clearance", "wheels"), problem.params.leg_length)
-    sizes |= {"leg_rate": problem.leg_rate}
-    sizes |= {"torque": problem.params.weight * problem.params.wheel_radius}
+    sizes = scales(problem.params) | {"leg_rate": problem.leg_rate}
     return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)
 
 

@@ -208,7 +208,7 @@ def bound_every_drive(
             bound, after, worth = method.bound(now, best, enough, bar.advance)
         found = max(found, _settled(problem, bound, best, surveyor.ground.missed))
         alive = float(np.mean([np.mean(of.alive) for of in after]))
-        widths = [float(np.max(of.rear.widths)) for of in now]
+        widths = [float(np.max(np.diff(of.rear))) for of in now]
         levels.append({"cells": min(widths[1:-1] or widths), "bound": found, "alive": alive})
         size = float(
             sum(of.size * (4 if halve else 1) for of, halve in zip(after, worth, strict=True))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import jax
 import numpy as np
@@ -55,31 +55,22 @@ MOST_CELLS = 256
 """Most cells of a leg at the first level, beyond which cells are no part of the rate."""
 
 
-@dataclass(frozen=True)
-class Axis:
-    """A leg's corners at a waypoint [rad], increasing; two for a given angle, all but the same."""
+Axis: TypeAlias = np.ndarray
+"""A leg's corners at a waypoint [n] [rad], increasing; two for a given angle, all but the same."""
 
-    nodes: Float[np.ndarray, "n"]
 
-    @property
-    def widths(self) -> Float[np.ndarray, "n-1"]:
-        return np.diff(self.nodes)
-
-    def part(self, cells: slice) -> Axis:
-        return Axis(self.nodes[cells.start : cells.stop + 1])
-
-    def halved(self) -> Axis:
-        middles = self.nodes[:-1] + np.diff(self.nodes) / 2
-        both = np.empty(2 * len(self.nodes) - 1)
-        both[::2], both[1::2] = self.nodes, middles
-        return Axis(both)
+def halved(axis: Axis) -> Axis:
+    """The corners, and one in the middle of each cell."""
+    both = np.empty(2 * len(axis) - 1)
+    both[::2], both[1::2] = axis, axis[:-1] + np.diff(axis) / 2
+    return both
 
 
 def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     """About so many cells of a leg over its range, a whole part of what the rate allows."""
     low = float(problem.params.leg_angle_min) - FEASIBLE
     high = float(problem.params.leg_angle_max) + FEASIBLE
-    even = Axis(np.linspace(low, high, cells + 1))
+    even = np.linspace(low, high, cells + 1)
     if problem.leg_rate is None:
         return even
     limit = _limit(problem, float(np.min(np.diff(problem.x)))) * (1 + FEASIBLE)
@@ -91,12 +82,12 @@ def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     first, last = np.ceil((low - anchor) / step), np.floor((high - anchor) / step)
     inner = anchor + step * np.arange(first, last + 1)
     inner = inner[(inner > low + 1e-6 * step) & (inner < high - 1e-6 * step)]
-    return Axis(np.concatenate([[low], inner, [high]]))
+    return np.concatenate([[low], inner, [high]])
 
 
 def given_axis(angle: float) -> Axis:
     """Axis of a given angle, within the tolerance of a feasible drive."""
-    return Axis(np.array([angle - FEASIBLE, angle + FEASIBLE]))
+    return np.array([angle - FEASIBLE, angle + FEASIBLE])
 
 
 def _limit(problem: PostureData, dx: float) -> float:
@@ -108,10 +99,10 @@ def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray,
     """Shape of the allowed moves of each pair of cells, before and after a step: NONE are, all
     of the SQUARE, or the triangle without the longest move AHEAD, or BACK."""
     if problem.leg_rate is None:
-        return np.full((len(a.nodes) - 1, len(b.nodes) - 1), SQUARE)
+        return np.full((len(a) - 1, len(b) - 1), SQUARE)
     limit = _limit(problem, float(problem.x[step + 1] - problem.x[step]))
-    ahead, ahead_half = _one_way(a.nodes, b.nodes, limit)
-    back, back_half = (of[::-1, ::-1] for of in _one_way(-a.nodes[::-1], -b.nodes[::-1], limit))
+    ahead, ahead_half = _one_way(a, b, limit)
+    back, back_half = (of[::-1, ::-1] for of in _one_way(-a[::-1], -b[::-1], limit))
     square = (ahead & back) | (ahead_half & back_half)  # cut at both sides: taken whole
     return np.select([square, ahead_half & back, back_half & ahead], [SQUARE, AHEAD, BACK], NONE)
 
@@ -251,11 +242,20 @@ class StationCells:
             return slice(0, 1), slice(0, 1)
         return slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
 
+    @property
+    def boxed(self) -> tuple[Axis, Axis]:
+        """Corners of the box."""
+        rear, front = (
+            axis[of.start : of.stop + 1]
+            for axis, of in zip((self.rear, self.front), self.box, strict=True)
+        )
+        return rear, front
+
     def bulge(self, name: str, sign: int) -> np.ndarray:
         """Greatest distance of sign * field below its values at the corners of a cell: h^2 / 8 of
         the second derivative, or h / 2 of the first, whichever is less, of each leg."""
         total = np.zeros(self.alive.shape)
-        widths = (self.rear.widths[:, None], self.front.widths)
+        widths = (np.diff(self.rear)[:, None], np.diff(self.front))
         smooth, known = self.inside.smooth, self.inside.known
         first, second = (self.inside.derivative(name, order) for order in (1, 2))
         for leg, h in enumerate(widths):
@@ -309,7 +309,7 @@ class Surveyor:
         bracket = Bracket.behind(
             self.ground, self.vehicle.wheel_radius, float(self.problem.x[k]), self.longest
         )
-        alive = np.ones((len(rear.nodes) - 1, len(front.nodes) - 1), bool)
+        alive = np.ones((len(rear) - 1, len(front) - 1), bool)
         alive = self._wheels_clear(rear, front, alive)
         inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
@@ -318,14 +318,12 @@ class Surveyor:
 
     def halved(self, k: int, cells: StationCells) -> StationCells:
         """Every cell cut in four (a given angle's is not), without those beside all alive."""
-        box = cells.box
         rear, front = (
-            axis if axis.nodes[-1] - axis.nodes[0] <= 3 * FEASIBLE else axis.halved()
-            for axis in (cells.rear.part(box[0]), cells.front.part(box[1]))
+            axis if axis[-1] - axis[0] <= 3 * FEASIBLE else halved(axis) for axis in cells.boxed
         )
-        alive = cells.alive[box]
+        alive = cells.alive[cells.box]
         for axis, of in ((0, rear), (1, front)):
-            alive = np.repeat(alive, (len(of.nodes) - 1) // alive.shape[axis], axis)
+            alive = np.repeat(alive, (len(of) - 1) // alive.shape[axis], axis)
         alive = self._wheels_clear(rear, front, alive)
         inside = self._inside(cells.bracket, rear, front, alive)
         return self._valued(k, replace(cells, rear=rear, front=front, alive=alive, inside=inside))
@@ -384,7 +382,7 @@ class Surveyor:
         """Cells with values at the corners, without those in which every posture is excluded."""
         wanted = of_corners(np.pad(cells.alive, 1), np.logical_or)
         rows, columns = np.nonzero(wanted)
-        r, f = interval(cells.rear.nodes[rows]), interval(cells.front.nodes[columns])
+        r, f = interval(cells.rear[rows]), interval(cells.front[columns])
         Q = wheelbase_squared(self.vehicle, r, f)
         x, good = cells.bracket.contact(Q)
         wheel = wheel_at(self.ground, self.vehicle.wheel_radius, x, cells.bracket.origin)
@@ -441,7 +439,7 @@ class Surveyor:
 def _boxes(rear: Axis, front: Axis, alive: np.ndarray) -> Interval:
     """Leg angles of the cells that are alive [2, n] [rad]."""
     rows, columns = np.nonzero(alive)
-    return Interval(*(np.stack([rear.nodes[rows + k], front.nodes[columns + k]]) for k in (0, 1)))
+    return Interval(*(np.stack([rear[rows + k], front[columns + k]]) for k in (0, 1)))
 
 
 def most_friction(problem: PostureProblem) -> Float[np.ndarray, "K 2"]:

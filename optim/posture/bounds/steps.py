@@ -124,12 +124,9 @@ class Side:
 
     @classmethod
     def of(cls, cells: StationCells, terms: list[Term]) -> Side:
-        box = cells.box
-        rear, front = (
-            axis.part(of) for axis, of in zip((cells.rear, cells.front), box, strict=True)
-        )
-        alive = cells.alive[box]
-        widths = np.stack(np.meshgrid(rear.widths, front.widths, indexing="ij")).reshape(2, -1)
+        box, (rear, front) = cells.box, cells.boxed
+        alive, widths = cells.alive[box], map(np.diff, (rear, front))
+        widths = np.stack(np.meshgrid(*widths, indexing="ij")).reshape(2, -1)
         known, smooth = (of[box].ravel() for of in (cells.inside.known, cells.inside.smooth))
         names = {name for term in terms for name in (term.X, term.Y) if name}
         fields = {name: _field(cells, name, box) for name in names}
@@ -139,7 +136,7 @@ class Side:
 def _field(cells: StationCells, name: str, box: tuple[slice, slice]) -> Field:
     """A field of the cells, or a leg's angle itself."""
     leg = LEGS.get(name)
-    nodes = np.meshgrid(cells.rear.nodes, cells.front.nodes, indexing="ij")
+    nodes = np.meshgrid(cells.rear, cells.front, indexing="ij")
     at = cells.values[name] if leg is None else nodes[leg]
     corners = [at[i : i + at.shape[0] - 1, j : j + at.shape[1] - 1][box] for i, j in FOUR]
     values = np.stack(corners, -1).reshape(-1, 4)

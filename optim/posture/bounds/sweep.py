@@ -248,9 +248,9 @@ def place(axes: tuple[Axis, Axis], angles: Float[np.ndarray, "2"]) -> tuple[list
     """The cell of a posture, and its corners' weights: (0, 0), (0, 1), (1, 0), (1, 1)."""
     cell, shares = [], []
     for axis, angle in zip(axes, angles, strict=True):
-        at = int(np.clip(np.searchsorted(axis.nodes, angle) - 1, 0, len(axis.nodes) - 2))
+        at = int(np.clip(np.searchsorted(axis, angle) - 1, 0, len(axis) - 2))
         cell.append(at)
-        shares.append(np.clip((angle - axis.nodes[at]) / axis.widths[at], 0.0, 1.0))
+        shares.append(np.clip((angle - axis[at]) / (axis[at + 1] - axis[at]), 0.0, 1.0))
     (i, j) = shares
     return cell, np.array([(1 - i) * (1 - j), (1 - i) * j, i * (1 - j), i * j])
 

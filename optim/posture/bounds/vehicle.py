@@ -56,16 +56,7 @@ def wheel_at(ground: Ground, radius: float, x: Interval, origin: tuple[float, In
     return Wheel(m, f2, f3, height, q, centre)
 
 
-@dataclass(frozen=True)
-class Distance:
-    """P over intervals of x, and two derivatives."""
-
-    value: Interval
-    slope: Interval
-    bend: Interval
-
-
-def distance(radius: float, rear: Wheel, front: Wheel) -> Distance:
+def distance(radius: float, rear: Wheel, front: Wheel) -> tuple[Interval, Interval, Interval]:
     """P = |W|^2, P' = 2 s (W_x + m W_y), P'' = 2 s^2 q^2 + 2 (s' (W_x + m W_y) + s f'' W_y), with
     W = C - C_front and the stretch s = 1 - r f'' / q^3."""
     across, up = (a - b for a, b in zip(rear.centre, front.centre, strict=True))
@@ -76,15 +67,15 @@ def distance(radius: float, rear: Wheel, front: Wheel) -> Distance:
     ds = (rear.third / cube - m * rear.second.square() * 3.0 / fifth) * (-radius)
     along = across + m * up
     bend = s.square() * q.square() * 2.0 + (ds * along + s * rear.second * up) * 2.0
-    return Distance(across.square() + up.square(), s * along * 2.0, bend)
+    return across.square() + up.square(), s * along * 2.0, bend
 
 
-def _by_distance(behind: Interval, wheel: Wheel, P: Distance) -> list[Interval]:
+def _by_distance(behind: Interval, wheel: Wheel, dP: Interval, d2P: Interval) -> list[Interval]:
     """The rows of Bracket.rear: along the ground, x' = 1 / P' and x'' = -P'' / P'^3."""
     m, f2, q = wheel.slope, wheel.second, wheel.q
-    by = P.slope.reciprocal()
+    by = dP.reciprocal()
     square = by.square()
-    bend = -(P.bend * square * by)
+    bend = -(d2P * square * by)
     one, zero = interval(np.ones(by.shape)), interval(np.zeros(by.shape))
     rows = []
     for value, slope, second in (
@@ -97,33 +88,28 @@ def _by_distance(behind: Interval, wheel: Wheel, P: Distance) -> list[Interval]:
     return rows
 
 
-@dataclass(frozen=True)
-class Ranges:
-    """Hulls of intervals over runs of bins, from those of runs of 1, 2, 4, ... bins."""
+def _runs(rows: list[Interval]) -> list[Interval]:
+    """Hulls of intervals over runs of 1, 2, 4, ... bins, each [rows, runs]."""
+    lo, hi = (np.stack([getattr(one, end) for one in rows]) for end in ("lo", "hi"))
+    lost = np.isnan(lo) | np.isnan(hi)
+    tables = [Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi))]
+    while 2 ** len(tables) <= lo.shape[1]:
+        one, by = tables[-1], 2 ** (len(tables) - 1)
+        tables.append(hull(one[:, :-by], one[:, by:]))
+    return tables
 
-    tables: list[Interval]
 
-    @classmethod
-    def of(cls, rows: list[Interval]) -> Ranges:
-        lo, hi = (np.stack([getattr(one, end) for one in rows]) for end in ("lo", "hi"))
-        lost = np.isnan(lo) | np.isnan(hi)
-        tables = [Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi))]
-        while 2 ** len(tables) <= lo.shape[1]:
-            one, by = tables[-1], 2 ** (len(tables) - 1)
-            tables.append(hull(one[:, :-by], one[:, by:]))
-        return cls(tables)
-
-    def over(self, first: np.ndarray, last: np.ndarray) -> Interval:
-        """Range from bin `first` to `last`: [rows, n]."""
-        level = np.frexp(last - first + 1)[1] - 1
-        lo = np.empty((self.tables[0].shape[0], *first.shape))
-        found = Interval(lo, lo.copy())
-        for number, table in enumerate(self.tables):
-            here = level == number
-            begin, end = first[here], last[here] + 1 - 2**number
-            run = hull(table[:, begin], table[:, end])
-            found.lo[:, here], found.hi[:, here] = run.lo, run.hi
-        return found
+def _over(tables: list[Interval], first: np.ndarray, last: np.ndarray) -> Interval:
+    """Hulls from bin `first` to `last`, from those of runs: [rows, n]."""
+    level = np.frexp(last - first + 1)[1] - 1
+    lo = np.empty((tables[0].shape[0], *first.shape))
+    found = Interval(lo, lo.copy())
+    for number, table in enumerate(tables):
+        here = level == number
+        begin, end = first[here], last[here] + 1 - 2**number
+        run = hull(table[:, begin], table[:, end])
+        found.lo[:, here], found.hi[:, here] = run.lo, run.hi
+    return found
 
 
 @dataclass(frozen=True)
@@ -143,9 +129,9 @@ class Bracket:
     """The least P of all bins up to each, lower ends."""
     from_right: np.ndarray
     """The largest P of all bins from each on, upper ends."""
-    rear: Ranges
+    rear: list[Interval]
     """Place behind the front contact, height above it, slope and arc length of the rear wheel, each
-    with two derivatives by P, over each bin: [4, 3]."""
+    with two derivatives by P, over runs of bins: [4, 3]."""
 
     @classmethod
     def behind(cls, ground: Ground, radius: float, x_front: float, longest: float) -> Bracket:
@@ -155,17 +141,17 @@ class Bracket:
         edges = np.linspace(x_front - 1.001 * (longest + 2 * radius), x_front, BINS + 1)
         x = Interval(edges[:-1], edges[1:])
         wheel = wheel_at(ground, radius, x, origin)
-        found = distance(radius, wheel, front)
+        P, dP, d2P = distance(radius, wheel, front)
         broken = np.histogram(ground.kinks, edges)[0] > 0
-        bad = broken | ~(found.slope.hi < 0)
+        bad = broken | ~(dP.hi < 0)
         with np.errstate(all="ignore"):
-            ranges = Ranges.of(_by_distance(x - x_front, wheel, found))
+            rear = _runs(_by_distance(x - x_front, wheel, dP, d2P))
         return cls(
-            ground, radius, origin, front, edges, found.slope,
+            ground, radius, origin, front, edges, dP,
             np.concatenate([[0], np.cumsum(bad)]),
-            np.minimum.accumulate(found.value.lo),
-            np.maximum.accumulate(found.value.hi[::-1])[::-1],
-            ranges,
+            np.minimum.accumulate(P.lo),
+            np.maximum.accumulate(P.hi[::-1])[::-1],
+            rear,
         )  # fmt: skip
 
     def where(self, Q: Interval) -> tuple[Interval, Bool[np.ndarray, "..."], np.ndarray]:
@@ -188,15 +174,15 @@ class Bracket:
         least = np.where(good, -falls, 1.0)
         at = x.middle
         for _ in range(STEPS):
-            found = self._distance(interval(at))
-            at = np.clip(at - (found.value.middle - Q.middle) / found.slope.middle, x.lo, x.hi)
-        missed = (self._distance(interval(at)).value - Q).size
+            P, dP, _ = self._distance(interval(at))
+            at = np.clip(at - (P.middle - Q.middle) / dP.middle, x.lo, x.hi)
+        missed = (self._distance(interval(at))[0] - Q).size
         off = np.nextafter(missed / least, np.inf) * (1 + 1e-15)
         off = np.where(good & np.isfinite(off), off, 0.0)
         found = interval(at) + Interval(-off, off)
         return Interval(np.maximum(found.lo, x.lo), np.minimum(found.hi, x.hi)), good
 
-    def _distance(self, x: Interval) -> Distance:
+    def _distance(self, x: Interval) -> tuple[Interval, Interval, Interval]:
         return distance(self.radius, wheel_at(self.ground, self.radius, x, self.origin), self.front)
 
 
@@ -302,5 +288,5 @@ def angle_jets(angles: Interval) -> tuple[Jet, Jet]:
 def rear_jets(bracket: Bracket, Q: Jet, first: np.ndarray, last: np.ndarray) -> Rear[Jet]:
     """The rear wheel over boxes whose contacts lie in the bins from `first` to `last`: functions of
     Q alone, whose derivatives by it are known of each bin."""
-    rows = bracket.rear.over(first, last)
+    rows = _over(bracket.rear, first, last)
     return Rear(*(Q.through(rows[k], rows[k + 1], rows[k + 2]) for k in (0, 3, 6, 9)))

@@ -50,8 +50,8 @@ def stations(problem, pairs: np.ndarray):
 def sample(cells, random, inside_rate=None):
     """Pairs of angles for both waypoints, and the cells that they lie in."""
     a, b = cells
-    low = np.array([a.rear.nodes[0], a.front.nodes[0]])
-    high = np.array([a.rear.nodes[-1], a.front.nodes[-1]])
+    low = np.array([a.rear[0], a.front[0]])
+    high = np.array([a.rear[-1], a.front[-1]])
     first = random.uniform(low, high, (MANY, 2))
     second = random.uniform(low, high, (MANY, 2))
     if inside_rate is not None:
@@ -59,7 +59,7 @@ def sample(cells, random, inside_rate=None):
     pairs = np.stack([first, second], 1)
     at = [
         tuple(
-            np.clip(np.searchsorted(axis.nodes, pairs[:, n, leg]) - 1, 0, len(axis.nodes) - 2)
+            np.clip(np.searchsorted(axis, pairs[:, n, leg]) - 1, 0, len(axis) - 2)
             for leg, axis in enumerate((of.rear, of.front))
         )
         for n, of in enumerate((a, b))
@@ -171,7 +171,7 @@ def _weights(axes, angles, cells, kinds, leg):
     """What each pair of corners of a move counts in the interpolant of a leg's square or triangle:
     [n, 4, 4], the same whatever the other leg's corners are."""
     s, t = (
-        (angles[:, n] - axis.nodes[cells[n]]) / axis.widths[cells[n]] for n, axis in enumerate(axes)
+        (angles[:, n] - axis[cells[n]]) / np.diff(axis)[cells[n]] for n, axis in enumerate(axes)
     )
     square = np.stack([(1 - s) * (1 - t), (1 - s) * t, s * (1 - t), s * t])
     ahead = np.stack([1 - s, 0 * s, s - t, t])
