@@ -60,19 +60,9 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     require_choice("criterion", given.criterion, tuple(CRITERIA))
     require_choice("method", given.method, tuple(METHODS))
     vehicle, survey, limits = vehicle_on_track(given)
-    problem = PostureProblem.along(
-        survey.track,
-        given.criterion,
-        vehicle,
-        spacing=SPACING if given.spacing is None else given.spacing,
-        start=given.start,
-        end=given.end,
-        start_angles=given.start_angles,
-        end_angles=given.end_angles,
-        solver=PoseSolver(overlap=given.overlap),
-        free_split=given.free_split,
-        **limits,
-    )
+    limits |= {name: getattr(given, name) for name in ("start_angles", "end_angles", "free_split")}
+    limits["solver"] = PoseSolver(overlap=given.overlap)
+    problem = problem_along(given, survey, vehicle, given.criterion, **limits)
     if given.method == "cma":
         require("cma", "the method 'cma'", "optim")  # before anything is computed in vain
     result = solve(problem, given.method, progress=True, **_method_options(given, problem))
@@ -92,6 +82,17 @@ def optimise_command(flags: Mapping[str, Any]) -> Content:
     files[RESULT] = lambda: json_text(facts | rows)
     usual = STATIONS, PICTURE, VEHICLE, *GROUND, *CLOSEST
     return write_result(given, out, tables, facts, files, usual, x is not None)
+
+
+def problem_along(
+    given: Namespace, survey: Survey, vehicle: UGVParams, *criterion: str, **limits: Any
+) -> PostureProblem:
+    """Waypoints on the ground by the flags start, end and spacing."""
+    spacing = SPACING if given.spacing is None else given.spacing
+    ends = {"start": given.start, "end": given.end}
+    return PostureProblem.along(
+        survey.track, *criterion, params=vehicle, spacing=spacing, **ends, **limits
+    )
 
 
 ROLLS = 1.1
@@ -208,24 +209,23 @@ def result_summary(problem: PostureProblem, result: PostureResult) -> Table:
     if bound is not None and found and bound > result.value * (1 + 1e-9):
         bound = None  # the drive's angles are between those of the grid
     said = result.message if result.message != result.status.value else None
-    return one_row(
-        {
-            Column("criterion", words=True): problem.criterion.name,
-            Column("waypoints"): len(problem.x),
-            Column("status", words=True): result.status_in_words,
-            Column("message", words=True): said,
-            Column("grid", words=True): grid and f"{grid[0]} x {grid[1]} leg angles",
-            Column("value", unit): float(result.value) if found else None,
-            Column("lower_bound", unit): result.lower_bound,
-            Column("bound_over_the_grid", unit): bound,
-            Column("value_between_waypoints", unit): float(result.fine_value) if found else None,
-            Column("violated", words=True): _violated(problem, result.residuals),
-            Column("violated_between", words=True): _violated(problem, result.fine_residuals),
-            **_shortfall_columns(details),
-            Column("evaluations"): result.evaluations,
-            Column("time", "s"): float(result.seconds),
-        }
-    )
+    row: dict[Column, object] = {
+        Column("criterion", words=True): problem.criterion.name,
+        Column("waypoints"): len(problem.x),
+        Column("status", words=True): result.status_in_words,
+        Column("message", words=True): said,
+        Column("grid", words=True): grid and f"{grid[0]} x {grid[1]} leg angles",
+        Column("value", unit): float(result.value) if found else None,
+        Column("lower_bound", unit): result.lower_bound,
+        Column("bound_over_the_grid", unit): bound,
+        Column("value_between_waypoints", unit): float(result.fine_value) if found else None,
+        Column("violated", words=True): _violated(problem, result.residuals),
+        Column("violated_between", words=True): _violated(problem, result.fine_residuals),
+        **_shortfall_columns(details),
+        Column("evaluations"): result.evaluations,
+        Column("time", "s"): float(result.seconds),
+    }
+    return one_row(row)
 
 
 def _shortfall_columns(details: Mapping[str, Any]) -> dict[Column, object]:

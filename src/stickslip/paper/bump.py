@@ -17,7 +17,8 @@ from stickslip.optim.posture.problem import refined
 from stickslip.paper.result import Result
 
 STEP = 10
-"""Between the angles of all pairs, over the vehicle's whole range [degrees]."""
+"""Between the angles of all pairs, over the vehicle's whole range, that are tried [degrees]; those
+whose wheels overlap do not count."""
 EQUAL = ((75, 75), (90, 90), (105, 105), (120, 120), (150, 150))
 UNEQUAL = ((30, 100), (100, 30))
 """Rear and front leg [degrees]. The chapter does not say which are drawn; these are ours."""
@@ -71,21 +72,14 @@ def statics(vehicle: UGVParams, samples: int) -> Result:
     torques = np.asarray(_stations(problem, drawn).torque)
     named = {name_of(pair): torque for pair, torque in zip(drawn, torques, strict=True)}
     panel = curves("torque on each wheel", "N m", named, (0.0,))
-    at = all_pairs(problem)
+    angles = range(round(low), round(high) + 1, STEP)
+    at = _stations(problem, [(rear, front) for rear in angles for front in angles])
+    fits = np.asarray(at.wheel_clearance)[:, 0] >= 0
+    at = at.map(lambda of: of[fits])
     passing = np.all(np.asarray(at.status) == Status.OK, axis=1)
     count = f"{int(np.sum(passing))} of {len(passing)} pairs pass"
     passes = f"{count}: {_needs(at)} above the ground or more"
     return Result(WHEEL, problem.x, [panel], {"passes": passes})
-
-
-def all_pairs(problem: PostureProblem) -> Station:
-    """Stations [pairs, K] of angles held, STEP degrees apart, whose wheels do not overlap."""
-    ends = (problem.params.leg_angle_min, problem.params.leg_angle_max)
-    low, high = (round(float(np.degrees(end))) for end in ends)
-    angles = range(low, high + 1, STEP)
-    found = _stations(problem, [(rear, front) for rear in angles for front in angles])
-    fits = np.asarray(found.wheel_clearance)[:, 0] >= 0
-    return found.map(lambda of: of[fits])
 
 
 def _stations(problem: PostureProblem, pairs: Sequence[Pair]) -> Station:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -23,13 +23,10 @@ from stickslip.dynamics.scene import SceneOptions
 from stickslip.envs.biped.picture import BipedFrame, biped_picture, slipping, stretches_of
 from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
-from stickslip.records.table import Content
+from stickslip.records.table import Column, Content, Table
 from stickslip.report import require_files, show, write_simulation
 from stickslip.simulate import walk as walks
 from stickslip.simulate.torque import Recorded, rate_of, torque_of
-
-if TYPE_CHECKING:
-    from stickslip.dynamics import Setting
 
 SECONDS = 6.0
 """Walked unless something else is said."""
@@ -79,9 +76,13 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         write_pictures(draw, walk.count, walk.period, path, FPS, progress=True)
 
     written = write_simulation(given, walks.walk_table(walk), plot, film)
-    about = {"setting": _content(setting), "files": written}
+    found = {name: repr(getattr(setting, name)) for name in ("fidelity", "integrator")}
+    step = None if isinstance(setting.integrator, EventExact) else setting.dt
+    about = {"setting": {**found, "step": step, "dtype": setting.dtype}, "files": written}
+    heads = [Column("time", "s"), Column("event", words=True), Column("crank_angle", "rad")]
+    tables = {"summary": summary, "events": Table(heads, walk.trajectory.events())}
     status = OK if walk.status.name in walks.WHOLE else NOTHING_FOUND
-    return Content({"summary": summary, "events": walks.event_table(walk)}, about, status=status)
+    return Content(tables, about, status=status)
 
 
 def law_of(given: Namespace) -> walks.Torque | walks.Rates:
@@ -130,12 +131,6 @@ def state_of(given: Namespace) -> BipedState:
         crank_rate=np.float64(given.crank_rate or 0.0),
         foot_velocity=np.float64(given.foot_velocity),
     ).validate()
-
-
-def _content(setting: Setting) -> dict[str, str | float | None]:
-    exact = isinstance(setting.integrator, EventExact)
-    found = {name: repr(getattr(setting, name)) for name in ("fidelity", "integrator")}
-    return {**found, "step": None if exact else setting.dt, "dtype": setting.dtype}
 
 
 def frames_of(walk: walks.Walk) -> BipedFrame:

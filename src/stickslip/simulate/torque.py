@@ -198,11 +198,6 @@ class PhaseRates:
     angles: Float[np.ndarray, " n"]
     rates: Float[np.ndarray, " n"]
 
-    @property
-    def whole_step(self) -> tuple[Float[np.ndarray, " n+1"], Float[np.ndarray, " n+1"]]:
-        """Angles and rates from the first angle to the same in the next step."""
-        return np.append(self.angles, self.angles[0] + np.pi), np.append(self.rates, self.rates[0])
-
     def at(self, times: Float[np.ndarray, " m"], phase: float) -> Float[np.ndarray, " m"]:
         """The rates at times from a phase on."""
         nodes = np.linspace(SUPPORT_START, SUPPORT_END, NODES)
@@ -217,18 +212,15 @@ Rate = float | Recorded | PhaseRates
 
 def rate_of(text: str) -> Rate:
     """A number [rad/s], or what is in a file. ValueError for what is neither."""
+    path = Path(text)
     if is_number(text):
         require_number("rate", float(text), accepted="a finite crank rate [rad/s]")
         return float(text)
-    if Path(text).suffix.lower() != ".csv":
+    if path.suffix.lower() != ".csv":
         raise ValueError(
             f"rate {shown(text)}; accepted: a number [rad/s], or a .csv of crank rates over "
             "time or crank angle"
         )
-    return _read(Path(text))
-
-
-def _read(path: Path) -> Recorded | PhaseRates:
     head = read_text(path, "a table")[:1000].lower()
     if not any(word in head for word in ("phase", "angle", "theta")):
         times, rates = read_columns(path, BY_TIME).T

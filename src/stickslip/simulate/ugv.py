@@ -77,16 +77,13 @@ def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
     if (given.posture is None) == (given.angles is None):
         raise ValueError("accepted: one of --posture FILE and --angles REAR FRONT")
     vehicle, survey, limits = ugv.vehicle_on_track(given)
-    places = {"start": given.start, "end": given.end}
     if given.posture is not None:
-        for name, value in (("spacing", given.spacing), *places.items()):
-            if value is not None:
+        for name in ("spacing", "start", "end"):
+            if getattr(given, name) is not None:
                 raise ValueError(f"{name} with --posture, which has waypoints of its own")
         x, angles = read_posture(given.posture)
         return PostureProblem(vehicle, survey.track, x, **limits), angles.reshape(-1), survey
-    spacing = ugv.SPACING if given.spacing is None else given.spacing
-    limits |= {"params": vehicle, "spacing": spacing} | places
-    problem = PostureProblem.along(survey.track, **limits)
+    problem = ugv.problem_along(given, survey, vehicle, **limits)
     return problem, np.tile(_held(given.angles or (), problem), len(problem.x)), survey
 
 
@@ -108,22 +105,21 @@ def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table
     bad = np.flatnonzero(codes != Status.OK)
     status = Status(int(codes[bad[0]])).name if bad.size else "OK"
     counts = Counter(Status(int(code)).name for code in codes)
-    return one_row(
-        {
-            Column("status", words=True): status,
-            Column("within_limits", words=True): "yes" if feasible else "no",
-            Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
-            Column("waypoints"): len(problem.x),
-            Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
-            Column("slips"): counts["WHEEL_SLIP"],
-            Column("rollovers"): counts["ROLLOVER"],
-            Column("least_grip_margin", "N"): float(np.min(at.grip)),
-            Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
-            Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),
-            Column("least_clearance", "m"): float(np.min(at.clearance)),
-            Column("least_between_wheels", "m"): float(np.min(at.wheel_clearance)),
-        }
-    )
+    row: dict[Column, object] = {
+        Column("status", words=True): status,
+        Column("within_limits", words=True): "yes" if feasible else "no",
+        Column("first_at", "m"): float(problem.x[bad[0]]) if bad.size else None,
+        Column("waypoints"): len(problem.x),
+        Column("distance", "m"): float(problem.x[-1] - problem.x[0]),
+        Column("slips"): counts["WHEEL_SLIP"],
+        Column("rollovers"): counts["ROLLOVER"],
+        Column("least_grip_margin", "N"): float(np.min(at.grip)),
+        Column("least_normal_force", "N"): float(min(np.min(at.N_rear), np.min(at.N_front))),
+        Column("largest_torque", "N m"): float(np.max(np.abs(at.torque))),
+        Column("least_clearance", "m"): float(np.min(at.clearance)),
+        Column("least_between_wheels", "m"): float(np.min(at.wheel_clearance)),
+    }
+    return one_row(row)
 
 
 def read_posture(text: str) -> tuple[Float[np.ndarray, "K"], Float[np.ndarray, "K 2"]]:

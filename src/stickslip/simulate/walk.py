@@ -216,12 +216,6 @@ def walk_table(walk: Walk) -> Table:
     return Table.of_columns(columns | {Column("status", words=True): status})
 
 
-def event_table(walk: Walk) -> Table:
-    """A row a switching instant."""
-    heads = [Column("time", "s"), Column("event", words=True), Column("crank_angle", "rad")]
-    return Table(heads, walk.trajectory.events())
-
-
 def held_walk(walk: Walk, again: Callable[[Scene], Walk]) -> Walk:
     """The walk as it is with a foot that cannot slip. again: walks on another floor."""
     kinds = {kind for _, kind, _ in walk.trajectory.events()}
@@ -237,8 +231,9 @@ def need_of(held: Walk) -> Need | None:
     states = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), held.trajectory.states)
     footing, seconds = Footing.of(held.robot.params), np.maximum(np.diff(states.time), SHORTEST)
     angle, rate = states.phase + np.pi * states.steps, states.crank_rate
-    if isinstance(held.law, PhaseRates):
-        return footing.along(*held.law.whole_step)
+    if isinstance(law := held.law, PhaseRates):  # to the same angle in the next step
+        turned = np.append(law.angles, law.angles[0] + np.pi)
+        return footing.along(turned, np.append(law.rates, law.rates[0]))
     if held.law is not None:
         return footing.accelerated(angle, rate, np.diff(rate) / seconds)
     torque = np.asarray(held.trajectory.torques, np.float64)
