@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from inspect import signature
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -80,14 +80,8 @@ def gait_problem(
     """The best periodic step of the reference robot in so many numbers, with a motor of
     TORQUE_LIMIT. points: of each cell that limits hold at."""
     robot, cells = biped.BipedParams.from_bars(dtype=np.float32), numbers - 2
-    whole = GaitProblem.periodic(
-        robot,
-        objective,
-        mu=mu,
-        mean_rate=mean_rate,
-        torque_limit=TORQUE_LIMIT,
-        steps=points * cells,
-    )
+    limits = {"mu": mu, "mean_rate": mean_rate, "torque_limit": TORQUE_LIMIT}
+    whole = GaitProblem.periodic(robot, objective, steps=points * cells, **limits)
     return whole if points == 1 else Interpolated(whole, cells)
 
 
@@ -166,23 +160,23 @@ class Shooting:
 
     def __call__(self, data: PyTree, x: Float[Array, "n"], draw: Array) -> tuple[Array, Array]:
         """Value [1] and margins [0] or [1]."""
-        model, scene, state = data
-        torques, integrator = jnp.repeat(x, HELD), self.integrator or biped.RK4Split()
-        time = len(torques) * DT
-        walk = biped.simulate(model, scene, state, torques, time, DT, integrator=integrator)
-        cost, slid = walk_cost(walk, torques, self.crank_rate)
+        torques = jnp.repeat(x, HELD)
+        cost, slid = walk_cost(self, data, torques, len(torques) * DT)
         if self.slide_limit is None:
             return (cost + SLIDE_WEIGHT * slid)[None], jnp.zeros(0)
         return cost[None], (1 - slid / self.slide_limit)[None]
 
 
 def walk_cost(
-    walk: biped.Trajectory, torques: Float[Array, "n"], crank_rate: float
+    of: Shooting | Gains, given: tuple[Any, Any, Any], torque: Any, time: float
 ) -> tuple[Array, Array]:
-    """Cost of a walk without its slide, and the distance slid [m]; see Shooting."""
+    """Cost of a walk without its slide, and the distance slid [m]; see Shooting. given: model,
+    scene and first state; torque: as of `simulate`, for a time [s]."""
+    integrator = of.integrator or biped.RK4Split()
+    walk = biped.simulate(*given, torque, time, DT, integrator=integrator)
     going = walk.contacts.status <= Status.SLIP_ONSET
-    error = walk.states.crank_rate[1:] / crank_rate - 1
-    effort = (torques / TORQUE_LIMIT) ** 2
+    error = walk.states.crank_rate[1:] / of.crank_rate - 1
+    effort = (walk.torques / TORQUE_LIMIT) ** 2
     cost = jnp.mean(jnp.where(going, error**2 + TORQUE_WEIGHT * effort, FALL_WEIGHT))
     return cost, jnp.sum(jnp.where(going, walk.contacts.slide_distance, 0.0))
 
@@ -223,10 +217,8 @@ class Gains:
         state = biped.BipedState(
             phase=np.pi * (0.5 + of_phase), crank_rate=self.crank_rate * of_rate
         ).astype(x.dtype)
-        scene = Scene.uniform(mu, KINETIC * mu)
-        law, integrator = partial(self.torque, x), self.integrator or biped.RK4Split()
-        walk = biped.simulate(model, scene, state, law, SECONDS, DT, integrator=integrator)
-        cost, slid = walk_cost(walk, walk.torques, self.crank_rate)
+        given, law = (model, Scene.uniform(mu, KINETIC * mu), state), partial(self.torque, x)
+        cost, slid = walk_cost(self, given, law, SECONDS)
         return cost + SLIDE_WEIGHT * slid
 
     def torque(self, x: Float[Array, "n"], state: biped.BipedState) -> Array:
@@ -238,14 +230,11 @@ class Gains:
         return jnp.clip(asked, -TORQUE_LIMIT, TORQUE_LIMIT)
 
 
-def gains_problem(
-    numbers: int, crank_rate: float, walks: int, integrator: biped.RK4Split | None = None
-) -> FunctionProblem:
+def gains_problem(numbers: int, crank_rate: float, walks: int) -> FunctionProblem:
     """2 + 2 h numbers with h harmonics."""
     model = biped.prepare(biped.BipedParams.from_bars(dtype=np.float64), fidelity="table")
-    low = np.array([GAIN_RANGE[0], *[TORQUE_RANGE[0]] * (numbers - 1)])
-    high = np.array([GAIN_RANGE[1], *[TORQUE_RANGE[1]] * (numbers - 1)])
-    return FunctionProblem(Gains(crank_rate, walks, integrator), model, low, high, forward=True)
+    low, high = np.array([GAIN_RANGE, *[TORQUE_RANGE] * (numbers - 1)]).T
+    return FunctionProblem(Gains(crank_rate, walks), model, low, high, forward=True)
 
 
 @dataclass(frozen=True)

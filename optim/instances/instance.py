@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -164,29 +164,20 @@ def instance(name: str) -> Instance:
 
 @cache
 def _all() -> dict[str, Instance]:
-    listed = json.loads(SUITE.read_text("utf-8"))
-    return {name: _read(name, **given) for name, given in listed.items()}
-
-
-def _read(
-    name: str,
-    build: list[dict[str, Any]],
-    goals: list[str],
-    flags: Mapping[str, bool] | None = None,
-    **given: Any,
-) -> Instance:
-    """An instance of the file SUITE. build: of each goal's problem the function that makes it, as
-    module.function of this folder, and its arguments."""
-    build_all = partial(_built, build)
-    return Instance(name, goals=tuple(goals), build=build_all, flags=Flags(**flags or {}), **given)
+    """The instances of the file SUITE."""
+    found = {}
+    for name, given in json.loads(SUITE.read_text("utf-8")).items():
+        own = {"build": partial(_built, given["build"]), "goals": tuple(given["goals"])}
+        own["flags"] = Flags(**given.get("flags", {}))
+        found[name] = Instance(name, **given | own)
+    return found
 
 
 def _built(build: list[dict[str, Any]]) -> tuple[AnyProblem, ...]:
-    return tuple(_make(**one) for one in build)
-
-
-def _make(make: str, **arguments: Any) -> AnyProblem:
-    return resolve_name(f"stickslip.optim.instances.{make}")(**arguments)
+    """build: of each goal's problem the function that makes it, as module.function of this folder,
+    and its arguments."""
+    given = map(dict, build)
+    return tuple(resolve_name(f"stickslip.optim.instances.{o.pop('make')}")(**o) for o in given)
 
 
 def parts_of(value: object) -> list[bytes]:

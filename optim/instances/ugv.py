@@ -169,9 +169,8 @@ class VehicleDesign:
 def vehicle_design(criterion: str, tracks: tuple[str, ...]) -> FunctionProblem:
     """Wheelbase, leg length and the legs' angles, for several tracks at once."""
     data = tuple(_posture(track_named(one), criterion) for one in tracks)
-    low = [*(low for low, _ in VEHICLE.values()), LEGS[0], LEGS[0]]
-    high = [*(high for _, high in VEHICLE.values()), LEGS[1], LEGS[1]]
-    return FunctionProblem(VehicleDesign(), data, np.array(low), np.array(high), forward=True)
+    low, high = np.array([*VEHICLE.values(), LEGS, LEGS]).T
+    return FunctionProblem(VehicleDesign(), data, low, high, forward=True)
 
 
 def _posture(track: Track, criterion: str) -> Posture:

@@ -281,7 +281,10 @@ def solve_dp(
     message = grid.stuck or f"proved: the best of all {grid.what}, not of all drives"
     rounding = 4 * np.finfo(float).eps * size * (K + 1)
     bound = below(problem, float(np.min(costs)) - rounding)
-    found = grid.result(_path(costs, back), message, grid_bound=bound, edges=edges)
+    nodes = [int(np.argmin(costs))]
+    for came in back[::-1]:
+        nodes.append(int(came[nodes[-1]]))
+    found = grid.result(nodes[::-1], message, grid_bound=bound, edges=edges)
     found = _agreed(problem, found, float(np.min(costs)))
     return _polished(problem, found, progress) if polish else found
 
@@ -352,14 +355,6 @@ def _arrivals(
 
 def _largest(costs: np.ndarray) -> float:
     return float(np.max(np.abs(costs), where=np.isfinite(costs), initial=0.0))
-
-
-def _path(costs: np.ndarray, back: list[np.ndarray]) -> list[int]:
-    """Nodes of the path that ends at the least cost."""
-    nodes = [int(np.argmin(costs))]
-    for came in back[::-1]:
-        nodes.append(int(came[nodes[-1]]))
-    return nodes[::-1]
 
 
 def _arrive(grid: PostureGrid, step: int, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:

@@ -169,7 +169,9 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         """See Problem; compiled once for each power of two that B rounds up to."""
         angles, count = self._padded(X)
         if count == 0:
-            return np.zeros(0), np.zeros((0, sum(self._sizes.values())))
+            return np.zeros(0), np.zeros(
+                (0, max(of.stop for of in self.constraint_groups.values()))
+            )
         rows = evaluate.rows_at(self.posture, self.posture.x, self.posture.friction, angles)
         criterion = self.posture.criterion
         found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
@@ -185,7 +187,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         K, groups = len(self.x), self.constraint_groups
         require_memory(f"a jacobian of {self.n} angles", "rows", 13.0 * K, 8.0 * self.n)
         both = self.waypoints.sloped(self.angles(x))
-        found = np.zeros((sum(self._sizes.values()), self.n))
+        found = np.zeros((max(of.stop for of in groups.values()), self.n))
         for name, slope in evaluate.margins_and_slopes(self.limits, *both)[1].items():
             block = found[groups[name]].reshape(K, slope.shape[1], K, 2)
             block[np.arange(K), :, np.arange(K)] = slope
@@ -198,21 +200,13 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     @cached_property
     def constraint_groups(self) -> dict[str, slice]:
         """Slice of each group in `constraints`."""
-        ends = np.cumsum(list(self._sizes.values()))
-        return {
-            name: slice(int(end) - size, int(end))
-            for (name, size), end in zip(self._sizes.items(), ends, strict=True)
-        }
-
-    @cached_property
-    def _sizes(self) -> dict[str, int]:
-        K = len(self.x)
+        K, end = len(self.x), 0
         sizes = {"grip": 4 * K, "normal": 2 * K}
         sizes |= {"clearance": K} if self.solver.samples else {}
         sizes |= {} if self.solver.overlap else {"wheels": K}
         sizes |= {} if self.max_torque is None else {"torque": (2 + 2 * self.free_split) * K}
-        sizes |= {"pose": K}
-        return sizes | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
+        sizes |= {"pose": K} | ({} if self.leg_rate is None else {"leg_rate": 4 * (K - 1)})
+        return {name: slice(end, end := end + size) for name, size in sizes.items()}
 
     def residuals(self, x: Vector) -> dict[str, float]:
         """Largest violation of each constraint, 0 where it is met, in its own unit.

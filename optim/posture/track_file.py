@@ -292,7 +292,10 @@ def enveloped(
     at = x[0] + h * np.arange(-margin, pieces + margin + 1)
     reach = int(radius / h)
     disc = np.sqrt(np.maximum(radius**2 - (h * np.arange(-reach, reach + 1)) ** 2, 0.0))
-    centre = grey_dilation(_straight_on(x, y, at), structure=disc)
+    before = y[0] + (at[0] - x[0]) * (y[1] - y[0]) / (x[1] - x[0])  # straight on past the ends
+    after = y[-1] + (at[-1] - x[-1]) * (y[-1] - y[-2]) / (x[-1] - x[-2])
+    line = np.interp(at, [at[0], *x, at[-1]], [before, *y, after])
+    centre = grey_dilation(line, structure=disc)
     nearest = np.rint((x - at[0]) / h).astype(int)
     for k in range(-reach, reach + 1):  # on the points themselves, which lie between the knots
         square = radius**2 - (at[nearest + k] - x) ** 2
@@ -301,13 +304,6 @@ def enveloped(
     ground = grey_erosion(centre, structure=disc)
     curve = (ground[:-2] + 4 * ground[1:-1] + ground[2:]) / 6
     return at[margin:-margin], curve[margin - 1 : 1 - margin]
-
-
-def _straight_on(x: np.ndarray, y: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """Heights of the polyline at `at`, straight on past its ends."""
-    before = y[0] + (at[0] - x[0]) * (y[1] - y[0]) / (x[1] - x[0])
-    after = y[-1] + (at[-1] - x[-1]) * (y[-1] - y[-2]) / (x[-1] - x[-2])
-    return np.interp(at, [at[0], *x, at[-1]], [before, *y, after])
 
 
 def _gpx(path: Path, text: str) -> tuple[Float[np.ndarray, "n 2"], Float[np.ndarray, "n"]]:
