@@ -55,7 +55,11 @@ def paint_scene(painter: Painter, drawing: Drawing, i: int, box: Box) -> None:
     camera = aimed(drawing, i, box)
     painter.box(box, theme.PANEL)
     with painter.inside(box):
-        _legend(painter, drawing, box)
+        left, y = box[0] + 12, box[3] - 18
+        for role, words in drawing.legend:
+            painter.line([(left + 3, y), (left + 17, y)], theme.DAY[role], 5.0)
+            painter.text(left + 26, y - 4, words, theme.SMALL, theme.MUTED)
+            y -= 17
         for stretch in drawing.stretches:
             _stretch(painter, drawing, stretch, camera)
         _marks(painter, drawing, i, camera)
@@ -79,14 +83,6 @@ def aimed(drawing: Drawing, i: int, box: Box) -> Camera:
     low = (y if drawing.follow_height else 0.0) - drawing.low
     across = left + drawing.left * (right - left) - scale * x
     return Camera(box, scale, np.array([across, bottom + BAND - scale * low]))
-
-
-def _legend(painter: Painter, drawing: Drawing, box: Box) -> None:
-    left, y = box[0] + 12, box[3] - 18
-    for role, words in drawing.legend:
-        painter.line([(left + 3, y), (left + 17, y)], theme.DAY[role], 5.0)
-        painter.text(left + 26, y - 4, words, theme.SMALL, theme.MUTED)
-        y -= 17
 
 
 def _stretch(painter: Painter, drawing: Drawing, stretch: Stretch, camera: Camera) -> None:
@@ -174,16 +170,13 @@ def _force(
         slope = float(contact.slope[i])
         along = np.array([cos(slope), sin(slope)])
         direction = (friction * along + normal * np.array([-along[1], along[0]])) / whole
-        painter.area(_arrow(tail, direction, length), colour, theme.PAGE, 1.4)
+        neck = length - min(ARROW["head"], length)
+        shaft, barb = ARROW["shaft"] / 2, ARROW["barb"] / 2
+        ahead = np.array([0, neck, neck, length, neck, neck, 0])
+        aside = np.array([-shaft, -shaft, -barb, 0, barb, shaft, shaft])
+        outline = np.outer(ahead, direction) + np.outer(aside, [-direction[1], direction[0]])
+        painter.area(tail + outline, colour, theme.PAGE, 1.4)
     painter.dot(tail, 6.5, colour, theme.PAGE, 1.2)
-
-
-def _arrow(tail: np.ndarray, direction: np.ndarray, length: float) -> np.ndarray:
-    neck = length - min(ARROW["head"], length)
-    shaft, barb = ARROW["shaft"] / 2, ARROW["barb"] / 2
-    along = np.array([0, neck, neck, length, neck, neck, 0])
-    across = np.array([-shaft, -shaft, -barb, 0, barb, shaft, shaft])
-    return tail + np.outer(along, direction) + np.outer(across, [-direction[1], direction[0]])
 
 
 def _ordered(drawing: Drawing, i: int) -> Iterator[tuple[Part, str]]:

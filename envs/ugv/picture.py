@@ -264,16 +264,10 @@ def station_frames(
 
 
 @partial(jax.jit, static_argnums=0)
-def _placed(
-    solver: PoseSolver,
-    stations: Station,
-    odometer: Odometer,
-    friction: Number,
-    vehicle: UGVParams,
-    ahead: Float[Array, " m"],
-) -> Sampled:
+def _placed(solver: PoseSolver, stations: Station, *given: Any) -> Sampled:
     """Pose, angles of the wheels in the world, points of the ground, those observed, and mu at the
-    points where the ground has a surface, each [n]."""
+    points where the ground has a surface, each [n]. given: as of `station_frames`."""
+    odometer, friction, vehicle, ahead = given
     track, kind = odometer.track, stations.x.dtype
     reach = REACH * (vehicle.body_length + 2 * vehicle.leg_length)
     about = reach * jnp.linspace(-1, 1, GROUND_POINTS, dtype=kind)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -49,19 +49,11 @@ def posture_problem(track: str, criterion: str, free: int, ends: str = "start") 
     both; "none": all free. The waypoints are as many as that takes, evenly spaced, and legs turn by
     at most LEG_RATE [rad/m].
     """
-    ground = track_named(track)
     given = {"start": 1, "both": 2, "none": 0}[ends]
-    first, *_, last = PostureProblem.along(ground).x
-    return PostureProblem(
-        PostureProblem.along(ground).params,
-        ground,
-        np.linspace(first, last, free // 2 + given),
-        criterion,
-        friction=FRICTION,
-        leg_rate=LEG_RATE,
-        start_angles=STRAIGHT if given else None,
-        end_angles=STRAIGHT if ends == "both" else None,
-    )
+    limits: dict[str, Any] = {"friction": FRICTION, "leg_rate": LEG_RATE}
+    limits |= dict.fromkeys(("start_angles", "end_angles")[:given], STRAIGHT)
+    usual = PostureProblem.along(track_named(track), criterion, **limits)
+    return replace(usual, x=np.linspace(usual.x[0], usual.x[-1], free // 2 + given))
 
 
 class Drive(NamedTuple):
@@ -98,23 +90,12 @@ class SplitProblem(FunctionProblem):
 
 
 def split_problem(track: str, criterion: str, stations: int) -> SplitProblem:
-    """F_front - F_rear at every station, in weights, that keeps grip at both wheels.
+    """F_front - F_rear at every station over the middle of a track, in weights, that keeps grip at
+    both wheels.
 
     criterion: "squared_torque": the sum of both motors' torques squared, over the stations
-    [N^2 m^2]; "peak_torque": the largest of all [N m].
-    """
-    drive = straight_drive(track, stations)
-    function = {"squared_torque": _squared, "peak_torque": _peak}[criterion]
-    kinds = frozenset({Structure.SMOOTH, Structure.CONVEX})
-    most = np.full(stations, 1.0)
-    return SplitProblem(function, drive, -most, most, kind=kinds)
-
-
-def straight_drive(track: str, stations: int) -> Drive:
-    """A drive over the middle of a track.
-
-    What a newton adds is taken for none where it is below rounding: on a straight slope the normal
-    forces do not depend on the split.
+    [N^2 m^2]; "peak_torque": the largest of all [N m]. What a newton adds is taken for none where
+    it is below rounding: on a straight slope the normal forces do not depend on the split.
     """
     ground, params = track_named(track), UGVParams()
     start, end = float(np.asarray(ground.start)), float(np.asarray(ground.end))
@@ -123,7 +104,11 @@ def straight_drive(track: str, stations: int) -> Drive:
     pose = equilibrium(params, ground.astype(np.float64), x, angles).pose
     equal, per_newton = (np.stack(of, -1) for of in split_family(params, pose))
     per_newton = np.where(abs(per_newton) < 16 * np.finfo(equal.dtype).eps, 0.0, per_newton)
-    return Drive(equal, per_newton, np.asarray(float(params.weight) * params.wheel_radius))
+    drive = Drive(equal, per_newton, np.asarray(float(params.weight) * params.wheel_radius))
+    function = {"squared_torque": _squared, "peak_torque": _peak}[criterion]
+    kinds = frozenset({Structure.SMOOTH, Structure.CONVEX})
+    most = np.full(stations, 1.0)
+    return SplitProblem(function, drive, -most, most, kind=kinds)
 
 
 def _forces(drive: Drive, x: Float[Array, "K"]) -> tuple[Array, Array, Array]:
@@ -168,13 +153,10 @@ class VehicleDesign:
 
 def vehicle_design(criterion: str, tracks: tuple[str, ...]) -> FunctionProblem:
     """Wheelbase, leg length and the legs' angles, for several tracks at once."""
-    data = tuple(_posture(track_named(one), criterion) for one in tracks)
+    data = []
+    for track in map(track_named, tracks):
+        start, end = float(np.asarray(track.start)), float(np.asarray(track.end))
+        problem = PostureProblem.along(track, criterion, leg_rate=None)
+        data.append(replace(problem, x=np.linspace(start + 2.5, end, STATIONS)).posture)
     low, high = np.array([*VEHICLE.values(), LEGS, LEGS]).T
-    return FunctionProblem(VehicleDesign(), data, low, high, forward=True)
-
-
-def _posture(track: Track, criterion: str) -> Posture:
-    start, end = float(np.asarray(track.start)), float(np.asarray(track.end))
-    x = np.linspace(start + 2.5, end, STATIONS)
-    usual = PostureProblem.along(track).params
-    return PostureProblem(usual, track, x, criterion, leg_rate=None).posture
+    return FunctionProblem(VehicleDesign(), tuple(data), low, high, forward=True)

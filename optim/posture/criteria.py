@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import field, replace
 from functools import reduce
+from math import inf
 from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from stickslip.dynamics.checks import require_choice
 from stickslip.dynamics.pytrees import Number, Numeric, pytree_dataclass, same_rank
@@ -122,10 +124,12 @@ class Station(NamedTuple):
         return reduce(or_, (self.status == status for status in PLACED))
 
     @property
+    @np.errstate(invalid="ignore")
     def finite(self) -> Bool[Array, "..."]:
         """True if every number that a criterion reads is finite."""
-        legs = jnp.sum(self.leg_torques, -1)
-        return jnp.isfinite(jnp.sum(sum(self.motors), -1) + legs + self.N_rear + self.N_front)
+        torques, lags = self.motors
+        whole = (torques + lags).sum(-1) + self.leg_torques.sum(-1)
+        return abs(whole + self.N_rear + self.N_front) < inf
 
 
 def station(

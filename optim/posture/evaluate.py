@@ -84,18 +84,8 @@ class Posture:
         found["pose"] = jnp.where(at.placed, one, -one)[..., None]
         return {name: jnp.where(jnp.isfinite(of), of, -1) for name, of in found.items()}
 
-    def constraints(
-        self, at: Station, angles: Float[Array, "K 2"]
-    ) -> dict[str, Float[Array, "... m"]]:
-        """All margins of stations [K] at these angles: `margins`, and where the rate is limited
-        leg_rate: 1 -+ each leg's move over what the rate allows [K-1, 4]."""
-        margins = self.margins(at)
-        if self.leg_rate is None:
-            return margins
-        share = jnp.diff(angles, axis=0) / (self.leg_rate * jnp.diff(self.x))[:, None]
-        return margins | {"leg_rate": jnp.concatenate([1 - share, 1 + share], -1)}
 
-
+@np.errstate(invalid="ignore")
 def slacks(limits: Posture | PostureData, at: Station) -> dict[str, list[Any]]:
     """What is left of each limit of a station, in its own unit, by name; kept where >= 0.
 
@@ -159,13 +149,8 @@ class Waypoints(NamedTuple):
     """Length of the row."""
 
     @classmethod
-    def of(
-        cls,
-        posture: Posture,
-        x: Float[Array | np.ndarray, "length"],
-        friction: Float[Array | np.ndarray, "length"],
-    ) -> Waypoints:
-        """Waypoints of stations, each with its x [m] and mu [-]."""
+    def of(cls, posture: Posture, x: Numeric, friction: Numeric) -> Waypoints:
+        """Waypoints of stations, each with its x [m] and mu [-], [length]."""
         x, friction = np.asarray(x), np.asarray(friction)
         with jax.enable_x64(True):
             shared = dict.fromkeys(("x", "friction", "criterion", "odometer", *LIMITS))
@@ -194,19 +179,16 @@ class Waypoints(NamedTuple):
 
     def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
         """Stations and slopes of `Sloped`."""
-        return _joined(self._called(_with_slopes, pairs), self.length)[:2]
+        parts = self._called(_with_slopes, pairs)
+        whole = jax.tree.map(
+            lambda *of: (of[0] if len(of) == 1 else np.concatenate(of))[: self.length], *parts
+        )
+        return whole[:2]
 
     def _called(self, program: Callable[..., Any], pairs: np.ndarray) -> list[Any]:
         return [
             program(posture, padded(pairs[begin:], size)) for begin, size, posture in self.calls
         ]
-
-
-def _joined(parts: list[Any], length: int) -> Any:
-    """The first entries of calls one after the other."""
-    return jax.tree.map(
-        lambda *of: (of[0] if len(of) == 1 else np.concatenate(of))[:length], *parts
-    )
 
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
@@ -229,21 +211,11 @@ def rows_at(
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
-    """Mask of stations that meet each group of constraints; `pose` asks for finite numbers, too."""
-    shape = at.x.shape
-    flat = at.map(lambda of: of.reshape(-1, *of.shape[len(shape) :]))
-    shared = replace(posture, x=None, friction=None, criterion=None)
-    parts = [
-        _met(shared, flat.map(lambda of: padded(of[begin:], size)))  # noqa: B023
-        for begin, size in _calls(len(flat.x))
-    ]
-    return {name: of.reshape(shape) for name, of in _joined(parts, len(flat.x)).items()}
-
-
-@float64_program
-def _met(posture: Posture, at: Station) -> dict[str, Array]:
-    met = {name: (of >= 0).all(-1) for name, of in posture.margins(at).items()}
-    return met | {"pose": met["pose"] & at.finite}
+    """Mask of stations that meet each group of constraints; `pose` asks for finite numbers, too.
+    at: of NumPy."""
+    left = slacks(posture, at).items()
+    found = {name: np.all([(one >= 0) & (one < np.inf) for one in of], 0) for name, of in left}
+    return found | {"pose": np.asarray(at.placed & at.finite)}
 
 
 def padded(rows: np.ndarray, size: int) -> np.ndarray:
@@ -272,15 +244,16 @@ value = float64_program(finite_cost)
 
 
 def _value_and_margins(
-    posture: Posture,
-    criterion: Criterion,
-    rows: Float[Array, "rows K"],
-    angles: Float[Array, "K 2"],
+    posture: Posture, criterion: Criterion, rows: Array, angles: Float[Array, "K 2"]
 ) -> Float[Array, "1+m"]:
-    """The value of `Station.rows`, and then `Posture.constraints` at these angles, one after the
-    other: one array is read faster than two."""
+    """The value of `Station.rows`, `Posture.margins` of these stations [K], and where the rate is
+    limited 1 -+ each leg's move over what the rate allows [K-1, 4], one after the other: one array
+    is read faster than two."""
     at = Station.of_rows(rows)
-    margins = posture.constraints(at, angles).values()
+    margins = list(posture.margins(at).values())
+    if posture.leg_rate is not None:
+        share = jnp.diff(angles, axis=0) / (posture.leg_rate * jnp.diff(posture.x))[:, None]
+        margins.append(jnp.concatenate([1 - share, 1 + share], -1))
     return jnp.concatenate([finite_cost(criterion, at)[None], *map(jnp.ravel, margins)])
 
 

@@ -86,9 +86,8 @@ def _evaluate(
 ) -> list[Layer]:
     """Stations of those waypoints and which constraints they meet."""
     x, friction = problem.x[at], problem.posture.friction[at]
-    stations = Station.of_rows(
-        evaluate.rows_at(problem.posture, x[:, None], friction[:, None], pairs)
-    )
+    rows = evaluate.rows_at(problem.posture, x[:, None], friction[:, None], pairs)
+    stations = Station.of_rows(rows)
     whole = Layer(stations, evaluate.met(problem.posture, stations))
     return [jax.tree.map(lambda of, i=i: of[i], whole) for i in range(len(at))]
 

@@ -92,7 +92,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         known = {one.name for one in fields(cls)} - {"params", "track", "x", "criterion"}
         require_known(options, sorted(known))
         params = UGVParams() if params is None else params
-        x = waypoints_along(track, params, spacing, start, end, STATION)
+        x = waypoints_along(track, params, spacing, start, end)
         return cls(params, track, x, criterion, **options)
 
     methods = METHODS

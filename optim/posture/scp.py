@@ -214,7 +214,7 @@ def solve_scp(
             while search.steps < iterations and not search.settled:
                 search.step()
                 bar.advance(note=f"{search.at.value:.6g}")
-            if search.missed() <= MISSED:
+            if all(np.min(of) >= -MISSED for of in search.at.margins.values()):
                 break
     status, why = search.ended()
     return problem.result(
@@ -251,9 +251,6 @@ class _Search:
             return OptimStatus.FEASIBLE, "stationary"
         status = OptimStatus.INACCURATE if self.failed else OptimStatus.FEASIBLE
         return status, "no step in the smallest box helped"
-
-    def missed(self) -> float:
-        return max(0.0, *(float(-np.min(of)) for of in self.at.margins.values()))
 
     def merit(self, at: Linear) -> float:
         """Scaled objective and penalty; infinite where the vehicle has no pose."""

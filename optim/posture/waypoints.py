@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 
-WAYPOINT = 24
-"""Bytes of a waypoint's place and of what computing it takes."""
 STATION = 1_000
 """Bytes of a station while it is evaluated."""
 NODE = 4
@@ -82,13 +80,12 @@ def waypoints_along(
     spacing: float,
     start: float | None,
     end: float | None,
-    bytes_each: float = WAYPOINT,
 ) -> Float[np.ndarray, "K"]:
     """Evenly spaced places of the front wheel [m]; see PostureProblem.along.
 
     By default the first lies in from the track's start by the longest wheelbase and by how far the
-    contacts of both wheels can lie off below their centres on the steepest slope there. bytes_each:
-    what each will need at least; more waypoints than that leaves room for are refused.
+    contacts of both wheels can lie off below their centres on the steepest slope there. More
+    waypoints than memory holds stations of are refused.
     """
     track = track_of(track)
     require_kind("params", params, UGVParams, "UGVParams, or None")
@@ -114,7 +111,7 @@ def waypoints_along(
     with np.errstate(over="ignore"):
         pieces = np.maximum(np.ceil(np.float64(last - begin) / float(spacing) - 1e-9), 1)
     given = f"spacing = {float(spacing)!r} m from start = {begin:.6g} m to end = {last:.6g} m"
-    require_memory(given, "waypoints", pieces + 1, bytes_each)
+    require_memory(given, "waypoints", pieces + 1, STATION)
     return np.linspace(begin, last, int(pieces) + 1)
 
 

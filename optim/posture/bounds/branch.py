@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from stickslip.optim.posture.bounds.cells import (
     StationCells,
     Surveyor,
     first_axis,
-    given_axis,
     most_friction,
     shapes,
 )
@@ -26,7 +25,7 @@ from stickslip.optim.posture.criteria import LEAST_NORMAL
 from stickslip.optim.posture.evaluate import PostureResult, below
 from stickslip.optim.posture.grid import solve_dp
 from stickslip.optim.posture.problem import PostureProblem
-from stickslip.optim.problem import COUNT, OptimStatus, require_scalar
+from stickslip.optim.problem import COUNT, FEASIBLE, OptimStatus, require_scalar
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -40,7 +39,6 @@ def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndar
     """Lower bound of a station's cost in each cell; mu: of rear and front wheel, at most."""
     if name == "peak_torque":
         found = np.maximum(of.at_least("torque", 1), of.at_least("torque", -1))
-        found = np.maximum(found, 0.0)
     elif name == "normal_force":
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":
@@ -210,9 +208,8 @@ def bound_every_drive(
         alive = float(np.mean([np.mean(of.alive) for of in after]))
         widths = [float(np.max(np.diff(of.rear))) for of in now]
         levels.append({"cells": min(widths[1:-1] or widths), "bound": found, "alive": alive})
-        size = float(
-            sum(of.size * (4 if halve else 1) for of, halve in zip(after, worth, strict=True))
-        )
+        boxed = [of.alive[of.box].size for of in after]
+        size = float(sum(n * (4 if halve else 1) for n, halve in zip(boxed, worth, strict=True)))
         if found >= enough or alive == 0 or size > most_corners or len(levels) == MOST_LEVELS:
             break
         note = f"at least {found:.6g}"
@@ -241,7 +238,8 @@ def _cells_at(
     problem = surveyor.problem
     if (pair := problem.given_at(k)) is None:
         return surveyor.first(k, *(first_axis(problem, leg, cells) for leg in (0, 1)))
-    return surveyor.first(k, *(given_axis(float(of)) for of in pair))
+    near = np.array([-FEASIBLE, FEASIBLE])  # the tolerance of a feasible drive
+    return surveyor.first(k, *(near + of for of in pair))
 
 
 def _settled(problem: PostureProblem, bound: float, best: float, missed: float) -> float:
@@ -281,14 +279,9 @@ def solve_branch(
         x = problem.start_point(start, progress)[0]
         given = {"method": "branch", "status": OptimStatus.FEASIBLE, "evaluations": 1}
         drive = problem.result(x, began=began, **given)
-    found = bound_every_drive(
-        problem,
-        drive.x if drive.feasible else None,
-        tolerance=tolerance,
-        cells=cells,
-        most_corners=most_corners,
-        progress=progress,
-    )
+    options: dict[str, Any] = {"cells": cells, "most_corners": most_corners, "progress": progress}
+    known = drive.x if drive.feasible else None
+    found = bound_every_drive(problem, known, tolerance=tolerance, **options)
     details = {"gap": found.gap, "levels": list(found.levels)}
     if found.value == float("inf"):
         return PostureResult.without_point(

@@ -21,8 +21,6 @@ from stickslip.optim.intervals import Interval, Jet, interval
 from stickslip.optim.posture.bounds.ground import Arc, Ground, ground_of
 from stickslip.optim.posture.bounds.vehicle import (
     Bracket,
-    Held,
-    Rear,
     angle_jets,
     held,
     rear_jets,
@@ -83,11 +81,6 @@ def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     inner = anchor + step * np.arange(first, last + 1)
     inner = inner[(inner > low + 1e-6 * step) & (inner < high - 1e-6 * step)]
     return np.concatenate([[low], inner, [high]])
-
-
-def given_axis(angle: float) -> Axis:
-    """Axis of a given angle, within the tolerance of a feasible drive."""
-    return np.array([angle - FEASIBLE, angle + FEASIBLE])
 
 
 def _limit(problem: PostureData, dx: float) -> float:
@@ -231,10 +224,6 @@ class StationCells:
         return ("F", "N_rear"), (front, "N_front")
 
     @property
-    def size(self) -> int:
-        return int(np.prod([of.stop - of.start for of in self.box]))
-
-    @property
     def box(self) -> tuple[slice, slice]:
         """The least rectangle that holds the cells that are alive, one of them at least."""
         rows, columns = np.nonzero(self.alive)
@@ -310,8 +299,7 @@ class Surveyor:
             self.ground, self.vehicle.wheel_radius, float(self.problem.x[k]), self.longest
         )
         alive = np.ones((len(rear) - 1, len(front) - 1), bool)
-        alive = self._wheels_clear(rear, front, alive)
-        inside = self._inside(bracket, rear, front, alive)
+        alive, inside = self._inside(bracket, rear, front, alive)
         rolled = self.arc.at(interval(self.problem.x[k : k + 1]))[0]
         own = bracket.front.slope.arctan() - rolled / self.vehicle.wheel_radius
         return self._valued(k, StationCells(bracket, own, rear, front, alive, {}, {}, inside))
@@ -324,20 +312,17 @@ class Surveyor:
         alive = cells.alive[cells.box]
         for axis, of in ((0, rear), (1, front)):
             alive = np.repeat(alive, (len(of) - 1) // alive.shape[axis], axis)
-        alive = self._wheels_clear(rear, front, alive)
-        inside = self._inside(cells.bracket, rear, front, alive)
+        alive, inside = self._inside(cells.bracket, rear, front, alive)
         return self._valued(k, replace(cells, rear=rear, front=front, alive=alive, inside=inside))
 
-    def _wheels_clear(self, rear: Axis, front: Axis, alive: np.ndarray) -> np.ndarray:
-        """The cells in some posture of which the wheels may clear each other."""
-        clear = np.zeros_like(alive)
-        clear[alive] = self._wheelbases(_boxes(rear, front, alive)).value.hi >= self.least**2
-        return clear
-
-    def _inside(self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray) -> Boxes:
+    def _inside(
+        self, bracket: Bracket, rear: Axis, front: Axis, alive: np.ndarray
+    ) -> tuple[np.ndarray, Boxes]:
+        """The cells in some posture of which the wheels may clear each other, and derivatives."""
+        alive[alive] = self._wheelbases(_boxes(rear, front, alive)).value.hi >= self.least**2
         if not np.any(alive):
             none = np.zeros((len(self.inside), 2, 2, *alive.shape))
-            return Boxes(self.inside, none, none, np.zeros_like(alive), np.zeros_like(alive))
+            return alive, Boxes(self.inside, none, none, alive.copy(), alive.copy())
         found = by_parts(lambda angles: self._over(bracket, angles), _boxes(rear, front, alive))
 
         def spread(of: np.ndarray) -> np.ndarray:
@@ -345,7 +330,7 @@ class Surveyor:
             cells[..., alive] = np.where(found.known, of, of.dtype.type(0))
             return cells
 
-        return found.map(spread)
+        return alive, found.map(spread)
 
     def _over(self, bracket: Bracket, angles: Interval) -> tuple[Boxes, np.ndarray]:
         """Boxes of angles [2, n], each as a whole, and the middle of each field there."""
@@ -355,7 +340,7 @@ class Surveyor:
         with np.errstate(all="ignore"):
             behind = rear_jets(bracket, Q, first, last)
             found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
-        jets = [getattr(found, name) for name in self.inside]
+        jets = [found[name] for name in self.inside]
         lo, hi = (
             np.stack(
                 [np.stack([getattr(jet.first, end), getattr(jet.second, end)]) for jet in jets]
@@ -387,11 +372,14 @@ class Surveyor:
         x, good = cells.bracket.contact(Q)
         wheel = wheel_at(self.ground, self.vehicle.wheel_radius, x, cells.bracket.origin)
         with np.errstate(all="ignore"):
-            at = Rear(x - cells.bracket.origin[0], wheel.height, wheel.slope, self.arc.at(x))
-            found = held(self.vehicle, r, f, Q, at, cells.bracket.front)
-            found = replace(found, turn=found.turn + cells.own_turn)
-            good &= np.all([np.isfinite(getattr(found, name).size) for name in self.fields], axis=0)
-            values, radii = self._spread(found, good, rows, columns, wanted.shape)
+            rear = x - cells.bracket.origin[0], wheel.height, wheel.slope, self.arc.at(x)
+            found = held(self.vehicle, r, f, Q, rear, cells.bracket.front)
+            found["turn"] += cells.own_turn
+            good &= np.all([np.isfinite(found[name].size) for name in self.fields], axis=0)
+            values, radii = {name: np.zeros(wanted.shape) for name in self.fields}, {}
+            for name, grid in values.items():
+                grid[rows, columns] = np.where(good, found[name].middle, 0.0)
+                radii[name] = float(np.max(np.where(good, found[name].radius, 0.0), initial=0.0))
         unknown = np.zeros(wanted.shape, bool)
         unknown[rows, columns] = ~good
         lost = of_corners(unknown, np.logical_or)
@@ -401,18 +389,6 @@ class Surveyor:
         alive = cells.alive & ~self._ruled_out(k, valued)
         values = {name: of for name, of in values.items() if name in self.kept}
         return replace(valued, alive=alive, values=values)
-
-    def _spread(
-        self, found: Held, good: np.ndarray, rows: np.ndarray, columns: np.ndarray, shape: tuple
-    ) -> tuple[dict[str, np.ndarray], dict[str, float]]:
-        values, radii = {}, {}
-        for name in self.fields:
-            of: Interval = getattr(found, name)
-            grid = np.zeros(shape)
-            grid[rows, columns] = np.where(good, of.middle, 0.0)
-            values[name] = grid
-            radii[name] = float(np.max(np.where(good, of.radius, 0.0), initial=0.0))
-        return values, radii
 
     def _ruled_out(self, k: int, cells: StationCells) -> np.ndarray:
         """Cells in which a wheel slips or lifts in every posture, by more than is let pass.

@@ -198,16 +198,15 @@ def _least(bend: np.ndarray, slope: np.ndarray, side: Side, at: np.ndarray) -> n
     return np.sum(np.where(side.smooth[at], np.minimum(curved, straight), straight), axis=0)
 
 
-def roundings(term: Term, ends: tuple[Side, Side]) -> float:
-    """Rounding error of a step's p, from the radii of its corners' values."""
+def sizes(term: Term, ends: tuple[Side, Side]) -> tuple[float, float]:
+    """|p| of a step at most, and its rounding error, from the radii of its corners' values."""
     X, U = (side.fields[term.X] for side in ends)
-    off = X.radius + U.radius
+    off, total = X.radius + U.radius, float(np.max(X.over.size) + np.max(U.over.size))
     if term.Y is None:
-        return 1.01 * off
+        return total, 1.01 * off
     Y, V = (side.fields[term.Y] for side in ends)
-    mean = float(np.max(X.over.size) + np.max(U.over.size)) / 2
     change = float(
         max(np.max(V.over.hi) - np.min(Y.over.lo), np.max(Y.over.hi) - np.min(V.over.lo))
     )
     by = Y.radius + V.radius
-    return 1.01 * (off * abs(change) / 2 + mean * by + off * by)
+    return total * change / 2, 1.01 * (off * abs(change) / 2 + total / 2 * by + off * by)

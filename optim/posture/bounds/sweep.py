@@ -22,7 +22,7 @@ import numpy as np
 
 from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.posture.bounds.cells import AHEAD, BACK, NONE, Axis, StationCells, shapes
-from stickslip.optim.posture.bounds.steps import FOUR, Side, Term, kappas, roundings, terms_of
+from stickslip.optim.posture.bounds.steps import FOUR, Side, Term, kappas, sizes, terms_of
 from stickslip.optim.posture.criteria import Criterion, Station, step_cost, steps
 
 if TYPE_CHECKING:
@@ -78,17 +78,8 @@ class Step:
             Y, V = one.fields[term.Y].corners[pairs.a], other.fields[term.Y].corners[pairs.b]
             p = (X[:, :, None] + U[:, None, :]) * (V[:, None, :] - Y[:, :, None]) / 2
         kappa = kappas(term, self.ends, (pairs.a, pairs.b), pairs.cut)
-        kappa = kappa + roundings(term, self.ends)
+        kappa = kappa + sizes(term, self.ends)[1]
         return np.where(known[:, None, None], p, 0.0), np.where(known, kappa, 0.0)
-
-    def largest(self, term: Term) -> float:
-        """|p| at most."""
-        X, U = (float(np.max(of.fields[term.X].over.size)) for of in self.ends)
-        if term.Y is None:
-            return X + U
-        Y, V = (of.fields[term.Y].over for of in self.ends)
-        change = float(max(np.max(V.hi) - np.min(Y.lo), np.max(Y.hi) - np.min(V.lo)))
-        return (X + U) * change / 2
 
     def moves(self) -> Iterator[tuple[tuple, tuple, tuple]]:
         """Cells before, cells after and the shapes of their pairs, by leg; short moves first."""
@@ -117,7 +108,7 @@ def swept(
     found = np.full((here.alive.size, 4), cap)
     reached = np.zeros(here.alive.size, bool)
     least = np.min(given, axis=1).reshape(there.alive.shape)
-    recovered = sum(term.down * step.largest(term) for term in step.terms)
+    recovered = sum(term.down * sizes(term, step.ends)[0] for term in step.terms)
     for exactly in (False, True):
         for before, after, shape in step.moves():
             mine, theirs = (after, before) if ahead else (before, after)
@@ -345,7 +336,7 @@ class Sums:
         size = 0.0
         for step in steps:
             for term in step.terms:
-                size += float(term.cost(np.asarray(step.largest(term)), step.dx))
+                size += float(term.cost(np.asarray(sizes(term, step.ends)[0]), step.dx))
         if not np.isfinite(least) or self.recovers:
             return 1.0 + 2 * size
         return least + CAP * least + 1e-6 * size

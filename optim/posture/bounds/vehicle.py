@@ -11,7 +11,7 @@ derivatives.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -99,19 +99,6 @@ def _runs(rows: list[Interval]) -> list[Interval]:
     return tables
 
 
-def _over(tables: list[Interval], first: np.ndarray, last: np.ndarray) -> Interval:
-    """Hulls from bin `first` to `last`, from those of runs: [rows, n]."""
-    level = np.frexp(last - first + 1)[1] - 1
-    lo = np.empty((tables[0].shape[0], *first.shape))
-    found = Interval(lo, lo.copy())
-    for number, table in enumerate(tables):
-        here = level == number
-        begin, end = first[here], last[here] + 1 - 2**number
-        run = hull(table[:, begin], table[:, end])
-        found.lo[:, here], found.hi[:, here] = run.lo, run.hi
-    return found
-
-
 @dataclass(frozen=True)
 class Bracket:
     """All that is known of P behind one waypoint."""
@@ -196,33 +183,6 @@ def weight_of(v: UGVParams) -> Interval:
     return masses * v.gravity
 
 
-@dataclass(frozen=True)
-class Held(Generic[Z]):
-    """Quantities of a station, each an Interval or a Jet; signs as in Station."""
-
-    torque: Z
-    turn: Z
-    """But for what depends on the waypoint alone: see Front.turn [rad]."""
-    leg_rear: Z
-    leg_front: Z
-    F: Z
-    """Of the rear wheel, and of the front one where there is no rolling resistance."""
-    F_front: Z
-    N_rear: Z
-    N_front: Z
-
-
-@dataclass(frozen=True)
-class Rear(Generic[Z]):
-    """The rear wheel as the formulas want it: place behind the front contact, height above it,
-    slope and arc length."""
-
-    behind: Z
-    height: Z
-    slope: Z
-    rolled: Z
-
-
 def wheelbase_squared(v: UGVParams, rear: Z, front: Z) -> Z:
     """Q = L^2 + 2 l^2 - 2 L l (cos r + cos f) + 2 l^2 cos(r + f)."""
     square = interval(v.body_length).square() + interval(v.leg_length).square() * 2.0
@@ -231,16 +191,22 @@ def wheelbase_squared(v: UGVParams, rear: Z, front: Z) -> Z:
     return (rear + front).cos() * swing - (rear.cos() + front.cos()) * both + square
 
 
-def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: Wheel) -> Held[Z]:
-    """Forces, torques and turn of one wheel and the other together."""
+def held(
+    v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, rear: tuple[Z, ...], front: Wheel
+) -> dict[str, Z]:
+    """Quantities of a station by name; signs as in Station. rear: place of the rear wheel behind
+    the front contact, height above it, slope and arc length. turn: of one wheel and the other
+    together, but for what depends on the waypoint alone: see StationCells.own_turn [rad]. F: of the
+    rear wheel, and of the front one where there is no rolling resistance."""
+    behind, height, slope, rolled = rear
     l, r, g = v.leg_length, v.wheel_radius, v.gravity
     cr, sr, cf, sf = rear_angle.cos(), rear_angle.sin(), front_angle.cos(), front_angle.sin()
     cos_f = front.q.reciprocal()
     sin_f = front.slope * cos_f
-    cos_r = (at.slope.square() + 1.0).sqrt().reciprocal()
-    sin_r = at.slope * cos_r
+    cos_r = (slope.square() + 1.0).sqrt().reciprocal()
+    sin_r = slope * cos_r
 
-    centre = at.behind - sin_r * r, at.height + cos_r * r
+    centre = behind - sin_r * r, height + cos_r * r
     world = -centre[0] + front.centre[0], -centre[1] + front.centre[1]
     chord = (cr + cf) * (-l) + v.body_length, (sr - sf) * l
     C = (chord[0] * world[0] + chord[1] * world[1]) / Q
@@ -250,14 +216,14 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     rear_leg = (C * cr + S * sr) * (-l / 2)
     front_leg = (C * cf - S * sf) * (l / 2)
     body = C * (cr * (-l) + interval(v.body_length) * 0.5) - S * (sr * l)
-    wheels = sin_r * (-r) - at.behind + front.centre[0]
+    wheels = sin_r * (-r) - behind + front.centre[0]
     moment = wheels * v.wheel_mass + (wheels + rear_leg + front_leg) * v.leg_mass
     moment = (moment + (sin_r * (-r) + body) * v.body_mass) * g
 
     cos_d = cos_r * cos_f + sin_r * sin_f
     sin_d = cos_r * sin_f - sin_r * cos_f
-    lever_F = at.height * cos_f - at.behind * sin_f
-    lever_N = -(at.behind * cos_f + at.height * sin_f)
+    lever_F = height * cos_f - behind * sin_f
+    lever_N = -(behind * cos_f + height * sin_f)
     weight = weight_of(v)
     weight = sin_r * weight, cos_r * weight
     F_front, N_front, N_rear = solved(v, weight, (cos_d, sin_d), (lever_F, lever_N), moment)
@@ -274,8 +240,10 @@ def held(v: UGVParams, rear_angle: Z, front_angle: Z, Q: Z, at: Rear[Z], front: 
     across = across - vy * (F_front * cos_f - N_front * sin_f)
     leg_front = -(drive * r + across - vx * carried)
 
-    turn = at.slope.arctan() - (S / C).arctan() * 2.0 + rear_angle - front_angle - at.rolled / r
-    return Held(drive * (-r), turn, leg_rear, leg_front, F, F_front, N_rear, N_front)
+    turn = slope.arctan() - (S / C).arctan() * 2.0 + rear_angle - front_angle - rolled / r
+    legs = {"leg_rear": leg_rear, "leg_front": leg_front}
+    forces = {"F": F, "F_front": F_front, "N_rear": N_rear, "N_front": N_front}
+    return {"torque": drive * (-r), "turn": turn} | legs | forces
 
 
 def angle_jets(angles: Interval) -> tuple[Jet, Jet]:
@@ -285,8 +253,15 @@ def angle_jets(angles: Interval) -> tuple[Jet, Jet]:
     return rear, front
 
 
-def rear_jets(bracket: Bracket, Q: Jet, first: np.ndarray, last: np.ndarray) -> Rear[Jet]:
+def rear_jets(bracket: Bracket, Q: Jet, first: np.ndarray, last: np.ndarray) -> tuple[Jet, ...]:
     """The rear wheel over boxes whose contacts lie in the bins from `first` to `last`: functions of
     Q alone, whose derivatives by it are known of each bin."""
-    rows = _over(bracket.rear, first, last)
-    return Rear(*(Q.through(rows[k], rows[k + 1], rows[k + 2]) for k in (0, 3, 6, 9)))
+    level = np.frexp(last - first + 1)[1] - 1
+    lo = np.empty((bracket.rear[0].shape[0], *first.shape))
+    rows = Interval(lo, lo.copy())  # hulls from bin `first` to `last`
+    for number, table in enumerate(bracket.rear):
+        here = level == number
+        begin, end = first[here], last[here] + 1 - 2**number
+        run = hull(table[:, begin], table[:, end])
+        rows.lo[:, here], rows.hi[:, here] = run.lo, run.hi
+    return tuple(Q.through(rows[k], rows[k + 1], rows[k + 2]) for k in (0, 3, 6, 9))
