@@ -31,35 +31,23 @@ def identify_command(flags: Mapping[str, Any]) -> Content:
     with precision("float64"):
         robot, _ = BipedParams.with_motor(given.robot, given.changes)
     found = identify(robot, log, given.unknown, noise=given.noise, progress=True)
-    table = parameter_table(found)
+    columns = [Column(name, words=True) for name in ("parameter", "unit")]
+    rows = [
+        [name, UNITS.get(name, "-"), *(one if np.isfinite(one) else None for one in interval)]
+        for name, interval in found.parameters.items()
+    ]
+    table = Table([*columns, *map(Column, ("value", "low", "high"))], rows)
     print(table.rounded(5).terminal())
-    for line in remarks(found):
-        print(line)
+    print("low, high: intervals of 95 %")  # and what the table does not say
+    if not found.slipped:
+        print("The log shows no slip: static friction is at least `low`, no more is known.")
+    if not found.explained:
+        print("The model does not explain the log: its angles are off by more than noise.")
     files = write_files({picture: lambda path: draw(found, log, path)})
     names = ("slipped", "explained", "noise", "disturbance")
     facts = {name: getattr(found, name) for name in names} | {"files": files}
     status = OK if found.explained else NOTHING_FOUND
     return Content({"parameters": table}, facts, {"noise": "rad", "disturbance": "N m"}, status)
-
-
-def parameter_table(found: Identified) -> Table:
-    """The parameters with their intervals; nothing where a number is not known."""
-    columns = [Column(name) for name in ("value", "low", "high")]
-    rows = [
-        [name, UNITS.get(name, "-"), *(one if np.isfinite(one) else None for one in interval)]
-        for name, interval in found.parameters.items()
-    ]
-    return Table([Column("parameter", words=True), Column("unit", words=True), *columns], rows)
-
-
-def remarks(found: Identified) -> list[str]:
-    """What the table does not say."""
-    lines = ["low, high: intervals of 95 %"]
-    if not found.slipped:
-        lines.append("The log shows no slip: static friction is at least `low`, no more is known.")
-    if not found.explained:
-        lines.append("The model does not explain the log: its angles are off by more than noise.")
-    return lines
 
 
 def draw(found: Identified, log: WalkLog, path: Path) -> Path:

@@ -86,7 +86,17 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
         motor = {"torque_limit": TORQUE_LIMIT} | motor
         jolt = float(biped.exchange_mismatch(robot))
         footing = Footing.of(robot)
-        facts = facts_of(robot, jolt, footing.start_torque, motor["torque_limit"])
+        mass, step = float(robot.total_mass), float(biped.step_length(robot))
+    start, limit = footing.start_torque, motor["torque_limit"]
+    weak = f", more than the motor's {limit:g} N m" if start > limit else ""
+    walks = f"no, with a jolt of {jolt:.2g} crank lengths (or rad)" if jolt >= MISMATCH else "yes"
+    facts = {
+        "closes": "at every crank angle",
+        "support changes without impact": walks,
+        "total mass": f"{mass:.4g} kg",
+        "step length": f"{step:.4g} m",
+        "start torque": f"{start:.4g} N m, constant, from rest{weak}",
+    }
     rates = friction_by_rate(footing)
     fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
     frames = BipedFrame(
@@ -99,19 +109,6 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
     needed = np.array([row[1] for row in rates.rows])
     tables = {"friction": rates, "fastest": fastest}
     return Page(facts, tables, drawing, RATES, needed, "constant crank rate [rad/s]")
-
-
-def facts_of(robot: biped.BipedParams, jolt: float, start: float, limit: float) -> dict[str, str]:
-    """Mass, step, start torque and whether it walks, in words. limit: of the motor [N m]."""
-    weak = f", more than the motor's {limit:g} N m" if start > limit else ""
-    walks = f"no, with a jolt of {jolt:.2g} crank lengths (or rad)" if jolt >= MISMATCH else "yes"
-    return {
-        "closes": "at every crank angle",
-        "support changes without impact": walks,
-        "total mass": f"{float(robot.total_mass):.4g} kg",
-        "step length": f"{float(biped.step_length(robot)):.4g} m",
-        "start torque": f"{start:.4g} N m, constant, from rest{weak}",
-    }
 
 
 def friction_by_rate(footing: Footing) -> Table:

@@ -111,9 +111,8 @@ def _draw_vehicles(axis: Axes, vehicles: Drawing, extent: tuple[float, ...]) -> 
 def vehicles_drawing(problem: PostureProblem, stations: Station, shown: np.ndarray) -> Drawing:
     """Drawing of the vehicle at some stations."""
     posture, at = problem.posture, stations.map(lambda of: np.asarray(of)[shown])
-    friction = np.broadcast_to(posture.friction, len(problem.x))[shown]
     with jax.enable_x64(True):
-        ground = posture.odometer, friction, posture.params, problem.solver
+        ground = posture.odometer, posture.friction[shown], posture.params, problem.solver
         frames = station_frames(at, np.zeros(len(shown)), *ground)
     return ugv_drawing(frames, problem.params)
 

@@ -59,13 +59,11 @@ def reproduce_command(given: Mapping[str, Any]) -> Content:
 
 def machines_of(given: Mapping[str, Any], figures: Mapping[str, Figure]) -> dict[str, Any]:
     """Robot and vehicle of the flags by machine, and whether each is the chapter's."""
-    kinds, found = {"biped": (BipedParams, "robot"), "ugv": (UGVParams, "vehicle")}, {}
+    kinds = {"biped": (BipedParams, "robot"), "ugv": (UGVParams, "vehicle")}
+    changes, found = given["changes"], {}
     for machine, (kind, flag) in kinds.items():
-        own = {
-            name: value
-            for name, value in given["changes"].items()
-            if name.startswith("vehicle.") == (machine == "ugv")
-        }
+        mine = [one for one in changes if one.startswith("vehicle.") == (machine == "ugv")]
+        own = {name: changes[name] for name in mine}
         asked = any(figure.machine == machine for figure in figures.values())
         if (given[flag] or own) and not asked:
             raise ValueError(

@@ -100,15 +100,10 @@ def walk(
     """Walk PERIODS steps at a constant crank rate [rad/s], from the exchange of support with the
     foot at rest, as in the chapter. samples: time steps in each step of the biped."""
     period = np.pi / crank_rate
-    trajectory = biped.simulate_inverse(
-        params,
-        Scene.uniform(mu_static, mu_kinetic, outputs="state"),
-        biped.BipedState(crank_rate=crank_rate),
-        0.0,
-        PERIODS * period,
-        period / samples,
-        integrator=biped.RK4Split(record_events=True),
-    )
+    scene = Scene.uniform(mu_static, mu_kinetic, outputs="state")
+    times, integrator = (PERIODS * period, period / samples), biped.RK4Split(record_events=True)
+    state = biped.BipedState(crank_rate=crank_rate)
+    trajectory = biped.simulate_inverse(params, scene, state, 0.0, *times, integrator=integrator)
     if (status := Status(int(trajectory.status))).terminal:
         raise ValueError(
             f"crank_rate = {crank_rate:g} rad/s with friction {mu_static:g} leaves the model "

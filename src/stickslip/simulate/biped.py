@@ -19,7 +19,7 @@ from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene
 from stickslip.dynamics.biped import SUPPORT_START, BipedParams, BipedState, EventExact
 from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.scene import SceneOptions
+from stickslip.dynamics.scene import Grip, SceneOptions
 from stickslip.envs.biped.picture import BipedFrame, biped_picture, slipping, stretches_of
 from stickslip.envs.rendering.scene import paint
 from stickslip.optim.progress import say_stage
@@ -61,7 +61,9 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         raise ValueError(
             f"{_law_in_words(given)} is not finite in the first period; accepted: finite numbers"
         )
-    held = walks.held_walk(walk, lambda grip: again(replace(grip, payload=scene.payload)))
+    held, kinds = walk, {kind for _, kind, _ in walk.trajectory.events()}
+    if "slip" in kinds or np.any(walk.trajectory.contacts.slide_distance):
+        held = again(replace(scene, floor=Grip()))  # as with a foot that cannot slip
     summary = walks.walk_summary(walk, held, seconds, motor.get("efficiency"))
     show(summary)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,19 +84,14 @@ def drive_of(given: Namespace) -> tuple[PostureProblem, np.ndarray, Survey]:
         x, angles = read_posture(given.posture)
         return PostureProblem(vehicle, survey.track, x, **limits), angles.reshape(-1), survey
     problem = ugv.problem_along(given, survey, vehicle, **limits)
-    return problem, np.tile(_held(given.angles or (), problem), len(problem.x)), survey
-
-
-def _held(degrees: Sequence[float], problem: PostureProblem) -> np.ndarray:
-    """Both legs' angles [rad], or ValueError beyond their range."""
     low, high = (end[:2] for end in problem.bounds)
-    angles = np.radians(np.asarray(degrees, float))
+    angles = np.radians(np.asarray(given.angles, float))
     if not np.all((angles >= low) & (angles <= high)):
         raise ValueError(
-            f"--angles {' '.join(f'{one:g}' for one in degrees)}; accepted: each from "
+            f"--angles {' '.join(f'{one:g}' for one in given.angles)}; accepted: each from "
             f"{np.degrees(low[0]):g} to {np.degrees(high[0]):g} degrees"
         )
-    return angles
+    return problem, np.tile(angles, len(problem.x)), survey
 
 
 def drive_summary(problem: PostureProblem, at: Station, feasible: bool) -> Table:
@@ -145,9 +140,7 @@ def film_drive(problem: PostureProblem, x: np.ndarray, path: Path) -> Path:
     fine, angles = refined(problem, x, max(1, round(FPS * length / SPEED / last)))
     stations, last = fine.stations(angles), len(fine.x) - 1
     largest = np.maximum.accumulate(np.abs(stations.torque))
-    friction = np.broadcast_to(fine.posture.friction, len(fine.x))
-
-    ground = fine.posture.odometer, friction, fine.posture.params, fine.solver
+    ground = fine.posture.odometer, fine.posture.friction, fine.posture.params, fine.solver
     with jax.enable_x64(True):
         frames = station_frames(stations, largest, *ground, start=float(fine.x[0]))
     draw = partial(paint, ugv_picture(frames, problem.params, "largest torque", "N m"))

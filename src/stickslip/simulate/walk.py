@@ -17,7 +17,7 @@ from stickslip.dynamics import biped
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.pytrees import run_once
-from stickslip.dynamics.scene import Floor, Grip
+from stickslip.dynamics.scene import Floor
 from stickslip.dynamics.status import Status
 from stickslip.envs.biped.picture import under_foot
 from stickslip.envs.biped.state import centre_of_mass
@@ -214,14 +214,6 @@ def walk_table(walk: Walk) -> Table:
     columns |= {name: [None, *np.asarray(of).tolist()] for name, of in of_periods.items()}
     status = [None, *(Status(int(code)).name for code in contacts.status)]
     return Table.of_columns(columns | {Column("status", words=True): status})
-
-
-def held_walk(walk: Walk, again: Callable[[Scene], Walk]) -> Walk:
-    """The walk as it is with a foot that cannot slip. again: walks on another floor."""
-    kinds = {kind for _, kind, _ in walk.trajectory.events()}
-    if "slip" not in kinds and not np.any(walk.trajectory.contacts.slide_distance):
-        return walk
-    return again(replace(walk.scene, floor=Grip()))
 
 
 def need_of(held: Walk) -> Need | None:
