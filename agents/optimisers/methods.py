@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 
 Optimiser: TypeAlias = "Callable[[Objective, int], object]"
 MANY = 10**8
-SIGMA = 0.2
-"""First deviation of evolution strategies, as a part of the box."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,9 @@ def conic(objective: Objective, seed: int) -> None:
 def scipy_local(method: str, options: dict[str, float], objective: Objective, seed: int) -> None:
     """Restart a method of scipy.optimize.minimize; COBYLA begins with a fifth of the bounds."""
     if method == "COBYLA":
-        options = options | {"rhobeg": SIGMA * float(np.mean(np.subtract(*objective.bounds[::-1])))}
+        options = options | {
+            "rhobeg": exports.SIGMA * float(np.mean(np.subtract(*objective.bounds[::-1])))
+        }
     for start in _starts(objective, seed):
         given = exports.as_scipy(objective, start)
         if method == "COBYLA":

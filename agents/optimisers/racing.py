@@ -77,8 +77,8 @@ def race(
         folder = stack.enter_context(tempfile.TemporaryDirectory()) if out is None else ""
         path = Path(folder) / "race" if out is None else Path(out)
         stack.enter_context(only_writer(path, "racing"))
-        about = {"definition": _definition(tasks), "cells": len(tasks), "about": {}}
-        head = cells.open_store(path, "race", **about, resume=resume)
+        content = {"definition": _definition(tasks), "cells": len(tasks)}
+        head = cells.open_store(path, "race", content, resume)
         todo = cells.missing_cells(path, "race")
         at = len(tasks) - len(todo)
         bar = stack.enter_context(Bar("race", len(tasks), "run", progress, at=at))

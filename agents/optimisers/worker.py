@@ -17,7 +17,7 @@ import numpy as np
 
 from stickslip.agents.optimisers.report import COUNTED, Run, front_merit, gap
 from stickslip.optim.instances.instance import Instance, instance
-from stickslip.optim.instances.objective import Objective, Record
+from stickslip.optim.instances.objective import Record
 from stickslip.records.signals import ENDING
 
 if TYPE_CHECKING:
@@ -59,11 +59,19 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
+_tried = set[tuple[str, str]]()
+
+
 def make_run(content: bytes) -> Run:
     """Make the run of a pickled Task, after all that it needs was compiled."""
     task: Task = pickle.loads(content)
-    _compile(task.instance, task.method.batch)
-    _try_out(task.instance, task.method)
+    name, method = task.instance, task.method
+    _compile(name, method.batch)
+    if (name, method.name) not in _tried:  # so that the method compiles its own, counted nowhere
+        _tried.add((name, method.name))
+        few = TRIED + 2 * method.batch * (method.batch > 1)
+        with suppress(*RAISED):  # the run itself will report it
+            method.function(instance(name).objective(budget=few), 0)
     return run_task(task)
 
 
@@ -80,19 +88,6 @@ def _compile(name: str, batch: int) -> None:
         objective.jacobian(objective.middle)
     if one.flags.noisy:
         one.value(objective.middle)
-
-
-_tried = set[tuple[str, str]]()
-
-
-def _try_out(name: str, method: Method) -> None:
-    """Run a method on an objective that is not counted, so that it compiles its programs."""
-    if (name, method.name) in _tried:
-        return
-    _tried.add((name, method.name))
-    few = TRIED + 2 * method.batch * (method.batch > 1)
-    with suppress(*RAISED):  # the run itself will report it
-        method.function(instance(name).objective(budget=few), 0)
 
 
 class Event(NamedTuple):
@@ -159,7 +154,14 @@ def run_task(task: Task) -> Run:
     one = instance(task.instance)
     record = EventRecord(instance=one)
     limits = {name: getattr(task, name) for name in ("budget", "seconds", "outside", "seed")}
-    outcome, message = _outcome(task, one.objective(record=record, **limits))
+    outcome, message = "ended", ""
+    try:
+        task.method.function(one.objective(record=record, **limits), task.seed)
+    except RAISED as error:
+        outcome, message = "raised", " ".join(f"{type(error).__name__}: {error}".split())
+        most, longest = task.budget or np.inf, task.seconds or np.inf
+        if record.evaluations >= most or record.seconds >= longest:  # what it raises is its end
+            outcome, message = "spent", ""
     counts = {name: int(getattr(record, name)) for name in COUNTED}
     return _run_of(task, outcome, message, counts, [*record.events, record.end()])
 
@@ -186,15 +188,3 @@ def _run_of(
         values=np.array([one.value for one in events], float),
         point=events[-1].point,
     )
-
-
-def _outcome(task: Task, objective: Objective) -> tuple[str, str]:
-    """Outcome and message; what an optimiser raises once the budget is spent is its end."""
-    try:
-        task.method.function(objective, task.seed)
-    except RAISED as error:
-        record, most, longest = objective.record, task.budget, task.seconds
-        if record.evaluations >= (most or np.inf) or record.seconds >= (longest or np.inf):
-            return "spent", ""
-        return "raised", " ".join(f"{type(error).__name__}: {error}".split())[:MESSAGE]
-    return "ended", ""

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array
     from numpy.typing import ArrayLike
 
-    from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
     from stickslip.envs.functional import FunctionalEnv
 

@@ -70,20 +70,13 @@ def run_cells(
             one.cancel()
 
 
-def open_store(
-    path: Path,
-    kind: str,
-    *,
-    definition: Mapping[str, object],
-    cells: int,
-    about: Mapping[str, object],
-    resume: bool,
-) -> Head:
+def open_store(path: Path, kind: str, content: Head, resume: bool) -> Head:
     """Create the directory of a "sweep" or "race", or resume the one there; return its head.
 
+    content: of the head: its definition, the number of cells and what else is to be kept.
     ValueError where it holds something else, another definition or, unless resume, anything.
     """
-    head = f"{kind}.json"
+    head, definition = f"{kind}.json", content["definition"]
     held = [one.name for one in path.iterdir() if not is_remains(one.name, (head,))]
     if held and head not in held:
         names = ", ".join(sorted(held)[:5])
@@ -102,16 +95,14 @@ def open_store(
                 "without changing it, or a new directory"
             )
         return found
-    if cells > MOST_CELLS:
-        raise ValueError(f"{cells} cells; accepted: up to {MOST_CELLS:,}, larger ones")
+    if content["cells"] > MOST_CELLS:
+        raise ValueError(f"{content['cells']} cells; accepted: up to {MOST_CELLS:,}, larger ones")
     (path / DATA).mkdir(parents=True, exist_ok=True)
     content = {
         "format": f"stickslip {kind}",
         "version": VERSION,
         "digest": digest_of(definition),
-        "definition": definition,
-        "cells": cells,
-        **about,
+        **content,
         "begun": datetime.now(UTC).isoformat(timespec="seconds"),
         "versions": installed(),
     }

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.sweeps.cells import CELL_FILE, Head, cell_files, read_head
+from stickslip.agents.sweeps.cells import CELL_FILE, cell_files, read_head
 from stickslip.agents.sweeps.plan import ENDINGS, Plan
 from stickslip.agents.sweeps.swept import values_at
 from stickslip.agents.untrusted import reading, refusing
@@ -36,9 +36,8 @@ def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Ta
     """A cell's table with units: task, policy, point, axes, seed, then what was kept."""
     import pyarrow as pa
 
-    cell = plan.at(number)
-    case = plan.cases[cell.case]
-    points, seeds = np.divmod(np.arange(cell.first, cell.last), plan.episodes)
+    case, first, last = plan.at(number)
+    points, seeds = np.divmod(np.arange(first, last), plan.episodes)
 
     def words(names: Sequence[str], codes: np.ndarray) -> pa.DictionaryArray:
         return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(list(names)))
@@ -103,40 +102,32 @@ class SweepArrays:
         require_known([name], self.arrays, "array of the sweep")
         return self.arrays[name]
 
-    def is_random(self, task: int) -> bool:
-        """True if resets of the task of this index draw."""
-        return str(self.coordinates["task"][task]) in self.random
-
 
 def sweep_arrays(path: str | Path) -> SweepArrays:
     """A complete sweep as arrays with labels. ValueError for what is incomplete or no sweep."""
     path = Path(path)
     head, table = read_head(path, "sweep"), read_sweep(path)
     with reading(path, "a sweep as it was written"):
-        return _arrays(head, table, str(path))
-
-
-def _arrays(head: Head, table: pa.Table, name: str) -> SweepArrays:
-    whole, axes = head["definition"], head["definition"]["axes"]
-    coordinates = {
-        dim: np.asarray(list(dict.fromkeys(one[place] for one in whole["cases"])))
-        for place, dim in enumerate(("task", "policy"))
-    }
-    coordinates |= {axis: np.asarray(one["values"], float) for axis, one in axes.items()}
-    coordinates["seed"] = np.arange(whole["episodes"])
-    dims = tuple(coordinates)
-    shape = tuple(map(len, coordinates.values()))
-    require_memory(name, "numbers", math.prod(shape), 16 * 10)
-    arrays = {}
-    for column in table.column_names:
-        if column == "ending":  # by its number in ENDINGS
-            codes = table[column].combine_chunks()
-            known = [ENDINGS.index(one) for one in codes.dictionary.to_pylist()]
-            arrays[column] = np.asarray(known, np.int8)[np.asarray(codes.indices)].reshape(shape)
-        elif column not in (*LABELS, *axes):
-            arrays[column] = np.asarray(table[column]).reshape(shape)
-    units = {one: head["units"].get(one, "-") for one in (*coordinates, *arrays)}
-    return SweepArrays(dims, coordinates, arrays, units, tuple(head["random"]))
+        whole, axes = head["definition"], head["definition"]["axes"]
+        coordinates = {
+            dim: np.asarray(list(dict.fromkeys(one[place] for one in whole["cases"])))
+            for place, dim in enumerate(("task", "policy"))
+        }
+        coordinates |= {axis: np.asarray(one["values"], float) for axis, one in axes.items()}
+        coordinates["seed"] = np.arange(whole["episodes"])
+        shape = tuple(map(len, coordinates.values()))
+        require_memory(str(path), "numbers", math.prod(shape), 16 * 10)
+        arrays = {}
+        for column in table.column_names:
+            found = table[column]
+            if column == "ending":  # by its number in ENDINGS
+                codes = found.combine_chunks()
+                known = [ENDINGS.index(one) for one in codes.dictionary.to_pylist()]
+                found = np.asarray(known, np.int8)[np.asarray(codes.indices)]
+            if column not in (*LABELS, *axes):
+                arrays[column] = np.asarray(found).reshape(shape)
+        units = {one: head["units"].get(one, "-") for one in (*coordinates, *arrays)}
+        return SweepArrays(tuple(coordinates), coordinates, arrays, units, tuple(head["random"]))
 
 
 def summary_table(found: SweepArrays, slip: tuple[str, str] | None = None) -> Table:
@@ -223,7 +214,7 @@ def _measures(
 ) -> list[Panel]:
     returns = _mean(found, found["reward"][t].astype(float), view)
     count, half = returns.shape[-1], None
-    if count > 1 and found.is_random(t):
+    if count > 1 and str(found.coordinates["task"][t]) in found.random:
         half = Z95 * returns.std(axis=-1, ddof=1) / np.sqrt(count)
     panels = [Panel("mean return", returns.mean(axis=-1), half)]
     failed = _mean(found, found["fell"][t].mean(axis=-1), view)

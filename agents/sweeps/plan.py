@@ -13,7 +13,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import numpy as np
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from jaxtyping import PyTree
 
     from stickslip.agents.protocol import AnyEnv, Options, Player, Timed
-    from stickslip.agents.sweeps.swept import Swept
 
     Axes: TypeAlias = Mapping[str, tuple[float, ...]]
     Pair: TypeAlias = tuple[AnyEnv, Timed]
@@ -61,16 +60,12 @@ def cases_on(task: Tasks, policies: Policies, axes: Axes) -> tuple[Machine, list
     for label, (env, params) in tasks.items():
         env.check_params(params)
         for name, player in _players(policies, env, params, machine).items():
-            found.append(Case.of(machine, axes, label, name, env, params, player))
+            found.append(Case.of(machine, axes, (label, env, params), name, player))
     return machine, found
 
 
 def cases_named(
-    machine: Machine,
-    who: Sequence[str],
-    options: Options,
-    tasks: Sequence[str] | None,
-    axes: Axes,
+    machine: Machine, who: Sequence[str], options: Options, tasks: Sequence[str] | None, axes: Axes
 ) -> tuple[list[Case], str]:
     """The cases of a command line and a description: on named tasks, or on the policies' own task
     changed by options. ValueError where policies have several tasks of their own."""
@@ -92,7 +87,7 @@ def cases_named(
     (place,), found = places, []
     for name, env in place.who.items():
         player = named[name].player(env, place.params)
-        found.append(Case.of(machine, axes, place.label, name, env, place.params, player))
+        found.append(Case.of(machine, axes, (place.label, env, place.params), name, player))
     return found, place.line()
 
 
@@ -147,18 +142,16 @@ class Case:
         cls,
         machine: Machine,
         axes: Axes,
-        task: str,
+        at: tuple[str, AnyEnv, Timed],
         policy: str,
-        env: AnyEnv,
-        params: Timed,
         player: Player,
     ) -> Case:
-        """Check a case before anything is compiled.
+        """Check a case before anything is compiled. at: the task, its environment and parameters.
 
         ValueError naming the axis or the policy for unknown fields, values out of the task's range,
         a policy that does not fit and planners.
         """
-        swept = machine.swept()
+        swept, (task, env, params) = machine.swept(), at
         env = rollout.without_resets(env)
         player = rollout.validated(policy, player, Controller)
         require_observed(player, policy, env, params, task)
@@ -203,14 +196,6 @@ CPU_CELL, GPU_CELL = 2048, 65536
 """Episodes of a cell; on a CPU more side by side are hardly faster."""
 ENDINGS = tuple(one.name.lower() for one in Status)
 """Ending of an episode by the number of its last status."""
-
-
-class Cell(NamedTuple):
-    """Episodes first to last - 1 of a case, point by point, seed by seed."""
-
-    case: int
-    first: int
-    last: int
 
 
 @dataclass(frozen=True)
@@ -266,11 +251,12 @@ class Plan:
         """Number of cells."""
         return len(self.cases) * -(-self.of_case // self.cell)
 
-    def at(self, number: int) -> Cell:
-        """A cell by its number: case by case."""
+    def at(self, number: int) -> tuple[Case, int, int]:
+        """A cell by its number, case by case: episodes first to last - 1 of a case, point by point,
+        seed by seed."""
         case, place = divmod(number, -(-self.of_case // self.cell))
         first = place * self.cell
-        return Cell(case, first, min(first + self.cell, self.of_case))
+        return self.cases[case], first, min(first + self.cell, self.of_case)
 
     @cached_property
     def definition(self) -> dict[str, object]:
@@ -310,14 +296,14 @@ class CellPlayer:
 
     def __call__(self, number: int) -> dict[str, np.ndarray]:
         """Columns of a cell's episodes."""
-        cell, plan = self._plan.at(number), self._plan
-        case = plan.cases[cell.case]
-        episodes = np.minimum(np.arange(cell.first, cell.first + plan.cell), plan.of_case - 1)
+        plan = self._plan
+        case, first, last = plan.at(number)
+        episodes = np.minimum(np.arange(first, first + plan.cell), plan.of_case - 1)
         points, seeds = np.divmod(episodes, plan.episodes)
         count = min(plan.points, (plan.cell - 2) // plan.episodes + 2)
         values = values_at(plan.axes, np.minimum(points[0] + np.arange(count), plan.points - 1))
         fields = {field: values[name] for name in values for field in case.fields[name]}
-        play = jax.jit(partial(play_cell, self._swept, self._measures.keep, case))
+        play = jax.jit(partial(self._play, case))
         program = self._programs.setdefault(case.program, play)
         devices = jax.local_devices()
         with jax.default_device(devices[number % len(devices)]):
@@ -328,38 +314,33 @@ class CellPlayer:
         columns["fell"] = np.asarray(found.fell, bool)
         if hasattr(found, "status"):
             columns["ending"] = np.asarray(found.status, np.int8)
-        return {name: one[: cell.last - cell.first] for name, one in columns.items()}
+        return {name: one[: last - first] for name, one in columns.items()}
 
+    def _play(
+        self, case: Case, player: PyTree, values: Any, place: PyTree, seeds: PyTree
+    ) -> PyTree:
+        """Play episodes side by side and keep what is asked for; pure.
 
-def play_cell(
-    swept: Swept,
-    keep: Callable[[PyTree, PyTree], PyTree],
-    case: Case,
-    player: PyTree,
-    values: Mapping[str, PyTree],
-    place: PyTree,
-    seeds: PyTree,
-) -> PyTree:
-    """Play episodes side by side and keep what is asked for; pure.
+        values: of the fields that axes set, each [points]; place: each episode's index into them.
+        Parameters that no axis sets are constants; those that depend on an axis are computed once
+        for each point. Seed s draws as the first episode after reset(seed=s), the same at every
+        point.
+        """
+        found: list[PyTree] = []
 
-    values: of the fields that axes set, each [points]; place: each episode's index into them.
-    Parameters that no axis sets are constants; those that depend on an axis are computed once for
-    each point. Seed s draws as the first episode after reset(seed=s), the same at every point.
-    """
-    found: list[PyTree] = []
+        def at(point: Mapping[str, PyTree]) -> dict[int, PyTree]:
+            leaves, structure = jax.tree.flatten(self._swept.put(case.params, point))
+            found.append((leaves, structure))
+            return {i: leaf for i, leaf in enumerate(leaves) if isinstance(leaf, Tracer)}
 
-    def at(point: Mapping[str, PyTree]) -> dict[int, PyTree]:
-        leaves, structure = jax.tree.flatten(swept.put(case.params, point))
-        found.append((leaves, structure))
-        return {i: leaf for i, leaf in enumerate(leaves) if isinstance(leaf, Tracer)}
+        varied = jax.vmap(at)(values) if values else at({})
+        leaves, structure = found[-1]
+        here = jax.tree.map(lambda leaf: leaf[place], varied)
 
-    varied = jax.vmap(at)(values) if values else at({})
-    leaves, structure = found[-1]
-    here = jax.tree.map(lambda leaf: leaf[place], varied)
+        def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
+            every = [own.get(i, leaf) for i, leaf in enumerate(leaves)]
+            mine, key = jax.tree.unflatten(structure, every), rollout.episode_key(seed)
+            played = rollout.rollout(case.env, player, mine, key, case.steps)
+            return self._measures.keep(played, mine)
 
-    def one(own: dict[int, PyTree], seed: PyTree) -> PyTree:
-        mine = jax.tree.unflatten(structure, [own.get(i, leaf) for i, leaf in enumerate(leaves)])
-        key = rollout.episode_key(seed)
-        return keep(rollout.rollout(case.env, player, mine, key, case.steps), mine)
-
-    return jax.vmap(one)(here, seeds)
+        return jax.vmap(one)(here, seeds)

@@ -96,7 +96,7 @@ def run_plan(
     with only_writer(path, "sweeping"), ExitStack() as stack:
         plan = _opened(plan, path, cell, resume)
         head, todo = cells.read_head(path, "sweep"), cells.missing_cells(path, "sweep")
-        left = sum(plan.at(one).last - plan.at(one).first for one in todo)
+        left = sum(last - first for _, first, last in map(plan.at, todo))
         bar = Bar("sweep", plan.total, "episode", progress, at=plan.total - left, large=True)
         stack.enter_context(bar)
 
@@ -126,10 +126,9 @@ def _loaded(content: bytes) -> CellPlayer:
 def _opened(plan: Plan, path: Path, cell: int | None, resume: bool) -> Plan:
     """Open the directory; the plan with the cells that the sweep was begun with."""
     random = list(dict.fromkeys(one.task for one in plan.cases if one.random))
-    about = {"cell": plan.cell, "units": plan.units, "random": random}
-    head = cells.open_store(
-        path, "sweep", definition=plan.definition, cells=plan.cells, about=about, resume=resume
-    )
+    content = {"definition": plan.definition, "cells": plan.cells, "cell": plan.cell}
+    content |= {"units": plan.units, "random": random}
+    head = cells.open_store(path, "sweep", content, resume)
     begun, size = replace(plan, cell=head.get("cell")), head.get("cell")
     if not isinstance(size, int) or not 0 < size <= plan.of_case or begun.cells != head["cells"]:
         raise ValueError(f"{path / 'sweep.json'}: cell = {size}; accepted: the file as written")

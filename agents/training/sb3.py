@@ -13,7 +13,7 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import set_random_seed
 
 from stickslip.agents.policy.exchange import from_sb3
-from stickslip.agents.training.trainer import ModelState, Trainer, Update
+from stickslip.agents.training.trainer import UNFIT, ModelState, Trainer, Update
 from stickslip.envs.adapters.sb3 import SB3VecEnv
 
 if TYPE_CHECKING:
@@ -29,24 +29,13 @@ LOSSES = {
 """Columns of the metrics and what Stable-Baselines3 logs them as."""
 
 
-def _tensors(name: str, part: dict[str, Any]) -> dict[str, torch.Tensor]:
-    """A module's parameters by name; an optimiser's by parameter and name."""
-    if not name.endswith("optimizer"):
-        return part
-    return {f"{i}/{key}": one for i, own in part["state"].items() for key, one in own.items()}
-
-
 def _by_parameter(tensors: dict[str, torch.Tensor]) -> dict[int, dict[str, torch.Tensor]]:
-    """An optimiser's state from what `_tensors` gave."""
+    """An optimiser's state from what `SB3Trainer.take_state` made of it."""
     found: dict[int, dict[str, torch.Tensor]] = {}
     for path, tensor in tensors.items():
         index, _, name = path.partition("/")
         found.setdefault(int(index), {})[name] = tensor
     return found
-
-
-def _array(tensor: Any) -> np.ndarray:
-    return np.array(tensor.detach().cpu().numpy(), order="C")
 
 
 class Reporter(BaseCallback):
@@ -90,22 +79,17 @@ class Reporter(BaseCallback):
         self._reported_at = self._trainer.timesteps = self.model.num_timesteps
         logged = self.model.logger.name_to_value
         losses = {name: float(logged.get(f"train/{key}", np.nan)) for name, key in LOSSES.items()}
+        first = self._ended[0] if self._ended else {}
+        names = [name for name, value in first.items() if isinstance(value, bool | int | float)]
         update = Update(
             timesteps=self.model.num_timesteps,
             learning_rate=self.model.lr_schedule(1.0),
             noise=self._noise,
-            ended=_columns(self._ended),
+            ended={name: np.asarray([info[name] for info in self._ended]) for name in names},
             losses=losses,
         )
         self._ended.clear()
         self._trainer.report(update)
-
-
-def _columns(infos: list[dict[str, Any]]) -> dict[str, np.ndarray]:
-    """The numbers of episodes' last infos, by name; {} without any."""
-    first = infos[0] if infos else {}
-    names = [name for name, value in first.items() if isinstance(value, bool | int | float)]
-    return {name: np.asarray([info[name] for info in infos]) for name in names}
 
 
 class SB3Trainer(Trainer):
@@ -116,17 +100,13 @@ class SB3Trainer(Trainer):
     """Share of the training done so far, 0 to 1; rates and noise follow it."""
 
     def build(self) -> None:
-        self._envs = SB3VecEnv(self.env, self.params, self.config.num_envs, self.config.seed)
-        self._model = self._make_model()
-        self._reporter = Reporter(self)
-
-    def _make_model(self) -> PPO:
-        """A fresh model whose learning rate follows the schedule."""
         config = self.config
+        self._envs = SB3VecEnv(self.env, self.params, config.num_envs, config.seed)
+        self._reporter = Reporter(self)
         torch.set_num_threads(1)
         rates = config.learning_rate, config.final_learning_rate
         layers, noise = [config.hidden] * config.layers, math.log(config.noise)
-        model = PPO(
+        self._model = PPO(
             "MlpPolicy",
             self._envs,
             learning_rate=lambda _: self._between(*rates),
@@ -140,9 +120,8 @@ class SB3Trainer(Trainer):
             seed=config.seed,
             device="cpu",
         )
-        model.policy.log_std.requires_grad_(False)
-        model.set_logger(Logger(folder=None, output_formats=[]))
-        return model
+        self._model.policy.log_std.requires_grad_(False)
+        self._model.set_logger(Logger(folder=None, output_formats=[]))
 
     def _between(self, first: float, last: float) -> float:
         """Linear schedule from first to last."""
@@ -171,31 +150,32 @@ class SB3Trainer(Trainer):
         self.timesteps = self._model.num_timesteps
 
     def take_state(self) -> ModelState:
-        model, state = self._model, {}
-        for name, part in model.get_parameters().items():
-            state |= {f"{name}/{key}": _array(one) for key, one in _tensors(name, part).items()}
-        return {"updates": int(model._n_updates), **state}
+        state: dict[str, Any] = {"updates": int(self._model._n_updates)}
+        for name, part in self._model.get_parameters().items():
+            parts = part["state"] if name.endswith("optimizer") else {None: part}
+            for i, own in parts.items():  # of an optimiser, by parameter
+                at = name if i is None else f"{name}/{i}"
+                arrays = {key: one.detach().cpu().numpy() for key, one in own.items()}
+                state |= {f"{at}/{key}": np.array(of, order="C") for key, of in arrays.items()}
+        return state
 
     def put_state(self, state: ModelState) -> None:
+        parameters: Any = self._model.get_parameters()
         try:
-            self._put_state(self._model, state)
+            for name, part in parameters.items():
+                own = {
+                    key.removeprefix(f"{name}/"): torch.from_numpy(np.array(one))
+                    for key, one in state.items()
+                    if key.startswith(f"{name}/")
+                }
+                parameters[name] = own
+                if name.endswith("optimizer"):
+                    parameters[name] = {**part, "state": _by_parameter(own)}
+            self._model.set_parameters(parameters, exact_match=True, device="cpu")
+            self._model._n_updates = int(state["updates"])
         except Exception as error:  # whatever PyTorch makes of what is not its own
             reason = str(error).partition("\n")[0]
-            raise ValueError(f"its contents do not fit the configuration ({reason})") from error
-
-    def _put_state(self, model: PPO, state: ModelState) -> None:
-        parameters: Any = model.get_parameters()
-        for name, part in parameters.items():
-            own = {
-                key.removeprefix(f"{name}/"): torch.from_numpy(np.array(one))
-                for key, one in state.items()
-                if key.startswith(f"{name}/")
-            }
-            parameters[name] = own
-            if name.endswith("optimizer"):
-                parameters[name] = {**part, "state": _by_parameter(own)}
-        model.set_parameters(parameters, exact_match=True, device="cpu")
-        model._n_updates = int(state["updates"])
+            raise ValueError(f"{UNFIT} ({reason})") from error
 
     def policy(self) -> MLPPolicy:
         return from_sb3(self._model)

@@ -44,8 +44,8 @@ def run(
 def kept(runs: Sequence[Run], path: Path) -> Path:
     """The directory of a race that made these runs."""
     path.mkdir()
-    about = {"definition": {"runs": len(runs)}, "cells": len(runs), "about": {}}
-    head = open_store(path, "race", **about, resume=False)
+    content = {"definition": {"runs": len(runs)}, "cells": len(runs)}
+    head = open_store(path, "race", content, False)
     for number, one in enumerate(runs):
         write_cell(path, number, head, one.table())
     return path
