@@ -89,14 +89,8 @@ class Configuration:
     USUALLY: ClassVar[Mapping[str, untrusted.Json]] = {}
     """Fields of training episodes alone -> what None stands for without a named task. Beside one
     None is the task's own, and is not written."""
-    FLAGS: ClassVar[tuple[str, ...]] = (
-        "task",
-        "trainer",
-        "seed",
-        "timesteps",
-        "num_envs",
-        "learning_rate",
-    )
+    FLAGS: ClassVar[tuple[str, ...]] = ("task", "trainer", "seed", "timesteps")
+    FLAGS += ("num_envs", "learning_rate")
     """Fields that have a flag in `stickslip train`; all others are given by `--set`."""
 
     def __post_init__(self):

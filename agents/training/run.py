@@ -46,15 +46,8 @@ COST = "cost"
 """Column of evaluations.csv on a task with a cost limit."""
 PACKAGES = ("filelock", "tqdm")
 """Packages of the extra `train` that every trainer needs."""
-COLUMNS = (
-    "seconds",
-    "steps_per_second",
-    "learning_rate",
-    "noise",
-    "episodes",
-    "return",
-    "duration",
-)
+COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
+COLUMNS += ("episodes", "return", "duration")
 """First columns of metrics.csv; those of the trainer follow. return, duration [s]: means over the
 training episodes that ended."""
 

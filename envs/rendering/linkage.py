@@ -54,7 +54,11 @@ class Mechanism:
                 "params holds a batch of robots; accepted: one robot, for instance "
                 "jax.tree.map(lambda leaf: leaf[0], params)"
             )
-        self._params = _on_cpu(params)
+        single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
+        try:
+            self._params = jax.device_put(single, jax.local_devices(backend="cpu")[0])
+        except RuntimeError:  # JAX was told to use an accelerator only
+            self._params = jax.device_put(single)
         self.crank = float(params.crank)
         swept = self._poses(np.linspace(SUPPORT_START, SUPPORT_END, SWEPT))
         self.top = float(max(np.max(pin[..., 1]) for pin in (*swept.pins, swept.hip_pins)))
@@ -92,14 +96,6 @@ class Mechanism:
         return points, np.stack(
             [np.column_stack(both) for both in zip(origins, angles, strict=True)], axis=1
         )
-
-
-def _on_cpu(params: BipedParams) -> BipedParams:
-    single = jax.tree.map(lambda leaf: np.asarray(leaf, np.float32), params)
-    try:
-        return jax.device_put(single, jax.local_devices(backend="cpu")[0])
-    except RuntimeError:  # JAX was told to use an accelerator only
-        return jax.device_put(single)
 
 
 def _parts(params: BipedParams, swept: Kinematics) -> tuple[Part, ...]:

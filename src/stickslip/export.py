@@ -16,7 +16,7 @@ MU = 0.5
 
 
 def export_command(flags: Mapping[str, Any]) -> None:
-    """Write a policy to --out, or a machine to --mjcf and --urdf."""
+    """Write a policy to --out, as ONNX or as a NumPy archive, or a machine to --mjcf and --urdf."""
     paths = {kind: Path(flags[kind]) for kind in KINDS if flags[kind] is not None}
     if not paths or ("out" in paths and len(paths) > 1):
         given = " and ".join(f"--{kind}" for kind in paths) or "no file"
@@ -25,14 +25,10 @@ def export_command(flags: Mapping[str, Any]) -> None:
         raise ValueError("--mu or --set with a policy; accepted: with the file of a machine")
     for kind, path in paths.items():
         require_suffix(path, KINDS[kind])
-    export = export_policy if "out" in paths else export_machine
-    export(flags, paths)
-
-
-def export_policy(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
-    """Write a policy as ONNX or as a NumPy archive, by the ending of --out."""
-    path, overwrite = paths["out"], flags["overwrite"]
-    source = existing_path(flags["who"])
+    if "out" not in paths:
+        export_machine(flags, paths)
+        return
+    path, overwrite, source = paths["out"], flags["overwrite"], existing_path(flags["who"])
     policy, metadata = read_policy(source)
     require_writable([path], overwrite)
     if path.suffix.lower() == ".npz":

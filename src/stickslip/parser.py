@@ -98,7 +98,10 @@ class Parser(argparse.ArgumentParser):
             if name.partition(".")[0] in self.parts:
                 changes[name] = text
             elif self.numbers:
-                numbers[name] = self._number(name, text)
+                try:
+                    numbers[name] = float(text)
+                except ValueError:
+                    self.error(f"--set {name}={text}; accepted: a number")
             else:
                 if flag_of(name) in self._option_string_actions:
                     self.error(f"--set {name} is a flag; accepted: {flag_of(name)} VALUE")
@@ -108,12 +111,6 @@ class Parser(argparse.ArgumentParser):
             found.changes = changes
         if self.numbers:
             found.numbers = numbers
-
-    def _number(self, name: str, text: str) -> float:
-        try:
-            return float(text)
-        except ValueError:
-            self.error(f"--set {name}={text}; accepted: a number")
 
     def _value(self, action: argparse.Action, text: str) -> Any:
         words = [text] if action.nargs is None else text.split(",")
