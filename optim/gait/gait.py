@@ -188,7 +188,7 @@ class Gait:
         torque = Polynomials(self.profiles.samples.torque(*self.samples))
         return {
             TIME: self.duration,
-            TORQUE: over_time(self.grid, self.a, self.b, lambda at: torque(at) ** 2),
+            TORQUE: self._over_time(lambda at: torque(at) ** 2),
             WORK: positive(torque, self.grid.h),
         }
 
@@ -203,7 +203,38 @@ class Gait:
     @cached_property
     def times(self) -> Float[np.ndarray, "n K"]:
         """Time in each cell [s], in closed form; infinite where the crank stands still in it."""
-        return read_only(times(self.grid, self.a, self.b))
+        h, rate = self.grid.h, np.sqrt(np.maximum(_rested(self.grid, self.b), 0.0))
+        rates, c = rate[:, :-1] + rate[:, 1:], np.diff(self.a, axis=1) / h
+        with np.errstate(divide="ignore", invalid="ignore"):
+            z = np.sqrt(np.abs(c)) * h / rates
+            small = z < STRAIGHT
+            safe = np.where(small, 0.5, z)
+            bowl = np.arctanh(np.where(c > 0, np.minimum(safe, 1.0), 0.0)) / safe
+            factor = np.where(c > 0, bowl, np.arctan(safe) / safe)
+            factor = np.where(small, 1 + np.sign(c) * z**2 / 3, factor)
+            passed = np.where(rates > 0, 2 * h / rates * factor, np.inf)
+        return read_only(np.where(lowest(self.grid, self.a, self.b) < 0, np.inf, passed))
+
+    def _over_time(self, square: Callable[[np.ndarray], np.ndarray]) -> float:
+        """The integral over time of `square` at shares [n, K, 1] of the cells.
+
+        By adaptive quadrature in s, share = s^2 (3 - 2 s): smooth at the ends of a cell that rests
+        at one of them, and refined where the crank is slow between them.
+        """
+        if not np.isfinite(self.duration):
+            return np.inf
+        h, a, b = self.grid.h, self.a, _rested(self.grid, self.b)
+        c = np.diff(a, axis=1) / h
+
+        def rates(s: float) -> np.ndarray:
+            x, y = s * s * (3 - 2 * s) * h, (1 - s) ** 2 * (1 + 2 * s) * h
+            from_start = b[:, :-1] + x * (2 * a[:, :-1] + c * x)
+            from_end = b[:, 1:] + y * (c * y - 2 * a[:, 1:])
+            rate = np.sqrt(np.maximum(from_start if s < 0.5 else from_end, LEAST_SQUARE))
+            share = np.array([s * s * (3 - 2 * s)])
+            return square(share)[..., 0] * h * 6 * s * (1 - s) / rate
+
+        return float(np.sum(quad_vec(rates, 0.0, 1.0, epsabs=0.0, epsrel=ACCURATE, norm="max")[0]))
 
     @property
     def clock(self) -> Float[np.ndarray, "n K+1"]:
@@ -379,36 +410,6 @@ def lowest(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+
     return np.where(bowl, dip, np.minimum(start, b[:, 1:]))
 
 
-def times(grid: Grid, a: Float[np.ndarray, "n K+1"], b: Float[np.ndarray, "n K+1"]) -> np.ndarray:
-    """The time in each cell [n, K] s; infinite where the crank stands still in it."""
-    rate = np.sqrt(np.maximum(_rested(grid, b), 0.0))
-    passed = _passed(grid.h, rate[:, :-1] + rate[:, 1:], np.diff(a, axis=1) / grid.h)
-    return np.where(lowest(grid, a, b) < 0, np.inf, passed)
-
-
-def over_time(
-    grid: Grid, a: np.ndarray, b: np.ndarray, square: Callable[[np.ndarray], np.ndarray]
-) -> float:
-    """The integral over time of `square` at shares [n, K, 1] of the cells.
-
-    By adaptive quadrature in s, share = s^2 (3 - 2 s): smooth at the ends of a cell that rests at
-    one of them, and refined where the crank is slow between them.
-    """
-    if not np.all(np.isfinite(times(grid, a, b))):
-        return np.inf
-    b, c = _rested(grid, b), np.diff(a, axis=1) / grid.h
-
-    def rates(s: float) -> np.ndarray:
-        share, left = s * s * (3 - 2 * s), (1 - s) ** 2 * (1 + 2 * s)
-        x, y = share * grid.h, left * grid.h
-        from_start = b[:, :-1] + x * (2 * a[:, :-1] + c * x)
-        from_end = b[:, 1:] + y * (c * y - 2 * a[:, 1:])
-        rate = np.sqrt(np.maximum(from_start if s < 0.5 else from_end, LEAST_SQUARE))
-        return square(np.array([share]))[..., 0] * grid.h * 6 * s * (1 - s) / rate
-
-    return float(np.sum(quad_vec(rates, 0.0, 1.0, epsabs=0.0, epsrel=ACCURATE, norm="max")[0]))
-
-
 class Polynomials:
     """Through values at `grid.samples` [..., n, K, D+1], one in each cell."""
 
@@ -463,15 +464,3 @@ def _rested(grid: Grid, b: np.ndarray) -> np.ndarray:
     if grid.to_rest:
         b[-1, -1] = 0.0
     return b
-
-
-def _passed(length: np.ndarray, rates: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """The time over a length, the sum of the rates at its ends being `rates`."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        z = np.sqrt(np.abs(c)) * length / rates
-        small = z < STRAIGHT
-        safe = np.where(small, 0.5, z)
-        bowl = np.arctanh(np.where(c > 0, np.minimum(safe, 1.0), 0.0)) / safe
-        factor = np.where(c > 0, bowl, np.arctan(safe) / safe)
-        factor = np.where(small, 1 + np.sign(c) * z**2 / 3, factor)
-        return np.where(rates > 0, 2 * length / rates * factor, np.inf)

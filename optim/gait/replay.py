@@ -9,7 +9,7 @@ one crank angle, so that E - E* = M (w^2 - b*) / 2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -30,11 +30,13 @@ if TYPE_CHECKING:
 
     from stickslip.dynamics.biped import BipedModel, BipedParams
     from stickslip.dynamics.biped.state import Contact
-    from stickslip.optim.gait.profile import Grid, Profile
     from stickslip.optim.gait.sliding import SlidingLaw
+    from stickslip.optim.gait.slip_transfer import SlipTransfer
 
     Law: TypeAlias = "GaitLaw | SlidingLaw"
-    Walk: TypeAlias = "Gait | Planned"
+    Walk: TypeAlias = "Gait | SlipTransfer"
+    Trace: TypeAlias = tuple[BipedState, Contact, Float[Array, ""]]
+    """State, contact and error of the crank rate at the end of each hold."""
 
 NO_TIME = 1e-4
 """Part of a hold so near to the exchange of support that it counts as reached."""
@@ -86,14 +88,6 @@ class Replay:
         return inside and self.arrived and self.slid <= SLIPPED * self.step_length
 
 
-class Trace(NamedTuple):
-    """Samples of each hold."""
-
-    state: BipedState
-    contact: Contact
-    error: Float[Array, ""]
-
-
 def replay(
     params: BipedParams,
     gait: Walk,
@@ -129,23 +123,6 @@ def replay(
     with jax.enable_x64(True):
         trace = _walked(params, gait, mu, kinetic, float(feedback), count, float(hold), zmp, whole)
     return _summed(gait, trace, mu, count, whole)
-
-
-class Planned(Protocol):
-    """A walk that is no Gait, with the attributes of one that a replay reads, and its law."""
-
-    @property
-    def grid(self) -> Grid: ...
-    @property
-    def nodes(self) -> Profile: ...
-    @property
-    def b(self) -> np.ndarray: ...
-    @property
-    def duration(self) -> float: ...
-    @property
-    def repeats(self) -> bool: ...
-    @property
-    def law(self) -> Law: ...
 
 
 @pytree_dataclass
@@ -203,9 +180,9 @@ def _walked(
     for _ in range(most):
         trace = jax.tree.map(np.asarray, _block(model, scene, law, state, feedback, hold))
         blocks.append(trace)
-        state = jax.tree.map(lambda leaf: jnp.asarray(leaf[-1]), trace.state)
-        ended = np.any(trace.contact.status > Status.SLIP_ONSET)
-        if ended or trace.state.steps[-1] >= count or trace.state.time[-1] > 1.5 * whole:
+        state = jax.tree.map(lambda leaf: jnp.asarray(leaf[-1]), trace[0])
+        ended = np.any(trace[1].status > Status.SLIP_ONSET)
+        if ended or state.steps >= count or state.time > 1.5 * whole:
             break
     return jax.tree.map(lambda *parts: np.concatenate(parts), *blocks)
 
@@ -232,25 +209,25 @@ def _block(
         after, contact = step(model, scene, now, torque, length, integrator=EXACT)
         _, b = law.at(model, jnp.asarray(after.phase), jnp.asarray(after.steps))
         error = after.crank_rate - jnp.sqrt(jnp.maximum(b, 0.0))
-        return after, Trace(after, contact, error)
+        return after, (after, contact, error)
 
     return jax.lax.scan(body, state, None, length=BLOCK)[1]
 
 
 def _summed(gait: Walk, trace: Trace, mu: float | None, count: int, whole: float) -> Replay:
     """The numbers of a walk, up to its last exchange."""
-    times = trace.state.time
-    failed = np.nonzero(trace.contact.status > Status.SLIP_ONSET)[0]
-    angle = trace.state.phase - np.pi / 2 + np.pi * trace.state.steps
+    state, contact, error = trace
+    times = state.time
+    failed = np.nonzero(contact.status > Status.SLIP_ONSET)[0]
+    angle = state.phase - np.pi / 2 + np.pi * state.steps
     turn = np.pi * count if gait.grid.end is None else gait.grid.turn
     if gait.grid.to_rest:  # look at the time that was promised
         done = np.nonzero(times >= whole)[0]
     else:
-        done = np.nonzero(trace.state.steps >= count if gait.grid.end is None else angle >= turn)[0]
+        done = np.nonzero(state.steps >= count if gait.grid.end is None else angle >= turn)[0]
     end = int(done[0]) if len(done) else len(times) - 1
     end = min(end, int(failed[0])) if len(failed) else end
-    upto = slice(0, end + 1)
-    state, contact = (jax.tree.map(lambda leaf: leaf[upto], part) for part in trace[:2])
+    state, contact, error = jax.tree.map(lambda leaf: leaf[: end + 1], trace)
     rate, turned, duration = float(state.crank_rate[-1]), float(angle[end]), float(times[end])
     arrived = abs(turned - turn) < 0.01 * np.pi
     if turned > turn and rate > 0 and not gait.grid.to_rest:
@@ -267,7 +244,7 @@ def _summed(gait: Walk, trace: Trace, mu: float | None, count: int, whole: float
         work=float(np.sum(contact.positive_work)),
         mean_rate=turned / duration if duration > 0 else 0.0,
         friction_use=float(np.max(np.where(inside, use, 0.0))),
-        rate_error=float(np.max(np.abs(trace.error[upto]))),
+        rate_error=float(np.max(np.abs(error))),
         end_rate=rate,
         end_velocity=float(state.foot_velocity[-1]),
         arrived=bool(arrived),

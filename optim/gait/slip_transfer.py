@@ -9,7 +9,7 @@ of the round before, so the result is a local optimum: no bound but the impulse'
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -90,10 +90,7 @@ class SlipTransfer:
     clock: Float[np.ndarray, "n K+1"]
     torque: Float[np.ndarray, "n K"]
     replay: Replay | None = None
-
-    @property
-    def repeats(self) -> bool:
-        return False
+    repeats = False
 
     @property
     def theta(self) -> Float[np.ndarray, "n K+1"]:
@@ -164,26 +161,21 @@ def slip_transfer(
 def _to_mark(
     problem: GaitProblem, mu_kinetic: float, cells: int, reserve: float, bar: Bar
 ) -> SlipTransfer:
-    """The best walk; one with end_phase is moved until the centre of mass stops where it should."""
-    found = _search(problem, mu_kinetic, cells, reserve, bar)
-    mark = ahead = found.distance - found.displacement
-    for _ in range(MARKS if problem.end_phase is not None else 0):
-        if abs(mark - found.distance) <= AT_MARK:
+    """The best walk on half the cells, then close to it on all; one with end_phase is moved until
+    the centre of mass stops where it should."""
+    moved, off = problem, 0.0
+    for i in range(MARKS + 1):
+        found = _Search(moved, mu_kinetic, cells // 2).walk(reserve, bar)
+        found = _Search(moved, mu_kinetic, cells).walk(reserve, bar, found)
+        if i == 0:
+            mark = ahead = found.distance - found.displacement
+        off = mark - found.distance
+        if problem.end_phase is None or abs(off) <= AT_MARK:
             return found
-        ahead += mark - found.distance
+        ahead += off
         steps, end = mark_of(problem.params, max(ahead, AT_MARK))
         moved = replace(problem, steps_taken=steps, end_phase=max(end, LEAST_END))
-        found = _search(moved, mu_kinetic, cells, reserve, bar)
-    at_mark = abs(mark - found.distance) <= AT_MARK or problem.end_phase is None
-    return found if at_mark else replace(found, feasible=False, value=np.inf)
-
-
-def _search(
-    problem: GaitProblem, mu_kinetic: float, cells: int, reserve: float, bar: Bar
-) -> SlipTransfer:
-    """The best walk on half the cells, then close to it on all."""
-    found = _Search(problem, mu_kinetic, cells // 2).walk(reserve, bar)
-    return _Search(problem, mu_kinetic, cells).walk(reserve, bar, found)
+    return replace(found, feasible=False, value=np.inf)
 
 
 def _check(problem: GaitProblem, mu_kinetic: float, reserve: float | None, cells: int) -> None:
@@ -208,15 +200,9 @@ def _check(problem: GaitProblem, mu_kinetic: float, reserve: float | None, cells
         raise ValueError(f"cells = {cells}; accepted: an even number")
 
 
-class _Nodes(NamedTuple):
-    """squares [S+1, N] of the centre's speed, foot speeds [S+1, J] at the ends of all cells."""
-
-    squares: np.ndarray
-    speeds: np.ndarray
-
-
 class _Search:
-    """The search on one grid of the crank angle."""
+    """The search on one grid of the crank angle, at whose cells' ends there are nodes: squares
+    [S+1, N] of the centre's speed, and speeds [S+1, J] of the foot."""
 
     def __init__(self, problem: GaitProblem, mu_kinetic: float, cells: int):
         robot = problem.on_grid.profiles.robot
@@ -264,48 +250,47 @@ class _Search:
         if before is None:
             count, first, rounds = len(self.places.theta) + 1, 1.0, ROUNDS + 1
             levels = np.linspace(0.0, 1.0, LEVELS) ** 2 * self.top**2
-            nodes = _Nodes(np.tile(levels, (count, 1)), np.tile(self._speeds(SPEEDS), (count, 1)))
+            squares, speeds = (np.tile(one, (count, 1)) for one in (levels, self._speeds(SPEEDS)))
         else:
             first, rounds = SHRINK ** (ROUNDS - FINER), FINER
             speed = before.crank_rate * before.nodes.P / before.nodes.robot.mass
             at_ends = [np.append(of[:, :-1], of[-1, -1]) for of in (speed, before.foot_velocity)]
-            nodes = self._closer(at_ends[0], at_ends[1], WIDTH * first)
+            squares, speeds = self._closer(at_ends[0], at_ends[1], WIDTH * first)
         best: Any = None
         for i in range(rounds):
-            nodes = self._pinned(nodes)
-            values = _values(limits, self.places, *nodes, self._last(nodes), self.calm)
-            rest = nodes.squares[0, np.argmin(values[0, :, nodes.speeds.shape[1]])]
+            squares = self._pinned(squares)
+            given = limits, self.places, squares, speeds
+            values = _values(*given, self._last(squares[-1], speeds[-1]), self.calm)
+            rest = squares[0, np.argmin(values[0, :, speeds.shape[1]])]
             start = np.float64(rest if self.asked[0] is None else self.asked[0])
-            found = _best_walk(limits, self.places, *nodes, values, start)
+            found = _best_walk(*given, values, start)
             if best is None or np.sum(found[0].cost) <= np.sum(best[0].cost):
                 best = found
             velocity = np.append(0.0, best[0].velocity[:, -1])
-            nodes = self._closer(np.sqrt(best[1]), velocity, WIDTH * first * SHRINK**i)
+            squares, speeds = self._closer(np.sqrt(best[1]), velocity, WIDTH * first * SHRINK**i)
             bar.advance()
         return self._result(reserve, *best)
 
     def _speeds(self, count: int) -> np.ndarray:
         return np.maximum(QUICKER * self.top * np.linspace(0.0, 1.0, count) ** 2, CREEP)
 
-    def _pinned(self, nodes: _Nodes) -> _Nodes:
+    def _pinned(self, squares: np.ndarray) -> np.ndarray:
         """The nodes that lie nearest to the ends asked for, moved there."""
-        squares = nodes.squares.copy()
-        for row, asked in ((squares[0], self.asked[0]), (squares[-1], self.asked[1])):
+        squares = squares.copy()
+        for row, asked in zip((squares[0], squares[-1]), self.asked, strict=True):
             if asked is not None:
                 row[np.argmin(np.abs(row - asked))] = asked
-        return nodes._replace(squares=squares)
+        return squares
 
-    def _last(self, nodes: _Nodes) -> np.ndarray:
+    def _last(self, squares: np.ndarray, speeds: np.ndarray) -> np.ndarray:
         """Values at the end [N, 2J+1]."""
-        speeds = nodes.speeds[-1]
-        first, slope = UNSTOPPED
-        row = np.where(np.arange(2 * len(speeds) + 1) == len(speeds), 0.0, first)
-        row += slope * np.concatenate([speeds[::-1], [0.0], speeds])
-        last = nodes.squares[-1]
-        ends = np.ones(len(last), bool) if self.asked[1] is None else last == self.asked[1]
-        return np.where(ends[:, None], row, NEVER)
+        signed = np.concatenate([-speeds[::-1], [0.0], speeds])
+        ends = (squares == self.asked[1]) | (self.asked[1] is None)
+        return np.where(ends[:, None], np.where(signed == 0, 0.0, _unstopped(signed)), NEVER)
 
-    def _closer(self, speed: np.ndarray, velocity: np.ndarray, width: float) -> _Nodes:
+    def _closer(
+        self, speed: np.ndarray, velocity: np.ndarray, width: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Nodes around a walk's speeds of the centre and velocities of the foot [S+1]."""
         spread, own = width * np.linspace(-1.0, 1.0, CLOSE), np.abs(velocity)
         around = np.sort(np.maximum(speed[:, None] / self.top + spread, 0.0), axis=1)
@@ -315,7 +300,7 @@ class _Search:
         far = np.tile(self._speeds(SPEEDS - NEAR), (len(own), 1))
         speeds = np.sort(np.maximum(np.concatenate([near, far], axis=1), CREEP), axis=1)
         rise = np.arange(CLOSE) * 1e-9, np.arange(SPEEDS) * 1e-12  # ascending where some are equal
-        return _Nodes((around + rise[0]) ** 2 * self.top**2, speeds + rise[1])
+        return (around + rise[0]) ** 2 * self.top**2, speeds + rise[1]
 
     def _result(self, reserve: float, pieces: Passage, squares: np.ndarray) -> SlipTransfer:
         n, at = self.grid.steps, self.nodes
@@ -368,10 +353,9 @@ def _read(row: Float[Array, " 2J+1"], speeds: Float[Array, " J"], velocity: Arra
     return jnp.where(velocity > 0, ahead, jnp.where(velocity < 0, back, row[count]))
 
 
-def _unrested(whole: Passage, velocity: Array) -> Array:
-    """What a cell costs more at the end, where the foot should rest throughout."""
-    slides = UNSTOPPED[0] + UNSTOPPED[1] * jnp.abs(velocity)
-    return jnp.where(whole.mode != 0, slides, 0.0)
+def _unstopped(velocity: Any) -> Any:
+    """What a foot that slides costs more where it should rest."""
+    return UNSTOPPED[0] + UNSTOPPED[1] * abs(velocity)
 
 
 @float64_program
@@ -387,7 +371,7 @@ def _values(
         def best(w: Array) -> Array:
             def to(w_next: Array, row: Array, velocity: Array) -> Array:
                 whole = over_cell(limits, place, w, w_next, velocity)[0]
-                rest = jnp.where(ends, _unrested(whole, velocity), 0.0)
+                rest = jnp.where(ends & (whole.mode != 0), _unstopped(velocity), 0.0)
                 return whole.cost + rest + _read(row, next_speeds, whole.velocity)
 
             signed = jnp.concatenate([-own[::-1], jnp.zeros(1), own])

@@ -281,7 +281,7 @@ def _diagnosed(problem: GridProblem, ended: Ended) -> tuple[OptimStatus, str]:
     if ended.status is OptimStatus.LIMIT:
         return ended
     if problem.longest is not None:
-        fastest = answered(_fastest(problem), every=False)
+        fastest = _fastest(problem)
         if isinstance(fastest, Answer):
             return _too_fast(problem, problem.longest, fastest)
     free = replace(problem, longest=None)
@@ -309,22 +309,17 @@ def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[Op
     if fastest.certificate.bound <= longest:
         text = f"mean_rate = {asked:.6g} rad/s: too near the greatest, {most:.6g} rad/s, to tell"
         return OptimStatus.INACCURATE, text
-    free = _rate(replace(problem, torque=problem.torque * FREE_TORQUE, mu=None, zmp=False))
+    free = _fastest(replace(problem, torque=problem.torque * FREE_TORQUE, mu=None, zmp=False))
     words = ""
-    if free is not None and free < asked:
-        words = f" (above {free:.6g} rad/s the foot lifts off whatever the motor and the floor)"
+    if isinstance(free, Answer) and (above := turn / free.certificate.value) < asked:
+        words = f" (above {above:.6g} rad/s the foot lifts off whatever the motor and the floor)"
     text = f"mean_rate = {asked:.6g} rad/s cannot be met: at most {most:.6g} rad/s within the"
     return OptimStatus.INFEASIBLE, f"{text} limits{words}"
 
 
-def _fastest(problem: GridProblem) -> GridProblem:
-    return replace(problem, goal=goal_of("time", 0.0), longest=None)
-
-
-def _rate(problem: GridProblem) -> float | None:
-    """Greatest mean rate within the limits [rad/s]."""
-    found = answered(_fastest(problem), every=False)
-    return problem.grid.turn / found.certificate.value if isinstance(found, Answer) else None
+def _fastest(problem: GridProblem) -> Answer | Ended:
+    """The gait of the least time."""
+    return answered(replace(problem, goal=goal_of("time", 0.0), longest=None), every=False)
 
 
 def _needed_rates(problem: GridProblem) -> list[str]:
@@ -334,7 +329,7 @@ def _needed_rates(problem: GridProblem) -> list[str]:
         low, high = getattr(problem, name)
         if low == high and low > 0 and not problem.periodic:
             free = replace(problem, **{name: (0.0, problem.cap**2)})
-            if _rate(free) is not None:
+            if isinstance(_fastest(free), Answer):
                 found.append(f"{which} = {np.sqrt(low):.6g} rad/s: none such within the limits")
     return found
 
@@ -374,7 +369,7 @@ MORE = 1.1
 def held_between(problem: GridProblem, gait: Gait, free: str = "") -> tuple[Gait | None, float]:
     """The gait whose limits hold between the nodes, too, the walk's time included, and its value
     there. free: a limit whose excess is minimised."""
-    numbers = problem.numbers(relaxed=free)
+    rows, numbers = problem.rows, problem.numbers(relaxed=free)
     before = np.full_like(numbers.C, np.inf)
     for tolerance in (*[HELD] * TIGHTENINGS, LAST):
         violation, slow = overshoot(problem, gait, free), too_slow(problem, gait)
@@ -386,7 +381,9 @@ def held_between(problem: GridProblem, gait: Gait, free: str = "") -> tuple[Gait
             break
         taken = MORE * np.where(violation > HELD, violation, 0.0)
         stuck = violation > np.maximum(before / 2, HELD)
-        taken = taken + np.where(stuck, _slack(problem, gait, numbers), 0.0)
+        # There the nodes leave much of the limit: to take less than that off changes nothing.
+        spent = (rows.A * gait.a + rows.B * gait.b).reshape(before.shape) / rows.size[:, None]
+        taken = taken + np.where(stuck, np.maximum(numbers.C - spent, 0.0), 0.0)
         numbers = _kept_moving(problem, gait, replace(numbers, C=numbers.C - taken), slow)
         before = violation
         if numbers.longest is not None and 0 < late < np.inf:
@@ -397,14 +394,6 @@ def held_between(problem: GridProblem, gait: Gait, free: str = "") -> tuple[Gait
             break
         gait = problem.gait_of(solved.a, solved.b)
     return None, np.inf
-
-
-def _slack(problem: GridProblem, gait: Gait, numbers: Numbers) -> np.ndarray:
-    """Slack of each limit at the nodes [m, nodes], in units of their size. Where one
-    is violated between nodes that leave much of it, taking less than that off changes nothing."""
-    rows = problem.rows
-    spent = (rows.A * gait.a + rows.B * gait.b).reshape(len(rows.names), -1)
-    return np.maximum(numbers.C - spent / rows.size[:, None], 0.0)
 
 
 def overshoot(problem: GridProblem, gait: Gait, free: str = "") -> np.ndarray:
