@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -139,9 +140,7 @@ def observe(
     push = coarse * PUSH
     sizes = jnp.asarray([*(coarse * (STATE | LOADS)[name] for name in names), push], dtype)
 
-    def predicted(mean, push):
-        return _predicted(robot, friction, mean, torque, push, duration, integrator)
-
+    predicted = partial(_predicted, robot, friction, torque, duration, integrator)
     moved = jnp.eye(8, dtype=dtype)[columns] * sizes[:-1, None]
     moved = belief.mean + jnp.pad(moved, ((1, 1), (0, 0)))
     pushes = jnp.zeros(len(moved), dtype).at[-1].set(push)
@@ -159,7 +158,7 @@ def observe(
     return jax.tree.map(lambda one, other: jnp.where(sound, one, other), after, lost)
 
 
-def _predicted(robot, friction, mean, torque, push, duration, integrator):
+def _predicted(robot, friction, torque, duration, integrator, mean, push):
     """Mean after a step, and the step's status."""
     model, unit = robot
     angle, rate, velocity, payload, factor, loss, _, delay = mean

@@ -12,7 +12,6 @@ measures both.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import jax
@@ -189,7 +188,9 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
     """Build the table from the exact functions; pure, so that vmapped parameters fit their own."""
     width = (links.SUPPORT_END - links.SUPPORT_START) / table.pieces
     dtype = float_type(params)
-    nodes, to_powers = _nodes_and_transform(table.degree)
+    # Chebyshev nodes for the slope, and the matrix from its values there to its powers.
+    nodes = np.cos((np.arange(table.degree) + 0.5) * np.pi / table.degree)
+    to_powers = np.linalg.inv(np.vander(nodes, increasing=True))
     middles = links.SUPPORT_START + width * (np.arange(table.pieces) + 0.5)
     inertia, moment = jax.vmap(jax.vmap(lambda angle: inertia_and_moment(params, angle)))(
         jnp.asarray(middles[:, None] + width / 2 * np.append(nodes, 0.0), dtype)
@@ -208,13 +209,6 @@ def fit_table(params: BipedParams, table: Table) -> TableInertia:
     moments = [(moment.L, moment.dL), (moment.X, inertia.P), (moment.Y, inertia.Y)]
     both = (jnp.stack([powers(*pair) for pair in of], axis=1) for of in (momenta, moments))
     return TableInertia(*(of.astype(dtype) for of in both))
-
-
-@lru_cache
-def _nodes_and_transform(degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Chebyshev nodes for the slope, and the matrix from its values there to its powers."""
-    nodes = np.cos((np.arange(degree) + 0.5) * np.pi / degree)
-    return nodes, np.linalg.inv(np.vander(nodes, increasing=True))
 
 
 def _evaluate(
@@ -261,9 +255,13 @@ class SeriesInertia(Inertia):
 def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     """Interpolate the slopes at Chebyshev nodes, integrate; pure: vmapped robots fit their own."""
     dtype = float_type(params)
-    nodes, transform, integrate = _transform(spec.degree)
-    half = (links.SUPPORT_END - links.SUPPORT_START) / 2
-    angles = jnp.asarray(links.SUPPORT_START + half * (1 + nodes), dtype)
+    count, half = spec.degree + 1, (links.SUPPORT_END - links.SUPPORT_START) / 2
+    places = (np.arange(count) + 0.5) * np.pi / count
+    # From values to Chebyshev coefficients; from these to the integral's, but for its constant.
+    transform = 2 / count * np.cos(np.outer(np.arange(count), places))
+    transform[0] /= 2
+    integrate = np.polynomial.chebyshev.chebint(np.eye(count))[:count]
+    angles = jnp.asarray(links.SUPPORT_START + half * (1 + np.cos(places)), dtype)
     inertia, moment = jax.vmap(lambda angle: inertia_and_moment(params, angle))(angles)
     to_slope = jnp.asarray(transform, dtype)
     values = (inertia.M, inertia.P, inertia.Y, moment.L, moment.X, moment.Y)
@@ -275,17 +273,6 @@ def fit_series(params: BipedParams, spec: Chebyshev) -> SeriesInertia:
     momenta = jnp.concatenate([value[:, :3], slope[:, :3]], axis=1)
     moments = jnp.stack([value[:, 3], slope[:, 3], value[:, 4], value[:, 5]], axis=1)
     return SeriesInertia(momenta.astype(dtype), moments.astype(dtype))
-
-
-@lru_cache
-def _transform(degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Nodes; values there to Chebyshev coefficients; coefficients to those of the integral, but for
-    its constant."""
-    count = degree + 1
-    angles = (np.arange(count) + 0.5) * np.pi / count
-    transform = 2 / count * np.cos(np.outer(np.arange(count), angles))
-    transform[0] /= 2
-    return np.cos(angles), transform, np.polynomial.chebyshev.chebint(np.eye(count))[:count]
 
 
 def _clenshaw(

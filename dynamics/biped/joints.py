@@ -65,15 +65,12 @@ def _body_of(link: int, leg: int) -> int:
     return BODIES.index(str(link) if leg == 0 or link in (8, 13) else f"{link}p")
 
 
-def _joint_forces():
-    for leg in (0, 1):
-        for on, by, place in LEG_JOINTS:
-            for axis in ("normal",) if place == "slot_pin" else ("x", "y"):
-                yield BODIES[_body_of(on, leg)], BODIES[_body_of(by, leg)], axis
-    yield from (("8", "13", axis) for axis in "xy")
-
-
-JOINT_FORCES: tuple[tuple[str, str, str], ...] = tuple(_joint_forces())
+JOINT_FORCES: tuple[tuple[str, str, str], ...] = tuple(
+    (BODIES[_body_of(on, leg)], BODIES[_body_of(by, leg)], axis)
+    for leg in (0, 1)
+    for on, by, place in (*LEG_JOINTS, *[(8, 13, "axis")] * leg)
+    for axis in (("normal",) if place == "slot_pin" else ("x", "y"))
+)
 """Names of the 68 components: force on body `on` by body `by`, and the axis. Supporting leg (16
 pins, slot), other leg (the same), motor's axis. x and y are ground axes; "normal" is along the
 slot's normal, A B turned by +90 degrees (upwards, but for the hip's tilt of a tenth of a degree).

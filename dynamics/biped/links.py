@@ -182,10 +182,8 @@ def require_closure(params: Linkage) -> None:
     )
 
 
-@run_once
-def _closure_margins(params: Linkage):
-    """Per member: the least closing margin, and the crank angle [rad] it belongs to."""
-    return jax.vmap(lambda member: least_closure(member, 720))(params)
+_closure_margins = run_once(jax.vmap(lambda member: least_closure(member, 720)))
+"""Per member: the least closing margin, and the crank angle [rad] it belongs to."""
 
 
 def least_closure(params: Linkage, samples: int):

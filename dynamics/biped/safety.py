@@ -241,33 +241,31 @@ def _while_resting(
     return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start))[0]
 
 
-class _Parts(NamedTuple):
+def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """The reach in three parts, from the start [rad]: 0 to other; 0 to inner; inner to outer.
 
     The last two are the longer side; an exchange of support on it is at `inner`.
     """
-
-    other: Scalar
-    inner: Scalar
-    outer: Scalar
-
-
-def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> _Parts:
     forth = forwards >= -backwards
     outer = jnp.where(forth, forwards, backwards)
     exchange = jnp.where(forth, SUPPORT_END, SUPPORT_START) - theta
     crosses = (jnp.abs(exchange) < jnp.abs(outer)) & (exchange * outer >= 0)
     other = jnp.where(forth, backwards, forwards)
-    return _Parts(other, jnp.where(crosses, exchange, outer / 2), outer)
+    return other, jnp.where(crosses, exchange, outer / 2), outer
 
 
 def _node(
-    model: BipedModel, theta: Scalar, parts: _Parts, part: Integer, share: Scalar, last: _Node
+    model: BipedModel,
+    theta: Scalar,
+    parts: tuple[Scalar, Scalar, Scalar],
+    part: Integer,
+    share: Scalar,
+    last: _Node,
 ) -> tuple[_Node, Scalar]:
     """The node at a share of a part, after the `last` one; whether the other foot stands there."""
-    second = part == 2
-    origin = jnp.where(second, parts.inner, 0.0)
-    end = jnp.where(part == 0, parts.other, jnp.where(second, parts.outer, parts.inner))
+    (other, inner, outer), second = parts, part == 2
+    origin = jnp.where(second, inner, 0.0)
+    end = jnp.where(part == 0, other, jnp.where(second, outer, inner))
     turned = origin + (end - origin) * share
     side = theta + jnp.where(part == 0, turned, (origin + end) / 2)
     later, sooner = side > SUPPORT_END, side < SUPPORT_START

@@ -165,10 +165,8 @@ class RK4Split:
         """The most Runge-Kutta steps that one call can take."""
         return self.substeps + 3 * self.max_events
 
-    @property
-    def log_size(self) -> int:
-        """The most events of one call."""
-        return self.trials
+    log_size = trials
+    """The most events of one call."""
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import jax
 import jax.numpy as jnp
@@ -185,18 +185,11 @@ def stepped(
     passed = jnp.where(jnp.isfinite(duration), duration - walk.left, 0.0)
     time = jnp.where(walk.left == 0, end, begun + passed)
     after = BipedState(walk.phase, walk.steps, rate, slide, velocity, time)
+    of_end = ("friction_force", "normal_force", "zmp", "mode", "torque", "joint_forces")
     contact = Contact(
-        friction_force=instant.friction_force,
-        normal_force=instant.normal_force,
-        zmp=instant.zmp,
-        mode=instant.mode,
+        **{name: getattr(instant, name) for name in of_end},
+        **{name: getattr(walk, name) for name in DONE_IN_A_STEP},
         status=status,
-        switches=walk.switches,
-        slide_distance=walk.slide_distance,
-        torque=cast("Array", instant.torque),
-        work=walk.work,
-        positive_work=walk.positive_work,
-        joint_forces=instant.joint_forces,
         events=None if log is None else replace(log, times=end - log.times),
     )
     unmarked = (status <= Status.SLIP_ONSET) & ~pytrees.all_finite(after, contact)

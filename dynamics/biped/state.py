@@ -242,19 +242,14 @@ def start(spec: Integrator, system: System, state: BipedState) -> Walk:
         foot_position=value(state.foot_position),
         foot_velocity=value(state.foot_velocity),
         steps=jnp.asarray(state.steps, jnp.int32),
-        patch=none,
         left=duration,
         aim=aim,
         size=size,
-        target=none,
-        breakaway=zero,
         status=jnp.where(pytrees.all_finite(given), status, Status.NON_FINITE).astype(jnp.int32),
-        switches=none,
-        slide_distance=zero,
-        work=zero,
-        positive_work=zero,
         trials=none - 1,  # the blank trial before the first is settled, too
         log=log,
+        **dict.fromkeys(("patch", "target", "switches"), none),
+        **dict.fromkeys(("breakaway", "slide_distance", "work", "positive_work"), zero),
     )
     return on_its_patch(system, walk)
 

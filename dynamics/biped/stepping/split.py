@@ -145,7 +145,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
     grounds = [stages.ground_of(system, *motion) for motion in motions]
     ending = stages.first_ending(system, grounds)
-    event = _event(spec, system, _Tried(walk, begun, first, samples, ending, taken))
+    event = _event(spec, system, walk, begun, first, samples, ending, taken)
     reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
     status = stages.status_at(system, walk, first, grounds[0], step, reached)
     if isinstance(spec, EventExact):
@@ -194,21 +194,11 @@ def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> 
     return stages.Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
-class _Tried(NamedTuple):
-    """A step whose events are looked for."""
-
-    walk: Walk
-    begun: stages.Beginning
-    first: Motion
-    samples: stages.Samples
-    ending: stages.Ending
-    taken: stages.Taken
-
-
-def _event(spec: RK4Split | EventExact, system: System, tried: _Tried) -> stages.Event:
+def _event(
+    spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, ending, taken
+) -> stages.Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    walk, begun, _, samples, ending, taken = tried
-    kind, crossing = _first_event(spec, system, tried)
+    kind, crossing = _first_event(spec, system, walk, begun, first, samples, ending, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
     if isinstance(spec, EventExact) and not isinstance(system.scene.floor, Grip):
         at_once |= is_noise(system, walk, begun, samples, taken)
@@ -218,9 +208,10 @@ def _event(spec: RK4Split | EventExact, system: System, tried: _Tried) -> stages
     return stages.Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
-def _first_event(spec: RK4Split | EventExact, system: System, tried: _Tried):
+def _first_event(
+    spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, ending, taken
+):
     """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
-    walk, begun, first, samples, ending, taken = tried
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.crank_rate, taken.end
@@ -313,7 +304,6 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     slide = taken.foot_position + time * taken.foot_velocity + time**2 / 2 * foot
     velocity = taken.foot_velocity + time * foot + time * part * (foot - middle.foot_acceleration)
     left = walk.left - step - time
-    tiny = 8 * jnp.finfo(walk.phase.dtype).eps * system.duration
     if (held := torque_held(system.drive)) is not None:
         work = held * (theta - walk.phase)
     else:  # no constant torque: integrated along the step
@@ -324,7 +314,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
         crank_rate=rate,
         foot_position=slide,
         foot_velocity=velocity,
-        left=jnp.where((left <= tiny) | trial.begun.final & ~trial.switches, 0.0, left),
+        left=jnp.where((left <= system.tiny()) | trial.begun.final & ~trial.switches, 0.0, left),
         breakaway=jnp.zeros_like(walk.breakaway),
         slide_distance=walk.slide_distance + jnp.abs(slide - walk.foot_position),
         work=walk.work + work,

@@ -7,7 +7,7 @@ middle and the end of a trial step; time runs from 0 to 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -105,36 +105,24 @@ class Event(NamedTuple):
     """The trial's end is close enough to the event to be moved onto it."""
 
 
-class _Stages(NamedTuple):
-    """Carried through the four stages: the current one's place and the weighted sums so far."""
-
-    phase: Array
-    crank_rate: Array
-    inertia: Coefficients
-    sums: tuple[Array | None, ...]
-    """Of the rate, its slope, the foot's acceleration, the same for its slide, and the power."""
-    middle: Midpoint
-    """The mean of the second and third stage, whose errors of second order are opposite."""
-
-
 def classical_step(
     system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
 ) -> Taken:
     """The classical fourth-order step, as a loop so that the inertia is compiled once."""
-    last = _classical_stages(system, friction, mode, walk, inertia, step)
+    ends = _classical_stages(system, friction, mode, walk, inertia, step)
+    theta, rate, inertia, (_, _, foot, slid, power), middle = ends
     velocity, slide = walk.foot_velocity, walk.foot_position
-    _, _, foot, slid, power = last.sums
     if friction is not None:
         velocity = walk.foot_velocity + step * foot
         slide = walk.foot_position + step * (walk.foot_velocity + step * slid)
     return Taken(
-        phase=last.phase,
-        crank_rate=last.crank_rate,
+        phase=theta,
+        crank_rate=rate,
         foot_position=slide,
         foot_velocity=velocity,
-        end=system.motion(friction, mode, last.inertia, last.crank_rate),
-        inertia=last.inertia,
-        middle=last.middle,
+        end=system.motion(friction, mode, inertia, rate),
+        inertia=inertia,
+        middle=middle,
         work=None if power is None else step * power,
         errors=jnp.zeros(4, walk.phase.dtype),
     )
@@ -142,32 +130,36 @@ def classical_step(
 
 def _classical_stages(
     system: System, friction: Friction | None, mode, walk: Walk, inertia: Coefficients, step
-) -> _Stages:
+) -> tuple[Array, Array, Coefficients, tuple[Any, ...], Midpoint]:
+    """Place after the stages; their weighted sums, of the rate, its slope, the foot's acceleration,
+    the same for its slide, and the power; the mean of the second and third stage, whose errors of
+    second order are opposite."""
     dtype, zero = walk.phase.dtype, jnp.zeros_like(walk.phase)
     shares = jnp.asarray([0.5, 0.5, 1.0, 1.0], dtype)
     weights = jnp.asarray([1 / 6, 1 / 3, 1 / 3, 1 / 6], dtype)
     slide_weights = jnp.asarray([1 / 6, 1 / 6, 1 / 6, 0.0], dtype)
     power = zero if torque_held(system.drive) is None else None
 
-    def body(index, now: _Stages) -> _Stages:
-        motion = system.motion(friction, mode, now.inertia, now.crank_rate)
+    def body(index, now):
+        _, rate, inertia, sums, middle = now
+        motion = system.motion(friction, mode, inertia, rate)
         alpha, foot = motion.crank_acceleration, motion.foot_acceleration
-        added = [weights[index] * one for one in (now.crank_rate, alpha, foot)]
+        added = [weights[index] * one for one in (rate, alpha, foot)]
         added.append(slide_weights[index] * foot)
-        work = None if power is None else weights[index] * motion.torque * now.crank_rate
-        sums = jax.tree.map(jnp.add, now.sums, (*added, work))
+        work = None if power is None else weights[index] * motion.torque * rate
+        sums = jax.tree.map(jnp.add, sums, (*added, work))
         last, halfway = index == 3, (index == 1) | (index == 2)
-        theta = walk.phase + step * jnp.where(last, sums[0], shares[index] * now.crank_rate)
+        theta = walk.phase + step * jnp.where(last, sums[0], shares[index] * rate)
         rate = walk.crank_rate + step * jnp.where(last, sums[1], shares[index] * alpha)
         middle = jax.tree.map(
             lambda new, old: old + jnp.where(halfway, new / 2, 0.0),
             midpoint(friction, motion),
-            now.middle,
+            middle,
         )
-        return _Stages(theta, rate, system.model.inertia.at(theta), sums, middle)
+        return theta, rate, system.model.inertia.at(theta), sums, middle
 
     middle = Midpoint(*[zero] * len(Midpoint._fields))
-    begin = _Stages(walk.phase, walk.crank_rate, inertia, (*[zero] * 4, power), middle)
+    begin = walk.phase, walk.crank_rate, inertia, (*[zero] * 4, power), middle
     return jax.lax.fori_loop(0, 4, body, begin)
 
 
@@ -209,7 +201,10 @@ def first_crossing(
     close = near_end & ((end < 0) | targeted)
     parabola = _first_root(start, linear, square)
     if start_slope is not None:
-        parabola = jnp.where((start == 0) & (middle < 0), _return(start_slope, middle), parabola)
+        # Second zero of the parabola that rises with this slope at 0 to `middle` < 0 at 1/2; or 0.
+        rise = jnp.maximum(start_slope, 0.0) / 2
+        back = rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
+        parabola = jnp.where((start == 0) & (middle < 0), back, parabola)
     # the samples say in which half the sign changes; the parabola only where in it
     within = jnp.where(middle < 0, jnp.minimum(parabola, 0.5), jnp.clip(parabola, 0.5, 1.0))
     if dips:
@@ -219,12 +214,6 @@ def first_crossing(
     time = jnp.where(crossed, within, jnp.where(short, 1 + correction, jnp.inf))
     time = jnp.where(close, 1 + correction, time)
     return Crossing(time, close)
-
-
-def _return(slope: Scalar, middle: Scalar) -> Scalar:
-    """Second zero of the parabola that rises with this slope at 0 to `middle` < 0 at 1/2; or 0."""
-    rise = jnp.maximum(slope, 0.0) / 2
-    return rise / 2 / jnp.where(middle < 0, rise - middle, 1.0)
 
 
 def parabola_slope(samples: Sampled) -> Scalar:
