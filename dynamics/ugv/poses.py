@@ -334,15 +334,21 @@ def over_poses(
     """
     given = (params, ground, x_front, leg_angles, *numbers)
     dtype = float_type(params, ground, x_front, leg_angles)
-    arrays = jax.tree.map(lambda leaf: _as_float(leaf, dtype), given)
-    params_, ground_, x, angles, *others = arrays
+
+    def as_float(leaf: Any) -> Array:
+        kind = jnp.result_type(leaf)
+        return jnp.asarray(leaf, dtype if jnp.issubdtype(kind, jnp.floating) else kind)
+
+    params_, ground_, x, angles, *others = jax.tree.map(as_float, given)
     own = (params_, *others)
     vehicles = [leaf.shape for leaf in jax.tree.leaves(params_)]
     shape: Any = jnp.broadcast_shapes(x.shape, angles.shape[:-1], *vehicles)
+    sizes = (zip(leaf.shape[::-1], shape[::-1], strict=False) for leaf in others)
     if not (
         prod(shape) > 0
         and float_type(dtype.type(0), *numbers) == dtype
-        and all(_fits(leaf, shape) for leaf in others)
+        and all(leaf.ndim <= len(shape) for leaf in others)
+        and all(n in (1, m) for pairs in sizes for n, m in pairs)
         and _shared(function, fixed, params_, ground_, others, dtype)
     ):
         return function(*fixed, *given)
@@ -353,10 +359,7 @@ def over_poses(
     def flat(leaf: Array) -> Array:
         return jnp.broadcast_to(leaf, shape).reshape(-1) if leaf.ndim else leaf
 
-    def axis(leaf: Array) -> int | None:
-        return 0 if leaf.ndim else None
-
-    axes = jax.tree.map(axis, own)
+    axes = jax.tree.map(lambda leaf: 0 if leaf.ndim else None, own)
     params_, *others = jax.tree.map(flat, own)
     x = jnp.broadcast_to(x, shape).reshape(-1)
     angles = jnp.broadcast_to(angles, (*shape, 2)).reshape(-1, 2)
@@ -366,19 +369,6 @@ def over_poses(
 
     found = jax.vmap(each, (axes[0], 0, 0, *axes[1:]))(params_, x, angles, *others)
     return jax.tree.map(lambda leaf: leaf.reshape(*shape, *leaf.shape[1:]), found)
-
-
-def _as_float(leaf: Any, dtype: Any) -> Array:
-    kind = jnp.result_type(leaf)
-    return jnp.asarray(leaf, dtype if jnp.issubdtype(kind, jnp.floating) else kind)
-
-
-def _fits(leaf: Array, shape: Any) -> bool:
-    """True if it has no axes, or some of the poses'."""
-    try:
-        return np.broadcast_shapes(leaf.shape, shape) == shape
-    except ValueError:
-        return False
 
 
 def _shared(

@@ -134,6 +134,7 @@ def balance(
     grip_rear = mu_rear * forces.N_rear - jnp.abs(forces.F_rear)
     grip_front = mu_front * forces.N_front - jnp.abs(forces.F_front)
     legs_hold = leg_torques(params, placed, forces)
+    sound = jnp.isfinite(grip_rear + grip_front + legs_hold.sum(-1))
     status = placed.status
     for bad, what in (
         (~jnp.isfinite(sum(forces)), Status.NO_SOLUTION),
@@ -141,8 +142,7 @@ def balance(
         (jnp.minimum(forces.N_rear, forces.N_front) <= 0, Status.ROLLOVER),
         (placed.clearance <= 0, Status.GROUNDED),
         (jnp.minimum(grip_rear, grip_front) < 0, Status.WHEEL_SLIP),
-        (~jnp.isfinite(grip_rear + grip_front + legs_hold.sum(-1)), Status.NON_FINITE),
-        (jnp.isnan(placed.clearance), Status.NON_FINITE),
+        (~sound | jnp.isnan(placed.clearance), Status.NON_FINITE),
     ):
         status = jnp.where((status == Status.OK) & bad, what, status)
     return Equilibrium(
@@ -304,10 +304,8 @@ def leg_torques(params: UGVParams, placed: Pose, forces: Forces) -> Points:
     virtual work it is the slope of the potential energy in the leg's angle, less the wheels' work,
     and more what rolling resistance takes.
     """
-    F, N = forces.F_rear, forces.N_rear
-    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, F, N)
-    F, N = forces.F_front, forces.N_front
-    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, F, N)
+    rear = _moment(params, placed.rear, placed.rear_leg, placed.rear_hinge, *forces[:2])
+    front = _moment(params, placed.front, placed.front_leg, placed.front_hinge, *forces[2:])
     # The rear leg swings outwards clockwise, the front one anticlockwise.
     return jnp.stack([rear, -front], -1)
 

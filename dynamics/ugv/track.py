@@ -8,7 +8,7 @@ anticlockwise positive, S being the arc length.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field, fields, replace
+from dataclasses import InitVar, field, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -232,14 +232,15 @@ class Odometer:
     track: Track
     start: Numeric
     end: Numeric
+    cells: InitVar[int | None] = None
     edges: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     rests: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     excess: Float[np.ndarray | Array, "cells+1"] = field(init=False, repr=False)
     even: bool = field(init=False, repr=False, metadata={"static": True})
 
-    def __post_init__(self):
+    def __post_init__(self, cells: int | None):
         if holds_numbers(self.track, self.start, self.end):
-            _integrate(self, None)
+            _integrate(self, cells)
         else:
             settle(self, edges=None, rests=None, excess=None, even=True)
 
@@ -269,10 +270,7 @@ class Odometer:
         start = track.start if start is None else start
         end = track.end if end is None else end
         shapes.require_ends(start, end)
-        odometer = object.__new__(cls)
-        settle(odometer, track=track, start=start, end=end)
-        _integrate(odometer, cells)
-        return odometer
+        return cls(track, start, end, cells)
 
     def between(self, first: float, last: float) -> Odometer:
         """The same over a part of long ground through points, from first to last [m], faster to
@@ -285,9 +283,11 @@ class Odometer:
         cells = {name: getattr(self, name)[ends] for name in ("edges", "rests", "excess")}
         return rebuilt(self, track=replace(self.track, shape=shape.cut(first, last)), **cells)
 
+    @partial(jax.jit, inline=True)
     def distance(self, x: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) [m] at each x [m], any shape; negative before the start. dS/dx = sqrt(1 + f'^2)."""
-        return _distance(self, x)
+        x, start = shapes.as_floats(x, self.start)
+        return (x - start) + self.excess_at(x, jnp.zeros_like(x))
 
     def excess_at(self, base: Float[Array, "..."], u: Float[Array, "..."]) -> Float[Array, "..."]:
         """S(x) - (x - start) [m] at x = base + u, a sum that is not rounded; see parts_of."""
@@ -299,7 +299,12 @@ def _integrate(odometer: Odometer, cells: int | None) -> None:
     """Fill in the cells; those of concrete ground in double precision."""
     track, start, end = odometer.track, odometer.start, odometer.end
     if not is_concrete(track, start, end) or np.ndim(start) or np.ndim(end):
-        _integrate_traced(odometer, CELLS if cells is None else cells)
+        dtype, count = float_type((track, start, end), 0.0), CELLS if cells is None else cells
+        track, start, end = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), (track, start, end))
+        edges = start + (end - start) / count * jnp.arange(count + 1, dtype=dtype)
+        excess = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(_pieces(track, edges))])
+        settle(odometer, track=track, start=start, end=end, even=True)
+        settle(odometer, edges=edges, rests=jnp.zeros_like(edges), excess=excess)
         return
     start, end = float(start), float(end)
     edges, even = _edges(track, start, end, cells)
@@ -311,16 +316,6 @@ def _integrate(odometer: Odometer, cells: int | None) -> None:
         settle(odometer, edges=first, rests=rests, excess=sums, even=even)
         before = 0.0 if start == edges[0] else np.asarray(_excess_once(odometer, start))
     settle(odometer, track=track, excess=sums - before)
-
-
-def _integrate_traced(odometer: Odometer, count: int) -> None:
-    given = (odometer.track, odometer.start, odometer.end)
-    dtype = float_type(given, 0.0)
-    track, start, end = jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype), given)
-    edges = start + (end - start) / count * jnp.arange(count + 1, dtype=dtype)
-    excess = jnp.concatenate([jnp.zeros(1, dtype), jnp.cumsum(_pieces(track, edges))])
-    settle(odometer, track=track, start=start, end=end, even=True)
-    settle(odometer, edges=edges, rests=jnp.zeros_like(edges), excess=excess)
 
 
 def _edges(track: Track, start: float, end: float, cells: int | None) -> tuple[np.ndarray, bool]:
@@ -392,12 +387,6 @@ def _pieces(track: Track, edges: jax.Array) -> jax.Array:
     """The integral over each cell."""
     left, length = edges[:-1], edges[1:] - edges[:-1]
     return _excess_over(track, left, jnp.zeros_like(left), length)
-
-
-@partial(jax.jit, inline=True)
-def _distance(odometer: Odometer, x: jax.Array) -> jax.Array:
-    x, start = shapes.as_floats(x, odometer.start)
-    return (x - start) + odometer.excess_at(x, jnp.zeros_like(x))
 
 
 _integrals = run_once(_pieces)

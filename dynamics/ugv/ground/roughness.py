@@ -91,22 +91,17 @@ def rough_waves(key: Array, roughness: Numeric, waves: int = WAVES) -> Waves:
     require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
     variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
     amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
-    phases = jax.random.uniform(_as_key(key), (waves,), jnp.float32, 0.0, 2 * np.pi)
+    dtype = getattr(key, "dtype", None)
+    typed = dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
+    if not typed and (dtype != np.uint32 or np.shape(key) != (2,)):
+        raise ValueError(f"key = {shown(key)}; accepted: a JAX key, or for Track.rough a seed")
+    phases = jax.random.uniform(key, (waves,), jnp.float32, 0.0, 2 * np.pi)
     if is_concrete(roughness, phases):
         level = np.asarray(roughness, np.float64)[..., None]
         return Waves(np.sqrt(level) * amplitudes, frequencies, np.asarray(phases, np.float64))
     (level,) = as_floats(roughness)
     amplitudes, frequencies = (jnp.asarray(v, level.dtype) for v in (amplitudes, frequencies))
     return Waves(jnp.sqrt(level) * amplitudes, frequencies, phases.astype(level.dtype))
-
-
-def _as_key(key: Any) -> Array:
-    """A JAX key of either kind, or ValueError."""
-    dtype = getattr(key, "dtype", None)
-    typed = dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
-    if not typed and (dtype != np.uint32 or np.shape(key) != (2,)):
-        raise ValueError(f"key = {shown(key)}; accepted: a JAX key, or for Track.rough a seed")
-    return key
 
 
 def rough_table(key: Array, roughness: float, start: float, end: float) -> Spline:
@@ -120,8 +115,7 @@ def rough_table(key: Array, roughness: float, start: float, end: float) -> Splin
     pieces = math.ceil((end - start) * BAND[1] * PIECES_PER_WAVE)
     require_memory(f"end - start = {end - start:.6g}", "pieces of a table", pieces, 64 * WAVES)
     drawn = rough_waves(key, roughness)
-    first: Any = start
-    last: Any = end
+    ends: list[Any] = [start, end]
     if not is_concrete(drawn):
-        first, last = (jnp.asarray(at, float_type(drawn)) for at in (start, end))
-    return hermite_table(drawn.profile, first, last, pieces)
+        ends = [jnp.asarray(at, float_type(drawn)) for at in ends]
+    return hermite_table(drawn.profile, *ends, pieces)

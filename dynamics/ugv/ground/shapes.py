@@ -296,10 +296,7 @@ class Function:
         def value(x: jax.Array) -> jax.Array:
             return jnp.asarray(self.function(x), x.dtype)
 
-        def with_slope(x: jax.Array) -> tuple[jax.Array, jax.Array]:
-            return jax.jvp(value, (x,), (one,))
-
-        (y, dy), (_, d2y) = jax.jvp(with_slope, (x,), (one,))
+        (y, dy), (_, d2y) = jax.jvp(lambda x: jax.jvp(value, (x,), (one,)), (x,), (one,))
         return y, dy, d2y
 
 
