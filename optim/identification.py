@@ -24,6 +24,7 @@ from stickslip.dynamics.biped.estimation import (
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.names import UNKNOWNS
+from stickslip.dynamics.pytrees import read_only, settle
 from stickslip.dynamics.scene import Uniform
 from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, read_columns
 from stickslip.optim.progress import Bar
@@ -116,8 +117,7 @@ class WalkLog:
             if value.ndim != 1 or len(value) < LEAST_ROWS or len(value) != len(self.times):
                 accepted = f"one row of {LEAST_ROWS} numbers or more, as many as times"
                 raise ValueError(f"{name} has shape {value.shape}; accepted: {accepted}")
-            value.flags.writeable = False
-            object.__setattr__(self, name, value)
+            settle(self, **{name: read_only(value)})
         if np.any(np.diff(self.times) <= 0):
             raise ValueError("times do not increase; accepted: increasing times [s]")
 

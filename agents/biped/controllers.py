@@ -194,7 +194,6 @@ class StopAtMark(Ruled):
         return replace(self, gait=self.gait.suited_to(env_params))
 
     def validate(self) -> StopAtMark:
-        """Return self, or raise ValueError naming the field."""
         for name, kind in (("gait", OptimalGait), ("servo", CrankSpeedPI)):
             require_kind(name, getattr(self, name), kind, f"a {kind.__name__}")
             getattr(self, name).validate()

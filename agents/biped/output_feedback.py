@@ -121,7 +121,6 @@ class OutputFeedback(Ruled):
         return replace(self, controller=self.controller.suited_to(env_params))
 
     def validate(self) -> OutputFeedback:
-        """Return self, or raise ValueError naming the field."""
         require_kind("controller", self.controller, StopAtMark, "a StopAtMark")
         self.controller.validate()
         return super().validate()

@@ -71,25 +71,12 @@ def action_of(
     return jnp.clip(share, -1.0, 1.0)[None]
 
 
-class FootAtRest(NamedTuple):
-    """Motion of the robot with its foot at rest, linear in the torque.
-
-    idle, driven: under no torque and under 1 N m. low, high: least and greatest torque [N m] for
-    which |f| <= friction x N and the zero-moment point is within `footing` of the way to heel and
-    toe.
-    """
-
-    inertia: Coefficients
-    idle: Motion
-    driven: Motion
-    low: Float[Array, ""]
-    high: Float[Array, ""]
-
-
 def foot_at_rest(
     robot: BipedModel, biped: BipedState, friction: ArrayLike, footing: ArrayLike
-) -> FootAtRest:
-    """Coefficients and limits of the torque at a state."""
+) -> tuple[Coefficients, Motion, Motion, Float[Array, ""], Float[Array, ""]]:
+    """Motion of the robot with its foot at rest, linear in the torque: coefficients, motion under
+    no torque and under 1 N m, and least and greatest torque [N m] for which |f| <= friction x N and
+    the zero-moment point is within `footing` of the way to heel and toe."""
     inertia, rate = robot.inertia.at(biped.phase), biped.crank_rate
     idle = sticking(robot, inertia, rate**2, jnp.zeros_like(rate))
     driven = sticking(robot, inertia, rate**2, jnp.ones_like(rate))
@@ -109,7 +96,7 @@ def foot_at_rest(
     bound = -base / jnp.where(slope == 0, 1.0, slope)
     highest = jnp.min(jnp.where(slope > 0, bound, jnp.inf))
     lowest = jnp.minimum(jnp.max(jnp.where(slope < 0, bound, -jnp.inf)), highest)
-    return FootAtRest(inertia, idle, driven, lowest, highest)
+    return inertia, idle, driven, lowest, highest
 
 
 def after_a_period(
@@ -189,10 +176,10 @@ class ComputedTorque(Ruled):
         period = jnp.asarray(env_params.control_period, env_state.biped.crank_rate.dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         memory, cruise = _timed(memory, robot, env_state, period)
-        rest = foot_at_rest(robot, biped, self.friction, self.footing)
-        now, force = rest.inertia.P * biped.crank_rate, rest.idle.friction_force
-        per_torque = rest.driven.friction_force - force
-        low, high = (force + per_torque * torque for torque in (rest.low, rest.high))
+        inertia, idle, driven, *ends = foot_at_rest(robot, biped, self.friction, self.footing)
+        now, force = inertia.P * biped.crank_rate, idle.friction_force
+        per_torque = driven.friction_force - force
+        low, high = (force + per_torque * torque for torque in ends)
         target = jnp.clip(cruise, now + period * low, now + period * high)
         guess = ((target - now) / period - force) / per_torque
 
@@ -312,7 +299,6 @@ class OptimalGait(Memoryless):
         return replace(self, gaits=_gaits_of_text(robot_text(vars(robot)), limit))
 
     def validate(self) -> OptimalGait:
-        """Return self, or raise ValueError naming the field."""
         require_kind("gaits", self.gaits, GaitTable, "a GaitTable, as GaitTable.of makes it")
         for name, value in self.gaits._asdict().items():
             require_number(f"gaits.{name}", value, accepted="finite numbers")

@@ -51,7 +51,6 @@ class FollowPath(Memoryless):
     RULES: ClassVar = {"angles": {"low": 0.0, "accepted": "finite angles >= 0 [rad]"}}
 
     def validate(self) -> FollowPath:
-        """Return self, or raise ValueError naming the field."""
         super().validate()
         if np.ndim(self.angles) < 2 or np.shape(self.angles)[-1] != 2:
             raise ValueError(f"angles has shape {np.shape(self.angles)}; accepted: [K, 2]")
@@ -84,27 +83,25 @@ class FixedPosture(Ruled):
         part = jnp.linspace(0, 1, self.count, dtype=dtype)
         one = vehicle.leg_angle_min + (vehicle.leg_angle_max - vehicle.leg_angle_min) * part
         pairs = jnp.stack(jnp.meshgrid(one, one), -1).reshape(-1, 2)
-        returns = jax.vmap(lambda pair: self._return_with(pair, env_state, env_params))(pairs)
-        return pairs[jnp.argmax(returns)]
+
+        def return_with(pair: Float[Array, " 2"]) -> Float[Array, ""]:
+            """Of keeping a posture; of two that fail, the later failure is worth more."""
+
+            def step(state: UGVEnvState) -> UGVEnvState:
+                return self.env.step_env(state, towards(pair, state, env_params), env_params)[1]
+
+            end = jax.lax.while_loop(lambda state: ~state.over, step, env_state)
+            missed = (env_params.steps - end.elapsed).astype(env_state.cost.dtype)
+            late = env_params.reward_scale * env_params.failure_penalty * missed
+            return end.totals.reward - late
+
+        return pairs[jnp.argmax(jax.vmap(return_with)(pairs))]
 
     def act(
         self, memory: Float[Array, " 2"], obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
     ) -> tuple[Float[Array, " 2"], Action]:
         """See Controller."""
         return memory, towards(memory, env_state, env_params)
-
-    def _return_with(
-        self, pair: Float[Array, " 2"], state: UGVEnvState, params: UGVEnvParams
-    ) -> Float[Array, ""]:
-        """The return of keeping a posture; of two that fail, the later failure is worth more."""
-
-        def step(state: UGVEnvState) -> UGVEnvState:
-            return self.env.step_env(state, towards(pair, state, params), params)[1]
-
-        end = jax.lax.while_loop(lambda state: ~state.over, step, state)
-        missed = params.steps - end.elapsed
-        late = params.reward_scale * params.failure_penalty * missed.astype(state.cost.dtype)
-        return end.totals.reward - late
 
 
 @pytree_dataclass
@@ -150,7 +147,6 @@ class Optimum(Ruled):
     COUNTS: ClassVar = {"angles": {"low": 2}}
 
     def validate(self) -> Optimum:
-        """Return self, or raise ValueError naming the field."""
         require_kind("polish", self.polish, bool, "True or False")
         return super().validate()
 

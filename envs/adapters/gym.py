@@ -103,7 +103,11 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         render_mode: str | None = None,
     ):
-        self.mode = _mode(autoreset_mode)
+        known = {name: mode for mode in AutoresetMode for name in (mode.name.lower(), mode.value)}
+        if not isinstance(autoreset_mode, AutoresetMode):
+            require_choice("autoreset_mode", autoreset_mode, tuple(known), also="an AutoresetMode")
+            autoreset_mode = known[autoreset_mode]
+        self.mode = autoreset_mode
         self._compile(env, params, num_envs, render_mode, autoreset=self.mode.name.lower())
         self.num_envs = self._envs.num_envs
         self.single_observation_space, self.single_action_space = self._spaces()
@@ -141,7 +145,16 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """One control step of every environment. Raises ValueError for bad actions, and for
         stepping a finished environment when autoreset is disabled."""
-        self._require_running()
+        last = self._envs.last
+        if self.mode is AutoresetMode.DISABLED and last is not None:
+            over = (last.terminated | last.truncated) & ~last.autoreset
+            if ended := np.flatnonzero(over).tolist():
+                first = ending(last.info_of(ended[0]), bool(last.terminated[ended[0]]))
+                raise ValueError(
+                    f"environments {shown(ended)} of {self.num_envs} have ended (the first: "
+                    f'{first}); accepted: reset(options={{"reset_mask": mask}}) first, as '
+                    "autoreset is disabled"
+                )
         results = self._envs.step(self._checked(actions, (self.num_envs,)))
         infos, obs = self._gather_infos(results), results.obs
         self._obs = obs.copy()
@@ -153,19 +166,6 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if self.render_mode is None:
             return None
         return self._every_picture()
-
-    def _require_running(self) -> None:
-        """ValueError where an episode has ended and autoreset is disabled."""
-        results = self._envs.last
-        if self.mode is not AutoresetMode.DISABLED or results is None:
-            return
-        over = (results.terminated | results.truncated) & ~results.autoreset
-        if ended := np.flatnonzero(over).tolist():
-            first = ending(results.info_of(ended[0]), bool(results.terminated[ended[0]]))
-            raise ValueError(
-                f"environments {shown(ended)} of {self.num_envs} have ended (the first: {first}); "
-                'accepted: reset(options={"reset_mask": mask}) first, as autoreset is disabled'
-            )
 
     def _gather_infos(self, results: Results) -> dict[str, Any]:
         """Arrays with masks, as SyncVectorEnv gathers them from single environments."""
@@ -212,15 +212,6 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
                 f"[{self.num_envs}], at least one true"
             )
         return mask
-
-
-def _mode(given: AutoresetMode | str) -> AutoresetMode:
-    """The mode from itself, its value or its name."""
-    known = {name: mode for mode in AutoresetMode for name in (mode.name.lower(), mode.value)}
-    if isinstance(given, AutoresetMode):
-        return given
-    require_choice("autoreset_mode", given, tuple(known), also="an AutoresetMode")
-    return known[given]
 
 
 def _masked(columns: dict[str, np.ndarray], mask: np.ndarray) -> dict[str, np.ndarray]:

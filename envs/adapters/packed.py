@@ -105,17 +105,12 @@ class Codec(Generic[Tree]):
         place, leaves = 0, []
         for shape, dtype in zip(self.shapes, self.dtypes, strict=True):
             size = int(np.prod(shape))
-            leaf = _from_words(words[place : place + size], dtype)
+            bits, kind = words[place : place + size], jnp.dtype(dtype)
+            own = bits.astype(f"uint{8 * kind.itemsize}")
+            leaf = bits != 0 if kind.kind == "b" else jax.lax.bitcast_convert_type(own, kind)
             leaves.append(jnp.reshape(leaf, shape))
             place += size
         return jax.tree.unflatten(self.structure, leaves)
-
-
-def _from_words(words: jax.Array, dtype: str) -> jax.Array:
-    if dtype == "bool":
-        return words != 0
-    own = jnp.dtype(f"uint{8 * jnp.dtype(dtype).itemsize}")
-    return jax.lax.bitcast_convert_type(words.astype(own), jnp.dtype(dtype))
 
 
 def row_of(

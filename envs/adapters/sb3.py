@@ -115,7 +115,7 @@ class SB3VecEnv(Compiled, VecEnv):
         else of the functional environment. AttributeError for an unknown one."""
         for owner in (self, self.params, self.functional):
             if hasattr(owner, attr_name):
-                return [getattr(owner, attr_name)] * len(self._chosen(indices))
+                return self._for_each(getattr(owner, attr_name), indices)
         raise AttributeError(f"no attribute {attr_name!r}; accepted: those of {self._owners()}")
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
@@ -133,17 +133,17 @@ class SB3VecEnv(Compiled, VecEnv):
         method = getattr(self.functional, method_name, None)
         if not callable(method):
             raise AttributeError(f"no method {method_name!r}; accepted: those of {self._owners()}")
-        return [method(*method_args, **method_kwargs)] * len(self._chosen(indices))
+        return self._for_each(method(*method_args, **method_kwargs), indices)
 
     def env_is_wrapped(self, wrapper_class: type, indices: Any = None) -> list[bool]:
         """True for Monitor, whose statistics every episode has; no other wrapper is inside."""
-        return [wrapper_class is Monitor] * len(self._chosen(indices))
+        return self._for_each(wrapper_class is Monitor, indices)
 
     def _owners(self) -> str:
         return f"SB3VecEnv, {type(self.params).__name__} and {type(self.functional).__name__}"
 
-    def _chosen(self, indices: Any) -> Sequence[int]:
-        return list(self._get_indices(indices))
+    def _for_each(self, value: Any, indices: Any) -> list[Any]:
+        return [value] * len(list(self._get_indices(indices)))
 
 
 __all__ = ["SB3VecEnv"]

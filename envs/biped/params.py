@@ -196,11 +196,6 @@ def _as_numbers(given: dict[str, Any]) -> dict[str, Any]:
     """The entries with numbers as pytrees hold them; ValueError naming a bad one."""
     if "scene" in given:
         given["scene"] = scene_of(given["scene"]).validate()
-    if "randomisation" in given:
-        checks.require_kind(
-            "randomisation", given["randomisation"], Randomisation, "a Randomisation"
-        )
-        given["randomisation"].validate()
     return functional.as_numbers(given, NUMBERS | OPTIONAL)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
 
-T = TypeVar("T")
 MAX_SLOPE = 1.6
 """Clip of slope angle and pitch [rad]."""
 MAX_TORQUE = 2.0
@@ -224,11 +223,8 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         after, attitude = self._stand(params.waypoint(elapsed), angles, state.drawn, params)
         status = jnp.where(before.status != Status.OK, before.status, after.status)
         failed = status != Status.OK
-
-        def unless_failed(new: T, old: T) -> T:
-            return jax.tree.map(lambda a, b: jnp.where(failed, b, a), new, old)
-
-        after, attitude = unless_failed((after, attitude), (before, state.attitude))
+        last = (before, state.attitude)
+        after, attitude = jax.tree.map(partial(jnp.where, failed), last, (after, attitude))
         measure, first = self.measure.of(params.vehicle), state.elapsed == 0
         more = criteria.increase(measure, state.cost, before, after, first)
         more = jnp.where(failed, 0.0, more).astype(dtype)
@@ -307,10 +303,12 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         """The optimiser's problem of an episode, from its first state (not a batch): the same
         ground, friction, waypoints, limits and start. Its objective is minus the episode's return
         (at reward_scale 1), its optimum a bound for every policy."""
-        track, friction = episode.ground(state.drawn, params)
+        odometer, friction = episode.ground(state.drawn, params)
+        own: Any = params.vehicle, odometer.track
+        vehicle, track = jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), own)
         return PostureProblem(
-            params=_double(params.vehicle),
-            track=_double(track.track),
+            params=vehicle,
+            track=track,
             x=params.waypoints(),
             criterion=self.criterion,
             friction=float(friction),
@@ -342,8 +340,3 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         station = station._replace(status=status)
         attitude = episode.Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude
-
-
-def _double(tree: T) -> T:
-    """Plain arrays in double precision."""
-    return jax.tree.map(lambda leaf: np.asarray(leaf, np.float64), tree)
