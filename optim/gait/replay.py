@@ -9,7 +9,7 @@ one crank angle, so that E - E* = M (w^2 - b*) / 2.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped import BipedModel, BipedParams
     from stickslip.dynamics.biped.state import Contact
     from stickslip.optim.gait.sliding import SlidingLaw
-    from stickslip.optim.gait.slip_transfer import SlipTransfer
 
     Law: TypeAlias = "GaitLaw | SlidingLaw"
-    Walk: TypeAlias = "Gait | SlipTransfer"
+    Walk: TypeAlias = Any
+    """A Gait, or a SlipTransfer, whose module imports this one."""
     Trace: TypeAlias = tuple[BipedState, Contact, Float[Array, ""]]
     """State, contact and error of the crank rate at the end of each hold."""
 
@@ -168,13 +168,11 @@ def _walked(
     feedback: float, count: int, hold: float, zmp: bool, whole: float,
 ) -> Trace:  # fmt: skip
     """All holds, until as many steps are done or the walk takes half as long again as promised."""
-    outputs = "forces" if zmp else "state"
     scene = Scene.grip() if mu is None else Scene.uniform(mu, kinetic)
-    scene = replace(scene, outputs=outputs)
+    scene = replace(scene, outputs="forces" if zmp else "state")
     scene = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), scene)
     model = prepare(params.astype(jnp.float64), fidelity=FINE)
-    law = GaitLaw.of(gait) if isinstance(gait, Gait) else gait.law
-    law = jax.tree.map(jnp.asarray, law)
+    law = jax.tree.map(jnp.asarray, GaitLaw.of(gait) if isinstance(gait, Gait) else gait.law)
     state = BipedState(crank_rate=float(np.sqrt(gait.b[0, 0]))).astype(jnp.float64)
     blocks, most = [], int(np.ceil(1.5 * whole / hold / BLOCK)) + 1
     for _ in range(most):
