@@ -260,11 +260,10 @@ class System(NamedTuple):
 
     def still(self, inertia: Coefficients, crank_rate: Scalar) -> Motion:
         """The motion with the foot held at rest."""
-        model, drive = self.model, self.drive
+        drive, zero = self.drive, jnp.zeros_like(crank_rate)
         if not isinstance(drive, CrankMotion):
-            return sticking(model, inertia, crank_rate**2, drive.at(crank_rate))
-        zero = jnp.zeros_like(crank_rate)
-        return prescribed(model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
+            return sticking(self.model, inertia, crank_rate**2, drive.at(crank_rate))
+        return prescribed(self.model, inertia, crank_rate, drive.crank_acceleration, zero, zero)
 
     def motion(
         self, friction: Friction | None, mode: Scalar, inertia: Coefficients, crank_rate: Scalar

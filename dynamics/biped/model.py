@@ -30,10 +30,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.pytrees import Flag, Scalar
 
 
-Derived = tuple[Inertia, jax.Array, jax.Array, jax.Array, jax.Array]
-"""Inertia functions, mass and step length, whether it closes, whether it is symmetric."""
-
-
 def inertia_of(params: BipedParams, fidelity: settings.Fidelity) -> Inertia:
     """The inertia functions of a robot. Pure: under vmap every member gets its own table."""
     spec = settings.require_fidelity(fidelity)
@@ -92,11 +88,9 @@ class BipedModel:
         if self.load is not None:
             require_kind("load", self.load, Load, "None, or what `load` made")
         pytrees.settle(self, fidelity=settings.require_fidelity(self.fidelity))
-        names = ("fitted", "own_mass", "step_length", "closes", "symmetric")
-        parts: Any = (None,) * len(names)
-        if pytrees.holds_numbers(self.bare):
-            parts = self._prepare()
-        pytrees.settle(self, unit=None, **dict(zip(names, parts, strict=True)))
+        parts = dict.fromkeys(("fitted", "own_mass", "step_length", "closes", "symmetric"))
+        parts |= self._prepare() if pytrees.holds_numbers(self.bare) else {}
+        pytrees.settle(self, unit=None, **parts)
         if self.load is not None and self.load.payload is not None:
             pytrees.settle(self, unit=self.unit_inertia())
 
@@ -143,7 +137,7 @@ class BipedModel:
         nothing = jnp.zeros_like(jnp.asarray(self.bare.mass))
         one = jnp.ones_like(jnp.asarray(self.bare.payload))
         bare = replace(self.bare, mass=nothing, inertia=jnp.zeros_like(nothing), payload=one)
-        return _derive(self.fidelity, bare)[0]
+        return _derive(self.fidelity, bare)["fitted"]
 
     def replace(self, **changes: Any) -> BipedModel:
         """The model of a robot with some fields of BipedParams changed, prepared for stepping."""
@@ -174,8 +168,8 @@ def prepare(
     return BipedModel(params, payload, fidelity)
 
 
-def _derive(spec: settings.Fidelity, params: BipedParams) -> Derived:
-    """Derived parts of a robot, member by member where the robots are a batch."""
+def _derive(spec: settings.Fidelity, params: BipedParams) -> dict[str, Any]:
+    """Derived fields of a model, member by member where the robots are a batch."""
     function = partial(_derive_one, spec)
     for _ in as_batch(params)[0]:
         function = jax.vmap(function)
@@ -183,16 +177,16 @@ def _derive(spec: settings.Fidelity, params: BipedParams) -> Derived:
 
 
 @partial(pytrees.run_once, fixed=1)
-def _derive_one(spec: settings.Fidelity, params: BipedParams) -> Derived:
+def _derive_one(spec: settings.Fidelity, params: BipedParams) -> dict[str, Any]:
     """One program for every robot, payload and unit payload of a fidelity and a type."""
     eps = jnp.finfo(jnp.result_type(params.crank)).eps
-    return (
-        inertia_of(params, spec),
-        params.total_mass,
-        step_length(params),
-        least_closure(params, 256)[0] >= 0,
-        exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
-    )
+    return {
+        "fitted": inertia_of(params, spec),
+        "own_mass": params.total_mass,
+        "step_length": step_length(params),
+        "closes": least_closure(params, 256)[0] >= 0,
+        "symmetric": exchange_mismatch(params) < max(1e-6, 1e3 * float(eps)),
+    }
 
 
 @pytrees.pytree_dataclass
@@ -255,6 +249,5 @@ def loaded_params(model: BipedModel) -> BipedParams:
         return params
     factor, extra = model.load.mass_factor, model.load.payload
     mass, inertia = (factor * jnp.asarray(value) for value in (params.mass, params.inertia))
-    payload = factor * params.payload
-    payload = payload if extra is None else payload + extra
+    payload = factor * params.payload + (0.0 if extra is None else extra)
     return replace(params, mass=mass, inertia=inertia, payload=payload)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from stickslip.dynamics.biped.settings import Fidelity
     from stickslip.dynamics.pytrees import Integer, Scalar
 
+    Parts = tuple[Scalar, Scalar, Scalar]
     Limits = tuple[tuple[Scalar, ...], tuple[Scalar, ...]]
     """Numbers >= 0 of a safe motion: normal force and both edges of the foot; both of the cone."""
 
@@ -241,7 +242,7 @@ def _while_resting(
     return jax.lax.fori_loop(0, 3 * (INTERVALS + 1), visit, (now, start))[0]
 
 
-def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> Parts:
     """The reach in three parts, from the start [rad]: 0 to other; 0 to inner; inner to outer.
 
     The last two are the longer side; an exchange of support on it is at `inner`.
@@ -255,12 +256,7 @@ def _parts(theta: Scalar, backwards: Scalar, forwards: Scalar) -> tuple[Scalar, 
 
 
 def _node(
-    model: BipedModel,
-    theta: Scalar,
-    parts: tuple[Scalar, Scalar, Scalar],
-    part: Integer,
-    share: Scalar,
-    last: _Node,
+    model: BipedModel, theta: Scalar, parts: Parts, part: Integer, share: Scalar, last: _Node
 ) -> tuple[_Node, Scalar]:
     """The node at a share of a part, after the `last` one; whether the other foot stands there."""
     (other, inner, outer), second = parts, part == 2

@@ -205,7 +205,7 @@ def _event(
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
-    return stages.Event(kind, ending.status, time, happens, at_once | crossing.close)
+    return stages.Event(kind, ending[0], time, happens, at_once | crossing.close)
 
 
 def _first_event(
@@ -215,7 +215,7 @@ def _first_event(
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.crank_rate, taken.end
-    last, margins = jnp.full_like(walk.target, END), ending.margins
+    last, margins = jnp.full_like(walk.target, END), ending[1]
     slope = stages.parabola_slope(margins)
     nearer = spec.close / 10, spec.reach  # one end a walk: another trial costs little
     ended = last, stages.first_crossing(margins, slope, walk.target == last, *nearer, dips=True)

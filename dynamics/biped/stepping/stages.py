@@ -7,6 +7,7 @@ middle and the end of a trial step; time runs from 0 to 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
     Sampled = Sequence[Scalar]
     """Samples at the start, the middle and the end of a trial step."""
+    Ending = tuple[Integer, list[Array]]
+    """An end's status and its margin at the start, the middle and the end of a trial step."""
 
 
 class Taken(NamedTuple):
@@ -267,13 +270,6 @@ class Ground(NamedTuple):
     """Moment of the ground's force about the ankle [N m]; None where toppling is not judged."""
 
 
-class Ending(NamedTuple):
-    """An end and its margin at the start, the middle and the end of a trial step."""
-
-    status: Integer
-    margins: tuple[Array, Array, Array]
-
-
 def lever_at(system: System, theta: Scalar) -> GroundMoment | None:
     """Terms of the ground's moment; None where toppling is not detected."""
     judged = system.scene.outputs != "state"
@@ -346,40 +342,27 @@ def first_ending(system: System, samples: Sequence[Ground]) -> Ending:
     """The end whose margin is the first to cross zero along straight lines through the samples."""
     normals = [at.normal for at in samples]
     moments = [at.moment for at in samples if at.moment is not None]
-    best = _ending(Status.LIFT_OFF, normals)
-    if moments:
-        margins = _edge_margins(system, normals, moments)
-        best = _ending(fall_under(system.model, normals[2]), margins)
+    ends: list[tuple[Any, list[Array]]] = [(Status.LIFT_OFF, normals)]
+    if moments:  # (edge - zero-moment point) times normal force [N m], of the edge left first
+        off_in_middle = _off_foot(system.model, normals[1], moments[1])
+        forwards = jnp.where(off_in_middle, moments[1], moments[2]) > 0
+        edge = jnp.where(forwards, system.model.toe, system.model.heel)
+        sign = jnp.where(forwards, 1.0, -1.0)
+        margins = [edge * N - sign * moment for N, moment in zip(normals, moments, strict=True)]
+        ends = [(fall_under(system.model, normals[2]), margins)]
     if not isinstance(system.drive, CrankMotion) and not isinstance(system.scene.floor, Grip):
-        best = _earlier(best, _ending(Status.NO_SOLUTION, [at.solvability for at in samples]))
+        ends.append((Status.NO_SOLUTION, [at.solvability for at in samples]))
     if system.max_rate is not None:
-        room = [system.max_rate - jnp.abs(at.crank_rate) for at in samples]
-        best = _earlier(best, _ending(Status.RUNAWAY, room))
-    return best
-
-
-def _edge_margins(system: System, normals: list[Array], moments: list[Array]) -> list[Array]:
-    """(Edge - zero-moment point) times normal force [N m], of the edge that is left first."""
-    toe, heel = system.model.toe, system.model.heel
-    off_in_middle = _off_foot(system.model, normals[1], moments[1])
-    forwards = jnp.where(off_in_middle, moments[1], moments[2]) > 0
-    edge, sign = jnp.where(forwards, toe, heel), jnp.where(forwards, 1.0, -1.0)
-    return [edge * force - sign * moment for force, moment in zip(normals, moments, strict=True)]
-
-
-def _ending(status: Status | Integer, margins: list[Array]) -> Ending:
-    start, middle, end = margins
-    return Ending(jnp.full_like(start, status, jnp.int32), (start, middle, end))
+        ends.append((Status.RUNAWAY, [system.max_rate - abs(at.crank_rate) for at in samples]))
+    return reduce(_earlier, [(jnp.full_like(of[0], why, jnp.int32), of) for why, of in ends])
 
 
 def _earlier(one: Ending, other: Ending) -> Ending:
     """The earlier end, by straight lines through the half step in which the first sign changes."""
-    by_middle = (one.margins[1] < 0) | (other.margins[1] < 0)
-
-    def half(ending: Ending) -> tuple[Array, Array]:
-        start, middle, end = ending.margins
-        return jnp.where(by_middle, start, middle), jnp.where(by_middle, middle, end)
-
-    (before, after), (before_other, after_other) = half(one), half(other)
+    by_middle = (one[1][1] < 0) | (other[1][1] < 0)
+    (before, after), (before_other, after_other) = (
+        (jnp.where(by_middle, start, middle), jnp.where(by_middle, middle, end))
+        for _, (start, middle, end) in (one, other)
+    )
     sooner: Flag = before * after_other >= before_other * after
     return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)
