@@ -32,7 +32,6 @@ and worst. costs: ground, index of the setting, poses at once, processor seconds
 """
 GROUNDS = ("closed", "waves", "spline", "function")
 """Kinds of ground: a closed form, a sum of waves, a spline or table, a user's function."""
-PLACES = ("near", "far")
 NEAR, FAR = 100.0, 20_000.0
 """Limits of near and far ground, in wheel radii from the origin: beyond FAR nothing is measured.
 Rounding grows with the coordinates."""

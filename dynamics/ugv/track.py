@@ -51,11 +51,6 @@ if TYPE_CHECKING:
     from stickslip.dynamics.ugv.ground.shapes import Profile
 
 
-@partial(jax.jit, inline=True)
-def _profile(shape: shapes.Shape, x: Number) -> Profile:
-    return shape.profile(x)
-
-
 def _constructor(kind: type[Any]) -> Callable[..., Track]:
     """`Track.bump` and the like: the shape's numbers, and start and end [m]."""
 
@@ -84,9 +79,10 @@ class Track:
     end: Numeric
     surface: Surface | None = None
 
+    @partial(jax.jit, inline=True)
     def profile(self, x: Real[Number, "..."]) -> Profile:
         """Height f [m], slope f' [-] and second derivative f'' [1/m] at each x [m], any shape."""
-        return _profile(self.shape, x)
+        return self.shape.profile(x)
 
     def height(self, x: Real[Number, "..."]) -> Float[Array, "..."]:
         """f(x) [m]."""

@@ -318,10 +318,6 @@ def _refine(
     size = size_near(chord.ground, chord.wheelbase, chord.radius)
     stop = solver.gap(chord.wheelbase.dtype, 4) * size
 
-    def more(carry: tuple[jax.Array | int, Search]):
-        count, (*_, done) = carry
-        return (count < MOST_ITERATIONS) & ~jnp.all(done)
-
     def narrow(carry: tuple[jax.Array | int, Search]) -> tuple[jax.Array | int, Search]:
         count, (x, far, near, before, done) = carry
         following, far, near, gap = _narrowed(chord, x, far, near)
@@ -333,7 +329,10 @@ def _refine(
 
     done = jnp.zeros(jnp.shape(guess), bool)
     start = (guess, *bracket, jnp.full_like(guess, jnp.inf), done)
-    return jax.lax.while_loop(more, narrow, (0, start))[1][0]
+    _, found = jax.lax.while_loop(
+        lambda carry: (carry[0] < MOST_ITERATIONS) & ~jnp.all(carry[1][-1]), narrow, (0, start)
+    )
+    return found[0]
 
 
 def _scan(chord: Chord, front: WheelContact, low: Values, solver: PoseSolver) -> Values:

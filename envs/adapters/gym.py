@@ -132,7 +132,14 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if isinstance(options, Mapping):
             given = {name: value for name, value in options.items() if name != "reset_mask"}
             require_known(given, ("reset_mask", *self.functional.option_names), "option of reset")
-        params, mask = self._episode_params(given), self._reset_mask(options)
+        params, mask = self._episode_params(given), (options or {}).get("reset_mask")
+        if mask is not None:
+            mask = np.asarray(mask)
+            if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
+                raise ValueError(
+                    f"reset_mask of shape {mask.shape} and type {mask.dtype}; accepted: booleans "
+                    f"[{self.num_envs}], at least one true"
+                )
         self._seed(seed, mask)
         obs = self._envs.reset(mask, params).astype(np.float32)
         if mask is not None and self._obs is not None:
@@ -200,18 +207,6 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self._seeded = True
         if any(one is not None for one in given):
             self._envs.seed(given)
-
-    def _reset_mask(self, options: dict[str, Any] | None) -> np.ndarray | None:
-        mask = (options or {}).get("reset_mask")
-        if mask is None:
-            return None
-        mask = np.asarray(mask)
-        if mask.shape != (self.num_envs,) or mask.dtype != bool or not mask.any():
-            raise ValueError(
-                f"reset_mask of shape {mask.shape} and type {mask.dtype}; accepted: booleans "
-                f"[{self.num_envs}], at least one true"
-            )
-        return mask
 
 
 def _masked(columns: dict[str, np.ndarray], mask: np.ndarray) -> dict[str, np.ndarray]:

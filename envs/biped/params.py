@@ -203,8 +203,7 @@ def _same_number(one: pytrees.Numeric | None, other: pytrees.Numeric | None) -> 
     """True if two payloads are known to be the same: one object, or equal in value and shape."""
     if one is None or other is None or not checks.is_concrete(one, other):
         return one is other
-    same = np.shape(one) == np.shape(other)
-    return same and bool(np.all(np.asarray(one) == np.asarray(other, np.asarray(one).dtype)))
+    return np.array_equal(np.asarray(one), np.asarray(other, np.asarray(one).dtype))
 
 
 CONTROL_PERIOD = 0.02

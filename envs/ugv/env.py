@@ -39,8 +39,6 @@ MAX_COST = 10.0
 """Clip of the worst value so far, in units of `penalty_for`."""
 MAX_FRICTION = 10.0
 """Clip of the friction coefficient ahead [-]."""
-OPTIONS = ("start_angles",)
-"""Options of a reset."""
 
 
 def _track(track: Any) -> Any:
@@ -148,7 +146,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
 
     action_names = ("rear leg rate", "front leg rate")
     params_kind = UGVEnvParams
-    option_names = OPTIONS
+    option_names = ("start_angles",)
     readers: ClassVar = {
         "track": _track,
         "randomisation": _ranges,
@@ -336,7 +334,6 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         if params.max_torque is not None:
             left = jnp.min(jnp.stack(criteria.torque_left(station, params.max_torque)), 0)
             status = jnp.where((status == Status.OK) & (left < 0), Status.OVERLOAD, status)
-        status = status.astype(jnp.int32)
-        station = station._replace(status=status)
+        station = station._replace(status=status.astype(jnp.int32))
         attitude = episode.Attitude(placed.pitch, placed.rear.slope_angle, placed.front.slope_angle)
         return station, attitude

@@ -110,9 +110,8 @@ class RandomTrack:
             level = jnp.exp(uniform(keys[3], (low, high), dtype))
             waves = rough_waves(keys[4], level, waves=self.waves)
 
-            def both(x: Array):
-                y, dy, d2y = (a + b for a, b in zip(waves.profile(x), bump.profile(x), strict=True))
-                return y, dy, d2y
+            def both(x: Array) -> Any:
+                return jax.tree.map(jnp.add, waves.profile(x), bump.profile(x))
 
             shape = hermite_table(both, start, end, self.pieces)
         track = Track(shape, start, end, self._surface(key, start, dtype))

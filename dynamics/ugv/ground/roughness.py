@@ -118,4 +118,4 @@ def rough_table(key: Array, roughness: float, start: float, end: float) -> Splin
     ends: list[Any] = [start, end]
     if not is_concrete(drawn):
         ends = [jnp.asarray(at, float_type(drawn)) for at in ends]
-    return hermite_table(drawn.profile, *ends, pieces)
+    return hermite_table(drawn.profile, ends[0], ends[1], pieces)

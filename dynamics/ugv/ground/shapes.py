@@ -77,21 +77,18 @@ class Closed:
 
     def near(self, base: Numeric, u: Numeric) -> tuple[tuple, Any, Any]:
         """Parts of the height, slope and second derivative at base + u [m]; see `parts_of`."""
-        return self._near(*as_floats(base, u, *self._numbers()))
+        return self._near(*as_floats(base, u, *_numbers_of(self).values()))
 
     def greatest_bend(self, radius: Values | float) -> Values | None:
         """A number that the second derivative exceeds nowhere [1/m]; infinite or None: not known.
         radius: of the wheel [m]."""
-        return self._greatest_bend(*as_floats(radius, *self._numbers()))
+        return self._greatest_bend(*as_floats(radius, *_numbers_of(self).values()))
 
     def profile(self, x: Numeric) -> Profile:
         """Height [m], slope [-] and second derivative [1/m] at each x [m]."""
         (x,) = as_floats(x)
         parts, slope, second = self.near(x, jnp.zeros_like(x))
         return sum(parts), slope, second  # pyright: ignore[reportReturnType]
-
-    def _numbers(self) -> list[Numeric]:
-        return [getattr(self, name) for name in _numbers_of(self)]
 
     def _near(self, *numbers: Any, **named: Any) -> Any:
         """`near` of base, u and the fields, all in one floating type."""
@@ -109,20 +106,21 @@ def require_ends(start: Numeric, end: Numeric) -> None:
         raise ValueError(f"start = {shown(start)}, end = {shown(end)}; accepted: start < end [m]")
 
 
-def _numbers_of(shape: Any) -> list[str]:
-    """Names of the fields that are numbers."""
-    return [one.name for one in fields(shape) if not one.metadata.get("static")]
+def _numbers_of(shape: Any) -> dict[str, Numeric]:
+    """The fields that are numbers."""
+    names = (one.name for one in fields(shape) if not one.metadata.get("static"))
+    return {name: getattr(shape, name) for name in names}
 
 
 def require_numbers(shape: Shape) -> None:
     """Raise ValueError unless every field is finite, and > 0 where the class says so."""
     length: dict[str, Any] = {"low": 0.0, "strict": True, "accepted": "a finite length > 0 [m]"}
     number: dict[str, Any] = {"accepted": "a finite number"}
-    for name in _numbers_of(shape):
-        value, positive = getattr(shape, name), name in getattr(shape, "POSITIVE", ())
+    positive = getattr(shape, "POSITIVE", ())
+    for name, value in _numbers_of(shape).items():
         if isinstance(value, list | tuple | dict):
             raise ValueError(f"{name} = {shown(value)}; accepted: a number, or an array of them")
-        require_number(name, value, **(length if positive else number))
+        require_number(name, value, **(length if name in positive else number))
 
 
 @pytree_dataclass

@@ -118,16 +118,15 @@ class Spline(Closed):
         polynomials overflow it."""
         if not checks.is_concrete(self.knots, self.rests, self.coefficients):
             return
+        knots, rests = (np.asarray(v, np.float64) for v in (self.knots, self.rests))
         with np.errstate(over="ignore"):
             rows = np.asarray(self.coefficients).astype(dtype)
+            narrow = (knots + rests).astype(dtype)
         if not np.all(np.isfinite(rows)):
             raise ValueError(
                 f"the spline overflows {np.dtype(dtype).name}; accepted: points farther apart or "
                 "nearer in height, or double precision (jax_enable_x64)"
             )
-        knots, rests = (np.asarray(v, np.float64) for v in (self.knots, self.rests))
-        with np.errstate(over="ignore"):
-            narrow = (knots + rests).astype(dtype)
         same = np.flatnonzero(~(narrow[..., 1:] > narrow[..., :-1]))
         if same.size and knots.ndim == 1:
             i = int(same[0]) + 1
