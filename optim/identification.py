@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -67,6 +68,8 @@ PRIOR, FREE = 3.0, 10.0
 """Factors of the unknowns' deviations for the next round, and for the intervals."""
 LAST = 48
 """Frictions tried for an interval."""
+MISFIT = itemgetter(0)
+"""Of a stage."""
 FIT = 1.5
 """Mean square of the relative innovations above which the model does not explain a log."""
 
@@ -231,11 +234,11 @@ class _Search:
         """
         start, stages = (self.means, self.spread), []
         for first in FIRST:
-            if stages and likeliest(stages)[2][2] == DISTURBANCES[-1]:
+            if stages and min(stages, key=MISFIT)[2][2] == DISTURBANCES[-1]:
                 break
             self.means, self.spread = start
             stages += self.stages(first, bar)
-        _, (self.means, self.spread), found = likeliest(stages)
+        _, (self.means, self.spread), found = min(stages, key=MISFIT)
         return found
 
     def stages(self, first: int, bar: Bar) -> list[tuple[float, Any, Any]]:
@@ -253,7 +256,7 @@ class _Search:
                 tried = self.tried(points, disturbance)
                 bar.advance()
             least = float(tried.last.misfit[0])
-            if stages and least > likeliest(stages)[0] + HOPELESS:
+            if stages and least > min(stages, key=MISFIT)[0] + HOPELESS:
                 break
             stages.append((least, known, (tried.points[0], C, float(disturbance))))
         return stages
@@ -335,11 +338,6 @@ class _Search:
             first = int(np.max(np.flatnonzero(~(misfit <= most)), initial=-1)) + 1
             low, high = logs[max(first - 1, 0)], logs[min(first, MEMBERS - 1)]
         return float(np.exp(high))
-
-
-def likeliest(stages: list[tuple[float, Any, Any]]) -> tuple[float, Any, Any]:
-    """The stage of the least misfit."""
-    return min(stages, key=lambda stage: stage[0])
 
 
 def within_range(points: np.ndarray) -> np.ndarray:

@@ -459,8 +459,6 @@ def positive(torque: Polynomials, h: Float[np.ndarray, "n K"]) -> float:
 def _rested(grid: Grid, b: np.ndarray) -> np.ndarray:
     """b without rounding errors at rest."""
     b = b.copy()
-    if grid.from_rest:
-        b[0, 0] = 0.0
-    if grid.to_rest:
-        b[-1, -1] = 0.0
+    for end, _ in grid.rests:
+        b[end, end] = 0.0
     return b

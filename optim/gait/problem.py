@@ -156,12 +156,15 @@ class GaitProblem(Problem[GaitResult]):
         grid = Grid(self.steps_taken, self.cells, from_rest, to_rest, self.end_phase)
         profiles = Profiles(self.params, self.__dict__["_robot"], grid)
         cap, most, asked = self.max_rate, self.torque_limit, self.mean_rate
-        cap = CAP * profiles.nodes.lift_off_rate if cap is None else float(cap)
+        lift_off = profiles.nodes.lift_off_rate
+        cap = CAP * lift_off if cap is None else float(cap)
+        # It carries the robot and swings it at that rate.
+        swing = profiles.nodes.torque_unit + float(np.max(profiles.nodes.M)) * lift_off**2
         return GridProblem(
             profiles,
             self.goal,
             mu=self.__dict__["_friction"],
-            torque=TORQUES * profiles.nodes.swing_torque if most is None else float(most),
+            torque=TORQUES * swing if most is None else float(most),
             motor=most is not None,
             min_normal=float(self.min_normal),
             zmp=self.zmp,

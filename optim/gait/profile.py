@@ -54,6 +54,11 @@ class Grid:
     end: float | None = None
 
     @property
+    def rests(self) -> list[tuple[int, int]]:
+        """Ends of the walk at rest: index in both axes, and direction of time from there."""
+        return [(0, 1)] * int(self.from_rest) + [(-1, -1)] * int(self.to_rest)
+
+    @property
     def turn(self) -> float:
         """Crank angle of the whole walk [rad]."""
         return np.pi * self.steps if self.end is None else np.pi * (self.steps - 1) + self.end
@@ -200,12 +205,6 @@ class Profile:
     def torque_unit(self) -> float:
         """A torque of the robot's own size [N m]: its weight on a crank's length."""
         return self.robot.weight * self.robot.crank
-
-    @property
-    def swing_torque(self) -> float:
-        """A torque that carries and swings the robot at that rate [N m]."""
-        rate = self.lift_off_rate
-        return self.torque_unit + float(np.max(self.M)) * rate**2
 
 
 class Rows(NamedTuple):

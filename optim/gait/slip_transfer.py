@@ -163,7 +163,8 @@ def _to_mark(
 ) -> SlipTransfer:
     """The best walk on half the cells, then close to it on all; one with end_phase is moved until
     the centre of mass stops where it should."""
-    moved, off = problem, 0.0
+    found: Any = None
+    moved, mark, ahead = problem, np.nan, np.nan
     for i in range(MARKS + 1):
         found = _Search(moved, mu_kinetic, cells // 2).walk(reserve, bar)
         found = _Search(moved, mu_kinetic, cells).walk(reserve, bar, found)

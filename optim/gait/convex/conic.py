@@ -34,7 +34,6 @@ from stickslip.optim.problem import Ended, OptimStatus
 if TYPE_CHECKING:
     from stickslip.optim.gait.convex.grid_problem import GridProblem, Numbers
     from stickslip.optim.gait.problem import GaitProblem
-    from stickslip.optim.gait.profile import Grid
 
 GAP = 1e-6
 """Gap between value and bound, relative to the value or to a twentieth of the objective's size, up
@@ -411,24 +410,16 @@ def too_slow(problem: GridProblem, gait: Gait) -> np.ndarray:
     limit's size; in a cell at rest of the b that the acceleration there leads to."""
     grid, least = gait.grid, lowest(gait.grid, gait.a, gait.b)
     share = np.ones_like(least)
-    for rests, end, sign in _ends(grid):
-        if rests:
-            least[end, end] = sign * 2 * grid.h[end, end] * gait.a[end, end]
-            distance = np.abs(grid.theta[end] - grid.theta[end, end])
-            nearer = np.minimum(distance[:-1], distance[1:])
-            nearer[end] = grid.h[end, end]
-            share[end] = np.minimum(share[end], nearer / STARTED)
+    for end, sign in grid.rests:
+        least[end, end] = sign * 2 * grid.h[end, end] * gait.a[end, end]
+        distance = np.abs(grid.theta[end] - grid.theta[end, end])
+        nearer = np.minimum(distance[:-1], distance[1:])
+        nearer[end] = grid.h[end, end]
+        share[end] = np.minimum(share[end], nearer / STARTED)
     size = problem.rows_between.size[-1]
-    asked = np.inf
-    if problem.longest is not None:
-        asked = grid.turn / problem.longest
+    asked = np.inf if problem.longest is None else grid.turn / problem.longest
     floor = min(MOVING * problem.profiles.nodes.lift_off_rate, QUARTER * asked) ** 2
     return _at_nodes(floor * share - least).ravel() / size
-
-
-def _ends(grid: Grid) -> tuple[tuple[bool, int, int], ...]:
-    """Ends of the walk: at rest or not, index in both axes, and direction of time from there."""
-    return (grid.from_rest, 0, 1), (grid.to_rest, -1, -1)
 
 
 def _at_nodes(cells: np.ndarray) -> np.ndarray:
@@ -443,8 +434,8 @@ def _kept_moving(problem: GridProblem, gait: Gait, numbers: Numbers, slow: np.nd
     grid, row = gait.grid, problem.rows.names.index(STANDING)
     size = problem.rows_between.size[row]
     A, C, now = numbers.A.copy(), numbers.C.copy(), gait.b.ravel() / size
-    for rests, end, sign in _ends(grid):
-        if rests and slow[end] > 0:
+    for end, sign in grid.rests:
+        if slow[end] > 0:
             reach = sign * 2 * grid.h[end, end]
             now[end] = reach * gait.a[end, end] / size
             A[row, end] = -reach * problem.units.b / size

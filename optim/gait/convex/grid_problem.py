@@ -332,8 +332,8 @@ class GridProblem:
             return ()
         h, rate, unit = self.grid.h, np.sqrt(np.maximum(self.around, 0.0)), self.units
         rate = np.maximum(rate, self.torque_rate * np.min(h) / (2 * self.torque))
-        rate[0, 0] *= not self.grid.from_rest
-        rate[-1, -1] *= not self.grid.to_rest
+        for end, _ in self.grid.rests:
+            rate[end, end] = 0.0
         s = rate[:, :-1], rate[:, 1:]
         most = 2 * self.torque_rate * h / (s[0] + s[1]) / unit.torque
         slope = most / (s[0] + s[1]) * unit.b
