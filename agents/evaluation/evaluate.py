@@ -4,25 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-from stickslip.agents.evaluation import players, rollout
-from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say, joined
+from stickslip.agents.evaluation import rollout
+from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say
 from stickslip.agents.machine import machine_by_name, machine_of_env
-from stickslip.dynamics.checks import require_integer
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import UNKNOWN, Interval, Known, known_of
-from stickslip.optim.progress import say_stage
-from stickslip.records.files import require_folder, require_new, require_writable
-from stickslip.records.table import Content, with_unit
+from stickslip.records.table import with_unit
 
 if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State
+    from stickslip.agents.protocol import AnyEnv, Params, Player, State
     from stickslip.envs.functional import FunctionalEnv
-
-    Who: TypeAlias = Mapping[str, players.Named]
-    Played: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 EPISODES = 32
 SCORES = ("task_score", "gap")
@@ -143,67 +136,6 @@ def _evaluated(
             metrics = {name: metric(played) for name, (_, metric) in measures.columns.items()}
             rows.append(Row(scene, name, metrics, played))
     return Evaluation(tuple(rows), seeds, measures.columns)
-
-
-def evaluate_command(given: Options) -> Content:
-    """`stickslip evaluate`: print the tasks and the table, write the table if asked; return it."""
-    if given["episodes"] is not None:
-        require_integer("episodes", given["episodes"], high=rollout.MOST_EPISODES)
-    targets = []
-    if given["out"] is not None:
-        require_folder(given["out"])
-        targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
-    require_new(targets, given["overwrite"])
-
-    task = given.get("task")
-    named = players.read_named(given["who"], task and machine_by_name(task_by_name(task).machine))
-    if (task := players.common_task(named, given)) is None:
-        table, tasks = _on_places(named, given, targets)
-    else:
-        table, tasks = _on_task(task, named, given, targets)
-    print("\n" + table.to_text())
-    if targets:
-        table.write_csv(targets[0])
-        table.write_json(targets[1], {"tasks": tasks})
-        print("Written: " + ", ".join(map(str, targets)))
-    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, targets))}
-    return Content({"evaluation": table.as_table()}, about)
-
-
-def _running(line: str) -> None:
-    say_stage(f"running {line}")
-
-
-def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Played:
-    """All on a named task."""
-    who = players.players_on(task, named, given)
-    require_writable(written)
-    about = task_in_words(task)
-    print(about)
-    how = {name: given[name] for name in ("episodes", "shield", "program")}
-    table = evaluate_task(task, who, **how, progress=_running)
-    return table, {table.rows[0].scene: about}
-
-
-def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
-    """Each on its own task, as flags change it; those of one environment in one program."""
-    places = players.places_of(named, given)
-    require_writable(written)
-    players.require_one_table(places, players.machine_of(named))
-    parts = []
-    for place in places:
-        print(place.line())
-        for env in dict.fromkeys(place.who.values()):
-            own = {
-                name: named[name].player(env, place.params)
-                for name, its in place.who.items()
-                if its == env
-            }
-            env = env_with(env, given["shield"], given["program"])
-            parts.append((env, own, {place.label: place.params}))
-    how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
-    table = joined([evaluate(*part, **how) for part in parts], order=list(named))
-    return table, {place.label: place.line() for place in places}
 
 
 def task_in_words(name: str) -> str:

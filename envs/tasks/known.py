@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -201,6 +202,13 @@ def known_of(task: TaskDefinition) -> Known | None:
         assumed=content.get("assumed") and Bound(**content["assumed"]),
         cost_limit=task.cost_limit,
     )
+
+
+def episodes_digest(task: TaskDefinition) -> str:
+    """Digest of a task's definition and of its test episodes; "" where nothing was measured."""
+    known = known_of(task)
+    text = "" if known is None else f"{task.digest} test {known.episodes}"
+    return text and hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def threshold(task: TaskDefinition) -> float | None:

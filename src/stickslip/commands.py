@@ -52,10 +52,13 @@ COMMANDS = {
     ),
     "evaluate": Command(
         "compare policies and baselines in a table",
-        "agents.evaluation.evaluate:evaluate_command",
+        "agents.evaluation.command:evaluate_command",
         {
             "stickslip evaluate biped-ice crank-speed-pi": "a trained policy beside a baseline",
             "stickslip evaluate --task UGVBump-v1 level-body --json": "scores on a task, as JSON",
+            "stickslip evaluate --task all runs/ppo runs/mine --out ranking": (
+                "two methods, each a directory of runs, over all their tasks"
+            ),
         },
     ),
     "simulate": Command(

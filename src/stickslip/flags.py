@@ -104,7 +104,10 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     add = parser.add
     add("who POLICY", POLICY, nargs="+")
     add("--episodes", "for each (default: 32; of a task, those it was measured on)", type=int)
-    about = "a task of `stickslip tasks`, in place of the policies' own: with scores and the gap"
+    about = (
+        "a task of `stickslip tasks`, in place of the policies' own: with scores and the gap; all: "
+        "rank methods, each a directory of runs, a policy, a baseline or a results file"
+    )
     add("--task TASK", about)
     about = (
         "the biped's motor gives the nearest torque without slip or fall, with this margin (0.02)"
@@ -112,7 +115,10 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     add("--shield MARGIN", about, nargs="?", type=float, const=0.02)
     about = "compute the biped's motion in MuJoCo: both feet touch the floor and may lift"
     add("--in", about, dest="program", choices=("mujoco",))
-    add("--out DIR", "write evaluation.csv and .json there")
+    add(
+        "--out DIR",
+        "write evaluation.csv and .json there; of all tasks, ranking.md, .png and results files",
+    )
     add("--overwrite", "replace what is in --out", action="store_true")
     _add_scene(parser, many=True)
 

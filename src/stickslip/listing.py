@@ -8,7 +8,7 @@ from typing import Any
 
 from stickslip.agents.policy.file import Record, every_record, record_of
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.known import episodes_digest, known_of
 from stickslip.records.table import Column, Content, Table, with_unit
 
 SCORES = """
@@ -80,7 +80,7 @@ def _task_facts(task: TaskDefinition) -> Mapping[str, object]:
     """Everything, with scores beside the returns."""
     known = known_of(task)
     about = {"name": task.name, "id": task.id, "digest": task.digest, "machine": task.machine}
-    about |= asdict(task)
+    about |= {"test_episodes": episodes_digest(task), **asdict(task)}
     if known is None:
         return about | {"known": None}
     scored = (*known.baselines, *known.planners)

@@ -1,0 +1,138 @@
+"""`stickslip evaluate`: policies and baselines in a table, methods in a ranking."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from stickslip.agents.evaluation import players, ranking, results, rollout
+from stickslip.agents.evaluation.evaluate import (
+    EPISODES,
+    env_with,
+    evaluate,
+    evaluate_task,
+    task_in_words,
+)
+from stickslip.agents.evaluation.table import joined
+from stickslip.agents.machine import machine_by_name
+from stickslip.dynamics.checks import require_integer
+from stickslip.dynamics.lazily import require
+from stickslip.envs.tasks.definition import task_by_name
+from stickslip.optim.progress import say_stage
+from stickslip.records.files import require_folder, require_new, require_writable, write_whole
+from stickslip.records.table import Content
+
+if TYPE_CHECKING:
+    from stickslip.agents.evaluation.table import Evaluation
+    from stickslip.agents.protocol import Options
+
+    Who: TypeAlias = Mapping[str, players.Named]
+    Played: TypeAlias = tuple[Evaluation, dict[str, str]]
+
+ALL = "all"
+"""The --task that ranks methods over all tasks."""
+RANKING = ("ranking.md", "ranking.png")
+"""Files of a ranking, beside those of its methods."""
+CHANGES = ("episodes", "shield", "program")
+"""Options that change the episodes of a task or who acts on them."""
+
+
+def evaluate_command(given: Options) -> Content:
+    """`stickslip evaluate`: print the tasks and the table, write the table if asked; return it."""
+    if given["episodes"] is not None:
+        require_integer("episodes", given["episodes"], high=rollout.MOST_EPISODES)
+    if given["out"] is not None:
+        require_folder(given["out"])
+    if given.get("task") == ALL:
+        return rank(given)
+    targets = []
+    if given["out"] is not None:
+        targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
+    require_new(targets, given["overwrite"])
+
+    task = given.get("task")
+    named = players.read_named(given["who"], task and machine_by_name(task_by_name(task).machine))
+    if (task := players.common_task(named, given)) is None:
+        table, tasks = _on_places(named, given, targets)
+    else:
+        table, tasks = _on_task(task, named, given, targets)
+    print("\n" + table.to_text())
+    if targets:
+        table.write_csv(targets[0])
+        table.write_json(targets[1], {"tasks": tasks})
+        print("Written: " + ", ".join(map(str, targets)))
+    about = {"confidence": 0.95, "tasks": tasks, "files": list(map(str, targets))}
+    return Content({"evaluation": table.as_table()}, about)
+
+
+def _running(line: str) -> None:
+    say_stage(f"running {line}")
+
+
+def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Played:
+    """All on a named task."""
+    who = players.players_on(task, named, given)
+    require_writable(written)
+    about = task_in_words(task)
+    print(about)
+    how = {name: given[name] for name in CHANGES}
+    table = evaluate_task(task, who, **how, progress=_running)
+    return table, {table.rows[0].scene: about}
+
+
+def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
+    """Each on its own task, as flags change it; those of one environment in one program."""
+    places = players.places_of(named, given)
+    require_writable(written)
+    players.require_one_table(places, players.machine_of(named))
+    parts = []
+    for place in places:
+        print(place.line())
+        for env in dict.fromkeys(place.who.values()):
+            own = {
+                name: named[name].player(env, place.params)
+                for name, its in place.who.items()
+                if its == env
+            }
+            env = env_with(env, given["shield"], given["program"])
+            parts.append((env, own, {place.label: place.params}))
+    how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
+    table = joined([evaluate(*part, **how) for part in parts], order=list(named))
+    return table, {place.label: place.line() for place in places}
+
+
+def rank(given: Options) -> Content:
+    """Play every method's policies, each on its own task; print and write scores and aggregates."""
+    changes = [f"--{name}" for name in CHANGES if given[name] is not None]
+    if changes := [*changes, *players.given_flags(given)]:
+        raise ValueError(
+            f"{', '.join(changes)} with --task {ALL}, whose episodes are fixed; accepted: one or "
+            "the other"
+        )
+    methods, out = results.read_methods(given["who"]), given["out"] and Path(given["out"])
+    if out is not None:
+        files = [out / f"{one.name}{results.SUFFIX}" for one in methods]
+        require_writable([*files, *(out / name for name in RANKING)], given["overwrite"])
+        require("matplotlib", "the picture of a ranking")
+    before, methods = methods, results.replay(methods, say_stage)
+    found, differ = ranking.comparisons(methods), list(results.differences(before, methods))
+    print("\n" + "\n".join(one.terminal(grouped=True) for one in ranking.tables(methods, found)))
+    print(ranking.in_words(found), *differ, sep="\n")
+    written = [] if out is None else write_ranking(methods, found, out)
+    facts = {"aggregates": {one.machine: one.aggregates() for one in found}, "methods": methods}
+    facts |= {"differences": differ, "files": list(map(str, written))}
+    return Content(facts=facts)
+
+
+def write_ranking(
+    methods: Sequence[results.Method], found: Sequence[ranking.Comparison], out: Path
+) -> list[Path]:
+    """Write the results of each method, and RANKING; return the paths."""
+    paths = [results.write_results(one, out / f"{one.name}{results.SUFFIX}") for one in methods]
+    text, picture = (out / name for name in RANKING)
+    tables = "\n".join(table.markdown() for table in ranking.tables(methods, found))
+    paths.append(write_whole(text, f"{tables}\n{ranking.in_words(found)}\n"))
+    paths += [ranking.draw_profiles(found, picture)] if found else []
+    print("Written: " + ", ".join(map(str, paths)))
+    return paths

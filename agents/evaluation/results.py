@@ -1,0 +1,277 @@
+"""Results of methods over the named tasks: collected from runs and files, replayed, written."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.agents import untrusted
+from stickslip.agents.evaluation.evaluate import evaluate_task
+from stickslip.agents.evaluation.players import Named, read_named, require_observed
+from stickslip.agents.machine import machine_by_name, machine_of_baseline
+from stickslip.agents.policy.file import named_task_of, policy_path
+from stickslip.agents.policy.shipped import shipped_path
+from stickslip.agents.training import directory as runs
+from stickslip.dynamics.checks import shown
+from stickslip.envs.tasks.definition import TASKS, task_by_name
+from stickslip.envs.tasks.known import UNKNOWN, Interval, Known, episodes_digest, known_of
+from stickslip.records.files import write_whole
+from stickslip.records.table import json_text
+
+FORMAT, VERSION = "stickslip results", 1
+ACCEPTED = "a file of results as `stickslip evaluate --task all WHO ... --out DIR` writes it"
+SUFFIX = ".json"
+METHOD_NAME = re.compile(r"[\w+. -]{1,64}", re.ASCII)
+MOST_RESULTS = 10_000
+RULES = {
+    "task": untrusted.Rule(str, "name"),
+    "episodes": untrusted.Rule(
+        str, "digest of the task and of the episodes, see `episodes_digest`"
+    ),
+    "seed": untrusted.Rule(int, "of the training", low=0, optional=True),
+    "cost": untrusted.Rule(float, "mean of an episode", optional=True),
+    "failures": untrusted.Rule(float, "share of the episodes", low=0, high=1, optional=True),
+    "steps": untrusted.Rule(int, "of the training", low=0, optional=True),
+    "seconds": untrusted.Rule(float, "of the training, wall clock", low=0, optional=True),
+    "processor_seconds": untrusted.Rule(float, "of the training", low=0, optional=True),
+    "policy": untrusted.Rule(str, "its file", optional=True),
+}
+"""Rules of a result's entries; the others are its returns."""
+DIFFERENCE = 0.02
+"""Differences of a score between a file and the replay that are reported."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """One policy of a method on the test episodes of a task.
+
+    returns: of each episode, or their mean alone; empty before it is played. cost: mean of an
+    episode, None without a limit. failures: share of the episodes. seed, steps, seconds (wall
+    clock), processor_seconds (of all cores): of the training, None where there was none or it is
+    not known. policy: file, name in the package or baseline; None where only the returns are known.
+    replayed: played here.
+    """
+
+    task: str
+    returns: tuple[float, ...] = ()
+    cost: float | None = None
+    failures: float | None = None
+    seed: int | None = None
+    steps: int | None = None
+    seconds: float | None = None
+    processor_seconds: float | None = None
+    policy: str | None = None
+    replayed: bool = False
+
+    @property
+    def score(self) -> Interval:
+        """Score with its interval over the episodes; NaN over the cost limit."""
+        known = scale_of(self.task)
+        if not known.keeps(self.cost):
+            return Interval(UNKNOWN)
+        if len(self.returns) < known.episodes:
+            return Interval(known.scale.score(self.returns[0]))
+        return known.score(self.returns, range(known.episodes))
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is compared. about: algorithm, settings and machine in a sentence."""
+
+    name: str
+    results: tuple[Result, ...]
+    about: str = ""
+
+    def by_task(self) -> dict[str, list[Result]]:
+        """The results on each task."""
+        tasks = dict.fromkeys(one.task for one in self.results)
+        return {name: [one for one in self.results if one.task == name] for name in tasks}
+
+
+def scale_of(task: str) -> Known:
+    """Measurements of a task by name. ValueError where none are known."""
+    if (known := known_of(task_by_name(task))) is None:
+        raise ValueError(f"{task} was not measured; accepted: a task with a best known return")
+    return known
+
+
+def read_methods(given: Sequence[str]) -> list[Method]:
+    """The methods of names on a command line, not yet played: a directory with runs or policies is
+    one method, as is a policy, a baseline or a file of results.
+
+    ValueError for one that holds nothing, and for two methods of one name.
+    """
+    methods = list(map(_read_method, given))
+    names = [method.name for method in methods]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise ValueError(f"two methods are called {', '.join(twice)}; accepted: one of each name")
+    return methods
+
+
+def _read_method(given: str) -> Method:
+    path = Path(given)
+    if path.suffix == SUFFIX:
+        return read_results(path)
+    names = _policies_in(path) if path.is_dir() else [given]
+    if not names:
+        raise ValueError(f"{path} holds no policy; accepted: a run, or a directory of runs")
+    name = path.resolve().name if path.exists() else given
+    found = (one for who in names for one in _results_of(read_named([who])[who]))
+    return _named(Method(name, tuple(found)))
+
+
+def _policies_in(folder: Path) -> list[str]:
+    """The policies of all runs below a directory; or, where there are none, the files in it."""
+    found = [one for one in sorted(folder.rglob(runs.POLICY)) if _is_of_run(one)]
+    return list(map(str, found or sorted(folder.glob("*.npz"))))
+
+
+def _is_of_run(policy: Path) -> bool:
+    return policy.name == runs.POLICY and (policy.parent / runs.CONFIG).exists()
+
+
+def _results_of(named: Named) -> Iterator[Result]:
+    """What a policy is to be played on: its own task; a baseline, the tasks that it suits."""
+    if named.policy is None:
+        for task in TASKS:
+            if named.name in (one.policy for one in scale_of(task).baselines):
+                yield Result(task, policy=named.name)
+        return
+    if (task := named_task_of(named.metadata)) is None:
+        raise ValueError(
+            f"{named.name} was trained on no named task; accepted: policies of `stickslip train "
+            "MACHINE --task NAME`"
+        )
+    yield replace(Result(task.name, policy=named.name), **_training(policy_path(named.name)))
+
+
+def _training(path: Path) -> dict[str, Any]:
+    """Seed, steps and seconds of the run that a policy lies in."""
+    if not _is_of_run(path):
+        return {}
+    found: dict[str, Any] = {"seed": runs.read_config(path.parent).seed}
+    if checkpoints := runs.list_checkpoints(path.parent / "checkpoints"):
+        state = runs.read_state(checkpoints[-1])
+        found |= {"steps": state.timesteps, "seconds": state.seconds}
+    return found
+
+
+def read_results(path: Path) -> Method:
+    """The method in a file of results; its policies lie beside it. ValueError naming the file and
+    what is wrong with it."""
+    with untrusted.reading(path, ACCEPTED):
+        content = untrusted.parse_json(untrusted.read_text(path), "it")
+        content = untrusted.require_head(content, FORMAT, VERSION, "a file of results")
+        rows = content.get("results")
+        if not isinstance(rows, list) or not 0 < len(rows) <= MOST_RESULTS:
+            raise untrusted.RefusedError(f"results is no list of 1 to {MOST_RESULTS}")
+        method, about = (content.get(name, "") for name in ("method", "about"))
+        if not isinstance(method, str) or not isinstance(about, str):
+            raise untrusted.RefusedError("method and about are no texts")
+        found = (_result(row, path.parent) for row in rows)
+        return _named(Method(method, tuple(found), " ".join(about.split())))
+
+
+def _named(method: Method) -> Method:
+    if METHOD_NAME.fullmatch(method.name) is None or method.name.startswith("."):
+        raise ValueError(
+            f"method = {shown(method.name)}; accepted: up to 64 letters, digits, spaces, _, +, - "
+            "and ."
+        )
+    return method
+
+
+def _result(row: untrusted.Json, folder: Path) -> Result:
+    if not isinstance(row, dict):
+        raise untrusted.RefusedError(f"the result {shown(row)} is no object")
+    given = {name: None for name, rule in RULES.items() if rule.optional} | row
+    returns = given.pop("returns", [])
+    found = untrusted.require_entries(given, RULES)
+    task = found["task"] = task_by_name(found["task"]).name
+    if (digest := found.pop("episodes")) != (here := episodes_digest(TASKS[task])):
+        raise untrusted.RefusedError(
+            f"its episodes of {task} are {shown(digest)}, here {here}: of another version"
+        )
+    count, policy = scale_of(task).episodes, found.pop("policy")
+    if not isinstance(returns, list) or len(returns) not in (1, count, 0 if policy else 1):
+        raise untrusted.RefusedError(
+            f"its returns on {task} are {shown(returns)}, not of {count} episodes or their mean"
+        )
+    rule = untrusted.Rule(float, "of an episode")
+    numbers = tuple(rule.require("returns", one) for one in returns)
+    if policy is not None and not _is_name(policy):
+        path = folder / policy
+        policy = None if numbers and not path.exists() else str(path)  # nothing to play
+    return Result(returns=numbers, policy=policy, **found)
+
+
+def _is_name(policy: str) -> bool:
+    """True for a policy of the package and for a baseline."""
+    return shipped_path(policy) is not None or machine_of_baseline(policy) is not None
+
+
+def replay(methods: Sequence[Method], say: Callable[[str], None]) -> list[Method]:
+    """Play every policy at hand on its task's test episodes; say: called with a line before."""
+    played: dict[Result, Result] = {}
+    for task in TASKS:
+        found = [one for each in methods for one in each.results if one.task == task and one.policy]
+        if found:
+            played |= _replayed(task, list(dict.fromkeys(found)), say)
+    return [
+        replace(method, results=tuple(played.get(one, one) for one in method.results))
+        for method in methods
+    ]
+
+
+def _replayed(
+    task: str, results: Sequence[Result], say: Callable[[str], None]
+) -> dict[Result, Result]:
+    """Results on a task by what they were before."""
+    (env, params), machine = TASKS[task].make(), machine_by_name(TASKS[task].machine)
+    who = {}
+    for policy in dict.fromkeys(str(one.policy) for one in results):
+        who[policy] = read_named([policy], machine)[policy].player(env, params)
+        require_observed(who[policy], policy, env, params, task)
+    table, limited = evaluate_task(task, who, progress=say), scale_of(task).cost_limit is not None
+    found = {}
+    for before in results:
+        row = table.row(task, str(before.policy))
+        found[before] = replace(
+            before,
+            returns=tuple(map(float, row.episodes.reward)),
+            cost=row.metrics["cost"].value if limited else None,
+            failures=float(np.mean(row.episodes.fell)),
+            replayed=True,
+        )
+    return found
+
+
+def differences(before: Sequence[Method], after: Sequence[Method]) -> Iterator[str]:
+    """A line for each score that a replay changed by more than DIFFERENCE."""
+    for old, new in zip(before, after, strict=True):
+        for one, other in zip(old.results, new.results, strict=True):
+            told, earned = (each.score.value if one.returns else 0.0 for each in (one, other))
+            if not np.isclose(told, earned, 0.0, DIFFERENCE, equal_nan=True):
+                yield (
+                    f"{old.name}: {one.policy} on {one.task} scores {told:z.3f} by its file and "
+                    f"{earned:z.3f} in the replay, which counts"
+                )
+
+
+def write_results(method: Method, path: Path) -> Path:
+    """Write a method's results as JSON; policies by their way from there."""
+    rows = []
+    for one in method.results:
+        row = {**asdict(one), "episodes": episodes_digest(TASKS[one.task])}
+        if one.policy is not None and not _is_name(one.policy):
+            row["policy"] = os.path.relpath(policy_path(one.policy), path.parent)
+        del row["replayed"]
+        rows.append(row)
+    head = {"format": FORMAT, "version": VERSION, "method": method.name, "about": method.about}
+    return write_whole(path, json_text(head | {"results": rows}))
