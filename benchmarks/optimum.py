@@ -23,7 +23,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.report import options
-from benchmarks.tasks import VALUE_ITERATION, entry, put
+from benchmarks.tasks import VALUE_ITERATION, entry, put, with_planner
 from stickslip.agents.evaluation.rollout import horizon, play, without_resets
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.protocol import Memoryless
@@ -425,17 +425,9 @@ def with_row(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
     earned, finely = (row["return"] for row in rows)
     print(f"{task.name}: {earned}, in finer steps {finely}", flush=True)
     lost = (earned - finely) / (earned - before["trivial"]["return"])
-    row, best = rows[lost > MOST_LOST], before["best"]
-    if best["policy"] == VALUE_ITERATION and best["return"] >= row["return"]:
-        return before
-    planners = [one for one in before["planners"] if one["policy"] != VALUE_ITERATION]
-    if best["return"] >= row["return"]:
-        return {**before, "planners": [*planners, row]}
-    if best["policy"] != VALUE_ITERATION and best not in before["baselines"]:
-        planners.append(best)
     how = f"value iteration over {policy.walk.grid.size} nodes and {ACTIONS} torques on a step in "
     how += f"{FINER} parts, looking {AHEAD} steps ahead; it sees what the reset drew"
-    return {**before, "planners": planners, "best": row, "how": how}
+    return with_planner(before, rows[lost > MOST_LOST], how)
 
 
 def main(arguments: list[str]) -> None:

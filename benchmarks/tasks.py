@@ -285,6 +285,22 @@ def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
     }
 
 
+def with_planner(before: dict[str, Any], row: dict[str, Any], how: str) -> dict[str, Any]:
+    """A task's entry with a row among its planners, or as the best known where it earned most.
+
+    how: where the row came from.
+    """
+    best, own = before["best"], row["policy"]
+    if best["policy"] == own and best["return"] >= row["return"]:
+        return before
+    planners = [one for one in before["planners"] if one["policy"] != own]
+    if best["return"] >= row["return"]:
+        return {**before, "planners": [*planners, row]}
+    if best["policy"] != own and best not in before["baselines"]:
+        planners.append(best)
+    return {**before, "planners": planners, "best": row, "how": how}
+
+
 def put(name: str, entry: dict[str, Any], path: Path = FILE) -> None:
     """Write a task's entry beside the others; those of tasks that are no more go."""
     read_known.cache_clear()

@@ -68,9 +68,9 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     | --- | --- | --- | --- |
     | cos 2 theta, of the supporting leg's crank angle | - | [-1, 1] | always |
     | sin 2 theta | - | [-1, 1] | always |
-    | crank rate | rad/s | +- `max_crank_rate` | always |
-    | velocity of the foot over the floor | m/s | +- 10, clipped | always |
-    | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | always |
+    | crank rate | rad/s | +- `max_crank_rate` | `see_motion` |
+    | velocity of the foot over the floor | m/s | +- 10, clipped | `see_motion` |
+    | sticking: 1 while the foot is at rest on the floor, else 0 | - | {0, 1} | `see_motion` |
     | commanded mean crank rate | rad/s | [0, `max_crank_rate`] | always |
     | distance of the mark ahead of the centre of mass | m | +- 10, clipped | `mark` |
     | distance to the next patch of floor ahead | m | [0, 10], 10 if none | `see_patch`, patches |
@@ -79,7 +79,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     | kinetic friction coefficient under the foot | - | [0, 10] | `see_friction` |
 
     All functions of the angle have period pi, since the legs take turns: hence 2 theta. Friction is
-    hidden by default.
+    hidden by default, motion (`see_motion`) is seen; without it an encoder's angle is all.
 
     ## Reward
     The sum of these rates, times the control period. A perfect episode of 10 s earns about 10 times
@@ -124,12 +124,12 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     the ankle], final_obs, autoreset. Of the episode so far: episode_return, episode_length [steps],
     episode_walked and episode_slid [m], episode_energy [J], episode_mean_rate [rad/s].
 
-    Static choices: autoreset, see_friction, see_patch; shield, a margin (0.02) with which the
-    nearest torque without slip or fall is applied (`safe_torque`; it knows the floor and the
-    masses, and info["shield"] is its status); and speed against accuracy, either by the
-    setting ("fast", "balanced", "exact" or a Setting, whose dt is the integrator's longest step in
-    the standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of
-    the integrator in a control step and the switches located in it (max_events). Version 0.
+    Static choices: autoreset, see_friction, see_patch, see_motion; shield, a margin (0.02) with
+    which the nearest torque without slip or fall is applied (`safe_torque`; it knows the floor and
+    the masses, and info["shield"] is its status); and speed against accuracy, either by the setting
+    ("fast", "balanced", "exact" or a Setting, whose dt is the integrator's longest step in the
+    standard control period of 0.02 s), or by fidelity of the inertia functions, substeps of the
+    integrator in a control step and the switches located in it (max_events). Version 0.
     """
 
     setting: str | Setting | None = None
@@ -140,6 +140,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     see_friction: bool = False
     see_patch: bool = False
     shield: float | None = field(default=None, repr=False)  # a task's digest is of the repr
+    see_motion: bool = field(default=True, repr=False)
 
     action_names = ("torque",)
     params_kind = BipedEnvParams
@@ -161,7 +162,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
                     f"setting = {self.setting!r} beside fidelity, substeps, max_events = "
                     f"{by_hand}; accepted: a setting alone, or these without a setting"
                 )
-        for name in ("see_friction", "see_patch"):
+        for name in ("see_friction", "see_patch", "see_motion"):
             require_kind(name, getattr(self, name), bool, "True or False")
         if self.shield is not None:
             accepted = "None, or a share from 0 up to 1"
@@ -311,8 +312,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     def observation_bounds(self, params):
         """See FunctionalEnv; entries as in the class docstring."""
         fastest = float(np.max(np.asarray(params.max_crank_rate)))
-        rows = [(-1, 1), (-1, 1), (-fastest, fastest), (-MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY)]
-        rows += [(0, 1), (0, fastest)]
+        motion = [(-fastest, fastest), (-MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY), (0, 1)]
+        rows = [(-1, 1), (-1, 1), *(motion if self.see_motion else ()), (0, fastest)]
         rows += [] if params.mark is None else [(-MAX_SIGHT, MAX_SIGHT)]
         if self.see_patch and isinstance(params.scene.floor, Patches):
             rows += [(0, MAX_SIGHT), (0, MAX_FRICTION)]
@@ -327,14 +328,14 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         biped = state.biped
         dtype = state.biped.crank_rate.dtype
         fastest = params.max_crank_rate
-        entries = [
-            jnp.cos(2 * biped.phase),
-            jnp.sin(2 * biped.phase),
-            jnp.clip(biped.crank_rate, -fastest, fastest),
-            jnp.clip(biped.foot_velocity, -MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY),
-            jnp.where(state.mode == 0, 1.0, 0.0),
-            jnp.minimum(state.drawn.mean_rate, fastest),
-        ]
+        entries = [jnp.cos(2 * biped.phase), jnp.sin(2 * biped.phase)]
+        if self.see_motion:
+            entries += [
+                jnp.clip(biped.crank_rate, -fastest, fastest),
+                jnp.clip(biped.foot_velocity, -MAX_FOOT_VELOCITY, MAX_FOOT_VELOCITY),
+                jnp.where(state.mode == 0, 1.0, 0.0),
+            ]
+        entries += [jnp.minimum(state.drawn.mean_rate, fastest)]
         if state.to_go is not None:
             entries += [jnp.clip(state.to_go, -MAX_SIGHT, MAX_SIGHT)]
         entries += self._sight(state, params)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
-from stickslip.envs import BipedEnv, BipedEnvParams
+from stickslip.envs import BipedEnv, BipedEnvParams, Randomisation
 from tests.envs.helpers import actions, options, rollout, task
 
 ALL = [("default", 0.2), ("patches", 0.25)]
@@ -129,6 +129,17 @@ def test_sight_adds_its_entries_only_where_there_is_something_to_see(
     low, high = env.observation_bounds(params)
     assert obs.shape == step[0].shape == step[5]["final_obs"].shape == low.shape == high.shape
     assert obs.shape == (size,)
+
+
+def test_an_encoder_alone_sees_the_angle_the_command_and_the_floor():
+    env, key = BipedEnv(see_patch=True, see_motion=False), jax.random.key(3)
+    params = env.make_params(scene=FLOORS["patches"], randomisation=Randomisation(phase=(2.0, 4.0)))
+    whole = replace(env, see_motion=True)
+    seen, every = env.reset(key, params)[0], whole.reset(key, params)[0]
+    np.testing.assert_array_equal(seen, np.delete(every, [2, 3, 4]))
+    bounds = zip(env.observation_bounds(params), whole.observation_bounds(params), strict=True)
+    for ours, theirs in bounds:
+        np.testing.assert_array_equal(ours, np.delete(theirs, [2, 3, 4]))
 
 
 @pytest.mark.parametrize("name", ["default", "random", pytest.param("one", marks=pytest.mark.long)])
