@@ -145,7 +145,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
     grounds = [stages.ground_of(system, *motion) for motion in motions]
     ending = stages.first_ending(system, grounds)
-    event = _event(spec, system, walk, begun, first, samples, ending, taken)
+    event = _event(spec, system, _Tried(walk, begun, first, samples, ending, taken))
     reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
     status = stages.status_at(system, walk, first, grounds[0], step, reached)
     if isinstance(spec, EventExact):
@@ -194,28 +194,37 @@ def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> 
     return stages.Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
-def _event(
-    spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, ending, taken
-) -> stages.Event:
+class _Tried(NamedTuple):
+    """A step whose events are looked for."""
+
+    walk: Walk
+    begun: stages.Beginning
+    first: Motion
+    samples: stages.Samples
+    ending: stages.Ending
+    taken: stages.Taken
+
+
+def _event(spec: RK4Split | EventExact, system: System, tried: _Tried) -> stages.Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    kind, crossing = _first_event(spec, system, walk, begun, first, samples, ending, taken)
+    walk, begun, _, samples, ending, taken = tried
+    kind, crossing = _first_event(spec, system, tried)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
     if isinstance(spec, EventExact) and not isinstance(system.scene.floor, Grip):
         at_once |= is_noise(system, walk, begun, samples, taken)
     happens = at_once | (crossing.time < jnp.inf)
     kind = jnp.where(at_once, walk.target, kind)
     time = jnp.where(happens, jnp.where(at_once, 1.0, crossing.time), 0.0)
-    return stages.Event(kind, ending[0], time, happens, at_once | crossing.close)
+    return stages.Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
-def _first_event(
-    spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, ending, taken
-):
+def _first_event(spec: RK4Split | EventExact, system: System, tried: _Tried):
     """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
+    walk, begun, first, samples, ending, taken = tried
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.crank_rate, taken.end
-    last, margins = jnp.full_like(walk.target, END), ending[1]
+    last, margins = jnp.full_like(walk.target, END), ending.margins
     slope = stages.parabola_slope(margins)
     nearer = spec.close / 10, spec.reach  # one end a walk: another trial costs little
     ended = last, stages.first_crossing(margins, slope, walk.target == last, *nearer, dips=True)

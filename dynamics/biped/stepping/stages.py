@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
     Sampled = Sequence[Scalar]
     """Samples at the start, the middle and the end of a trial step."""
-    Ending = tuple[Integer, list[Array]]
-    """An end's status and its margin at the start, the middle and the end of a trial step."""
 
 
 class Taken(NamedTuple):
@@ -270,6 +268,13 @@ class Ground(NamedTuple):
     """Moment of the ground's force about the ankle [N m]; None where toppling is not judged."""
 
 
+class Ending(NamedTuple):
+    """An end and its margin at the start, the middle and the end of a trial step."""
+
+    status: Integer
+    margins: list[Array]
+
+
 def lever_at(system: System, theta: Scalar) -> GroundMoment | None:
     """Terms of the ground's moment; None where toppling is not detected."""
     judged = system.scene.outputs != "state"
@@ -354,15 +359,16 @@ def first_ending(system: System, samples: Sequence[Ground]) -> Ending:
         ends.append((Status.NO_SOLUTION, [at.solvability for at in samples]))
     if system.max_rate is not None:
         ends.append((Status.RUNAWAY, [system.max_rate - abs(at.crank_rate) for at in samples]))
-    return reduce(_earlier, [(jnp.full_like(of[0], why, jnp.int32), of) for why, of in ends])
+    every = [Ending(jnp.full_like(of[0], why, jnp.int32), of) for why, of in ends]
+    return reduce(_earlier, every)
 
 
 def _earlier(one: Ending, other: Ending) -> Ending:
     """The earlier end, by straight lines through the half step in which the first sign changes."""
-    by_middle = (one[1][1] < 0) | (other[1][1] < 0)
+    by_middle = (one.margins[1] < 0) | (other.margins[1] < 0)
     (before, after), (before_other, after_other) = (
         (jnp.where(by_middle, start, middle), jnp.where(by_middle, middle, end))
-        for _, (start, middle, end) in (one, other)
+        for start, middle, end in (one.margins, other.margins)
     )
     sooner: Flag = before * after_other >= before_other * after
     return jax.tree.map(lambda a, b: jnp.where(sooner, a, b), one, other)

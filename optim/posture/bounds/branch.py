@@ -39,6 +39,7 @@ def at_least(name: str, of: StationCells, mu: Float[np.ndarray, "2"]) -> np.ndar
     """Lower bound of a station's cost in each cell; mu: of rear and front wheel, at most."""
     if name == "peak_torque":
         found = np.maximum(of.at_least("torque", 1), of.at_least("torque", -1))
+        found = np.maximum(found, 0.0)
     elif name == "normal_force":
         found = np.maximum(of.at_least("N_rear", -1), of.at_least("N_front", -1))
     elif name == "grip":
