@@ -79,7 +79,7 @@ def main(arguments: list[str]) -> None:
     methods = [*measured(), *map(read_results, handed_in)]
     unlimited = [name for name in TASKS if TASKS[name].cost_limit is None]
     found = ranking.comparisons(methods, least=unlimited)
-    short = ranking.in_short(methods, found).markdown(aligned=True)
+    short = ranking.aggregate_table(methods, found).markdown(aligned=True)
     parts = [short, f"![]({PICTURE})\n", *(pivot(methods, one.machine) for one in found)]
     put_between(page, "\n".join(parts).rstrip(), "leaderboard")
     print(f"Written: {page}, {ranking.draw_profiles(found, page.with_name(PICTURE))}")

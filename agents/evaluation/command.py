@@ -118,7 +118,7 @@ def rank(given: Options) -> Content:
     before, methods = methods, results.replay(methods, say_stage)
     found, differ = ranking.comparisons(methods), list(results.differences(before, methods))
     print("\n" + "\n".join(one.terminal(grouped=True) for one in ranking.tables(methods, found)))
-    print(ranking.in_words(found), *differ, sep="\n")
+    print(ranking.common_tasks(found), *differ, sep="\n")
     written = [] if out is None else write_ranking(methods, found, out)
     facts = {"aggregates": {one.machine: one.aggregates() for one in found}, "methods": methods}
     facts |= {"differences": differ, "files": list(map(str, written))}
@@ -132,7 +132,7 @@ def write_ranking(
     paths = [results.write_results(one, out / f"{one.name}{results.SUFFIX}") for one in methods]
     text, picture = (out / name for name in RANKING)
     tables = "\n".join(table.markdown() for table in ranking.tables(methods, found))
-    paths.append(write_whole(text, f"{tables}\n{ranking.in_words(found)}\n"))
+    paths.append(write_whole(text, f"{tables}\n{ranking.common_tasks(found)}\n"))
     paths += [ranking.draw_profiles(found, picture)] if found else []
     print("Written: " + ", ".join(map(str, paths)))
     return paths

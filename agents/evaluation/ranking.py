@@ -1,4 +1,4 @@
-"""Methods ranked over the named tasks: scores, aggregates with intervals, a picture.
+"""Rank methods over the named tasks: scores, aggregates with intervals, a picture.
 
 Aggregates are those of Agarwal et al., "Deep Reinforcement Learning at the Edge of the Statistical
 Precipice" (NeurIPS 2021), with percentile bootstrap intervals over the runs of each task.
@@ -133,10 +133,10 @@ def _matrix(runs: Sequence[Sequence[Result]]) -> np.ndarray:
 
 def tables(methods: Sequence[Method], found: Sequence[Comparison]) -> list[Table]:
     """Scores by task and, where the methods have tasks in common, aggregates."""
-    return [by_task(methods), *([in_short(methods, found)] if found else [])]
+    return [score_table(methods), *([aggregate_table(methods, found)] if found else [])]
 
 
-def by_task(methods: Sequence[Method]) -> Table:
+def score_table(methods: Sequence[Method]) -> Table:
     """Every method's score on each task, with the steps and time of its training."""
     words = [Column(name, words=True) for name in ("task", "method")]
     heads = [Column(name) for name in ("runs", "score", "return", "failures", *COSTS)]
@@ -162,10 +162,8 @@ def _cells(runs: Sequence[Result]) -> list[object]:
     earned = [float(np.mean(one.returns)) for one in runs]
     failures = _average([one.failures for one in runs], ".0%")
     replayed = f"{sum(one.replayed for one in runs)} of {len(runs)}"
-    return [
-        *(len(runs), score_of(runs), _average(earned, ".4g"), failures, *_costs(runs)),
-        replayed,
-    ]
+    shown = len(runs), score_of(runs), _average(earned, ".4g"), failures
+    return [*shown, *_costs(runs), replayed]
 
 
 def _costs(runs: Sequence[Result]) -> list[str]:
@@ -184,7 +182,7 @@ def _filled(columns: Sequence[Column], rows: Sequence[Sequence[object]]) -> Tabl
     return Table([columns[i] for i in used], [[row[i] for i in used] for row in rows])
 
 
-def in_short(methods: Sequence[Method], found: Sequence[Comparison]) -> Table:
+def aggregate_table(methods: Sequence[Method], found: Sequence[Comparison]) -> Table:
     """Aggregates of every method for each machine, and what its training took in the mean."""
     words = [Column(name, words=True) for name in ("machine", "method")]
     heads = [Column(name) for name in ("tasks", "runs of each", *AGGREGATES, *COSTS)]
@@ -199,7 +197,7 @@ def in_short(methods: Sequence[Method], found: Sequence[Comparison]) -> Table:
     return _filled([*words, *heads], rows)
 
 
-def in_words(found: Sequence[Comparison]) -> str:
+def common_tasks(found: Sequence[Comparison]) -> str:
     """The tasks of the aggregates."""
     if not found:
         return "No aggregates: the methods have no task in common."

@@ -1,4 +1,4 @@
-"""Results of methods over the named tasks: collected from runs and files, replayed, written."""
+"""Results of methods on the named tasks: read from runs and files, replayed, written."""
 
 from __future__ import annotations
 
@@ -265,7 +265,7 @@ def differences(before: Sequence[Method], after: Sequence[Method]) -> Iterator[s
 
 
 def write_results(method: Method, path: Path) -> Path:
-    """Write a method's results as JSON; policies by their way from there."""
+    """Write a method's results as JSON, the paths of policies relative to the file."""
     rows = []
     for one in method.results:
         row = {**asdict(one), "episodes": episodes_digest(TASKS[one.task])}
