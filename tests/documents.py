@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 SHOWN = re.compile(r"\n\n```text\n(.*?)```", re.DOTALL)
 KNOWN = {*dir(builtins), "__name__", "__file__"}
-LANGUAGES = {"python", "py", "sh", "", "text", "bibtex", "toml", "yaml"}
+LANGUAGES = {"python", "py", "sh", "", "text", "bibtex", "toml", "yaml", "json"}
 """python: run. py: compiled, and run by tests of their own. sh, or none: commands."""
 
 

@@ -23,6 +23,8 @@ from stickslip.agents.policy.file import named_task_entry
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.cli import OK, WRONG_INPUT, main
 from stickslip.envs import TASKS
+from stickslip.envs.tasks.known import episodes_digest
+from tests.documents import every_block
 
 SPRINT, SAFE, STEADY, BUMP = (
     *("BipedSprint-v1", "BipedSprintSafe-v0", "BipedSteady-v0"),
@@ -104,6 +106,14 @@ def test_results_come_back_from_their_file():
     assert back.results[0].score == scale_of(STEADY).score(returns, range(len(returns)))
     Path("runs/a.npz").unlink()
     assert read_results(path).results[1].policy is None  # its returns are known
+
+
+def test_the_file_on_the_page_is_read():
+    (block,) = (one for one in every_block() if one.language == "json")
+    digest = episodes_digest(TASKS[STEADY])
+    Path("mine.json").write_text(block.code.replace("DIGEST", digest))
+    method = read_results(Path("mine.json"))
+    assert method.results == (Result(STEADY, (8.1,), seed=0, steps=1_000_000, seconds=900.0),)
 
 
 @pytest.mark.parametrize(

@@ -125,7 +125,7 @@ def refused(params, axes: dict, env=None) -> str:
     machine = machine_by_name("biped" if isinstance(env, BipedEnv) else "ugv")
     player = CrankSpeedPI() if isinstance(env, BipedEnv) else machine.baseline("level-body", env)
     with pytest.raises(ValueError, match=r"no number|at ") as error:
-        Case.of(machine, axes, "own", "one", env, params, player)
+        Case.of(machine, axes, ("own", env, params), "one", player)
     return str(error.value)
 
 

@@ -2,6 +2,8 @@
 
 from functools import partial
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -77,6 +79,12 @@ def test_a_standing_crank_has_no_slope():
     np.testing.assert_array_equal(problem.gradient(np.zeros(16)), 0.0)
 
 
+def times_of(grid: Grid, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Times of a gait's cells, which no robot decides."""
+    profiles: Any = SimpleNamespace(grid=grid)
+    return between.Gait(profiles, a, b).times
+
+
 def test_a_cells_time_and_least_rate_are_those_of_its_parabola():
     grid = Grid(1, 40)
     rng = np.random.default_rng(3)
@@ -84,7 +92,7 @@ def test_a_cells_time_and_least_rate_are_those_of_its_parabola():
         a = scale * rng.normal(size=grid.theta.shape)
         b = np.cumsum(np.pad(grid.h * (a[:, :-1] + a[:, 1:]), ((0, 0), (1, 0))), axis=1)
         b += 1e-3 * rng.uniform() - np.min(between.lowest(grid, a, b))
-        times, lowest = between.times(grid, a, b), between.lowest(grid, a, b)
+        times, lowest = times_of(grid, a, b), between.lowest(grid, a, b)
         c = np.diff(a, axis=1) / grid.h
         for k, h in enumerate(grid.h[0]):
             form = np.poly1d([c[0, k], 2 * a[0, k], b[0, k]])
@@ -104,6 +112,6 @@ def test_times_from_rest_and_to_rest_are_those_of_constant_acceleration():
     half = np.where(grid.theta[0] <= np.pi, grid.theta[0] - np.pi / 2, 1.5 * np.pi - grid.theta[0])
     b = 6.0 * half[None]
     b[0, -1] = -1e-15  # as rounding leaves it
-    times = between.times(grid, a, b)
+    times = times_of(grid, a, b)
     assert times[0, 0] == pytest.approx(np.sqrt(2 * grid.h[0, 0] / 3.0))
     assert times[0, -1] == pytest.approx(np.sqrt(2 * grid.h[0, -1] / 3.0))
