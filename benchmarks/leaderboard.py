@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.report import RESULTS, markdown, options, put_between, read_json
-from benchmarks.tasks import VALUE_ITERATION
+from benchmarks.tasks import by_value_iteration
 from stickslip.agents.evaluation import ranking
-from stickslip.agents.evaluation.results import Method, Result, read_results, scale_of
+from stickslip.agents.evaluation.results import Method, Result, measured, read_results
 from stickslip.agents.policy.file import every_record
 from stickslip.envs import TASKS
 from stickslip.envs.tasks.known import Earned, earned_in
@@ -26,14 +26,12 @@ PICTURE = "leaderboard.png"
 PPO, PACKAGE = "ppo", "policies of the package"
 
 
-def measured() -> list[Method]:
+def in_repository() -> list[Method]:
     """Methods whose results the repository holds elsewhere."""
     found: dict[str, list[Result]] = {}
     for name in TASKS:
-        known = scale_of(name)
-        found_too = [known.best] if known.best.policy == VALUE_ITERATION else []
-        planned = [one for one in known.planners if one.policy == VALUE_ITERATION]
-        for one in (*known.baselines, *planned, *found_too):
+        known = measured(name)
+        for one in (*known.baselines, *by_value_iteration(known)):
             found.setdefault(one.policy, []).append(of_earned(name, one))
     for record in every_record():
         earned = earned_in({"policy": record.name, **record.earned})
@@ -76,7 +74,7 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--docs", type=Path, default=PAGE)
     page = parser.parse_args(arguments).docs
     handed_in = sorted((page.parent / page.stem).glob("*.json"))
-    methods = [*measured(), *map(read_results, handed_in)]
+    methods = [*in_repository(), *map(read_results, handed_in)]
     unlimited = [name for name in TASKS if TASKS[name].cost_limit is None]
     found = ranking.comparisons(methods, least=unlimited)
     short = ranking.aggregate_table(methods, found).markdown(aligned=True)

@@ -30,7 +30,7 @@ from stickslip.agents.policy.shipped import policy_name, shipped_path, short_nam
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import TASKS, TaskDefinition, UGVEnv, known_of, task_by_name
-from stickslip.envs.tasks.known import FILE, read_known
+from stickslip.envs.tasks.known import FILE, Earned, Known, read_known
 from stickslip.optim import bound_every_drive
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.gait.profile import robot_of
@@ -311,6 +311,11 @@ def put(name: str, entry: dict[str, Any], path: Path = FILE) -> None:
     read_known.cache_clear()
 
 
+def by_value_iteration(known: Known) -> list[Earned]:
+    """What value iteration earned, as the best known or as a planner; [] where it was not tried."""
+    return [one for one in (known.best, *known.planners) if one.policy == VALUE_ITERATION]
+
+
 def long_table() -> str:
     """Scores and returns of each task, and a paragraph for each."""
     rows: list[dict[str, Any]] = []
@@ -320,7 +325,7 @@ def long_table() -> str:
             continue
         hand, learned, name = known.by_hand, known.learned, policy_name(task.name)
         scores = [known.scale.score(one) for one in learned.returns] if learned else []
-        planned = [one for one in (known.best, *known.planners) if one.policy == VALUE_ITERATION]
+        planned = by_value_iteration(known)
         shipped = None if shipped_path(name) is None else record_of(name).score
         limits = ["" if one is None else f"{one.value:.4g}" for one in (known.assumed, known.bound)]
         rows.append(

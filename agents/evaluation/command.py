@@ -42,16 +42,14 @@ def evaluate_command(given: Options) -> Content:
     """`stickslip evaluate`: print the tasks and the table, write the table if asked; return it."""
     if given["episodes"] is not None:
         require_integer("episodes", given["episodes"], high=rollout.MOST_EPISODES)
-    if given["out"] is not None:
-        require_folder(given["out"])
-    if given.get("task") == ALL:
-        return rank(given)
-    targets = []
-    if given["out"] is not None:
-        targets = [Path(given["out"]) / f"evaluation.{kind}" for kind in ("csv", "json")]
+    task, out = given.get("task"), None if given["out"] is None else Path(given["out"])
+    if out is not None:
+        require_folder(out)
+    if task == ALL:
+        return rank(given, out)
+    targets = [] if out is None else [out / f"evaluation.{kind}" for kind in ("csv", "json")]
     require_new(targets, given["overwrite"])
 
-    task = given.get("task")
     named = players.read_named(given["who"], task and machine_by_name(task_by_name(task).machine))
     if (task := players.common_task(named, given)) is None:
         table, tasks = _on_places(named, given, targets)
@@ -72,7 +70,9 @@ def _running(line: str) -> None:
 
 def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> Played:
     """All on a named task."""
-    who = players.players_on(task, named, given)
+    task = task_by_name(task).name
+    players.require_unchanged(task, players.given_flags(given))
+    who = players.players_on(task, named)
     require_writable(written)
     about = task_in_words(task)
     print(about)
@@ -102,37 +102,27 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     return table, {place.label: place.line() for place in places}
 
 
-def rank(given: Options) -> Content:
+def rank(given: Options, out: Path | None) -> Content:
     """Play every method's policies, each on its own task; print and write scores and aggregates."""
     changes = [f"--{name}" for name in CHANGES if given[name] is not None]
-    if changes := [*changes, *players.given_flags(given)]:
-        raise ValueError(
-            f"{', '.join(changes)} with --task {ALL}, whose episodes are fixed; accepted: one or "
-            "the other"
-        )
-    methods, out = results.read_methods(given["who"]), given["out"] and Path(given["out"])
+    players.require_unchanged(ALL, [*changes, *players.given_flags(given)])
+    before = results.read_methods(given["who"])
+    files = [] if out is None else [out / f"{one.name}{results.SUFFIX}" for one in before]
     if out is not None:
-        files = [out / f"{one.name}{results.SUFFIX}" for one in methods]
         require_writable([*files, *(out / name for name in RANKING)], given["overwrite"])
         require("matplotlib", "the picture of a ranking")
-    before, methods = methods, results.replay(methods, say_stage)
+    methods = results.replay(before, say_stage)
     found, differ = ranking.comparisons(methods), list(results.differences(before, methods))
-    print("\n" + "\n".join(one.terminal(grouped=True) for one in ranking.tables(methods, found)))
-    print(ranking.common_tasks(found), *differ, sep="\n")
-    written = [] if out is None else write_ranking(methods, found, out)
-    facts = {"aggregates": {one.machine: one.aggregates() for one in found}, "methods": methods}
+    tables, about = ranking.tables(methods, found), ranking.common_tasks(found)
+    print("\n" + "\n".join(one.terminal(grouped=True) for one in tables))
+    print(about, *differ, sep="\n")
+    written: list[Path] = []
+    if out is not None:
+        written += map(results.write_results, methods, files)
+        text = "\n".join([*(one.markdown() for one in tables), about]) + "\n"
+        written.append(write_whole(out / RANKING[0], text))
+        written += [ranking.draw_profiles(found, out / RANKING[1])] if found else []
+        print("Written: " + ", ".join(map(str, written)))
+    facts = {"aggregates": {one.machine: one.aggregates for one in found}, "methods": methods}
     facts |= {"differences": differ, "files": list(map(str, written))}
     return Content(facts=facts)
-
-
-def write_ranking(
-    methods: Sequence[results.Method], found: Sequence[ranking.Comparison], out: Path
-) -> list[Path]:
-    """Write the results of each method, and RANKING; return the paths."""
-    paths = [results.write_results(one, out / f"{one.name}{results.SUFFIX}") for one in methods]
-    text, picture = (out / name for name in RANKING)
-    tables = "\n".join(table.markdown() for table in ranking.tables(methods, found))
-    paths.append(write_whole(text, f"{tables}\n{ranking.common_tasks(found)}\n"))
-    paths += [ranking.draw_profiles(found, picture)] if found else []
-    print("Written: " + ", ".join(map(str, paths)))
-    return paths

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -185,20 +185,19 @@ def _require_options(options: Options, machine: Machine) -> None:
         require_choice("the part of --set", part, parts)
 
 
-def players_on(name: str, named: Mapping[str, Named], options: Options) -> dict[str, Player]:
-    """Players of a named task. ValueError for options that would change it, and for a policy that
-    observes something else."""
-    task = task_by_name(name)
-    if given := given_flags(options):
-        raise ValueError(
-            f"{', '.join(given)} with --task {task.name}, which is fixed; accepted: one or the "
-            "other"
-        )
-    env, params = task.make()
+def require_unchanged(task: str, changes: Iterable[str]) -> None:
+    """Raise ValueError for flags that would change a named task."""
+    if given := ", ".join(changes):
+        raise ValueError(f"{given} with --task {task}, which is fixed; accepted: one or the other")
+
+
+def players_on(task: str, named: Mapping[str, Named]) -> dict[str, Player]:
+    """Players of a named task. ValueError for a policy that observes something else."""
+    env, params = task_by_name(task).make()
     env = without_resets(env)
     players = {who: one.player(env, params) for who, one in named.items()}
     for who, player in players.items():
-        require_observed(player, str(policy_path(who)), env, params, task.name)
+        require_observed(player, str(policy_path(who)), env, params, task)
     return players
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -95,6 +96,7 @@ class Comparison:
     tasks: tuple[str, ...]
     scores: Mapping[str, np.ndarray]
 
+    @cached_property
     def aggregates(self) -> dict[str, dict[str, Interval]]:
         """AGGREGATES of each method, the best interquartile mean first."""
         best = sorted(self.scores, key=lambda name: -float(iqm(self.scores[name])))
@@ -112,12 +114,15 @@ def comparisons(methods: Sequence[Method], least: Collection[str] = ()) -> list[
 
     least: tasks without which a method is left out, those of its machine.
     """
-    found = []
+    found, every = [], {one.name: one.by_task() for one in methods}
     for machine, group in groupby(TASKS, lambda name: TASKS[name].machine):
         own = list(group)
         needed = {name for name in own if name in least}
-        every = {one.name: one.by_task() for one in methods if one.by_task().keys() & set(own)}
-        there = {name: runs for name, runs in every.items() if needed <= runs.keys()}
+        there = {
+            name: runs
+            for name, runs in every.items()
+            if runs.keys() & set(own) and needed <= runs.keys()
+        }
         common = [task for task in own if there and all(task in one for one in there.values())]
         if common:
             scores = {name: _matrix([its[task] for task in common]) for name, its in there.items()}
@@ -189,7 +194,7 @@ def aggregate_table(methods: Sequence[Method], found: Sequence[Comparison]) -> T
     there = {one.name: one.by_task() for one in methods}
     rows = []
     for one in found:
-        for name, its in one.aggregates().items():
+        for name, its in one.aggregates.items():
             counts = (len(one.tasks), len(one.scores[name]))
             taken = _costs([run for task in one.tasks for run in there[name][task]])
             title = machine_by_name(one.machine).title

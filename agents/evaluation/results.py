@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from stickslip.agents import untrusted
 from stickslip.agents.evaluation.evaluate import evaluate_task
-from stickslip.agents.evaluation.players import Named, read_named, require_observed
+from stickslip.agents.evaluation.players import Named, players_on, read_named
 from stickslip.agents.machine import machine_by_name, machine_of_baseline
 from stickslip.agents.policy.file import named_task_of, policy_path
 from stickslip.agents.policy.shipped import shipped_path
@@ -69,10 +70,10 @@ class Result:
     policy: str | None = None
     replayed: bool = False
 
-    @property
+    @cached_property
     def score(self) -> Interval:
         """Score with its interval over the episodes; NaN over the cost limit."""
-        known = scale_of(self.task)
+        known = measured(self.task)
         if not known.keeps(self.cost):
             return Interval(UNKNOWN)
         if len(self.returns) < known.episodes:
@@ -94,8 +95,8 @@ class Method:
         return {name: [one for one in self.results if one.task == name] for name in tasks}
 
 
-def scale_of(task: str) -> Known:
-    """Measurements of a task by name. ValueError where none are known."""
+def measured(task: str) -> Known:
+    """What is known of a task by name. ValueError where nothing is."""
     if (known := known_of(task_by_name(task))) is None:
         raise ValueError(f"{task} was not measured; accepted: a task with a best known return")
     return known
@@ -140,7 +141,7 @@ def _results_of(named: Named) -> Iterator[Result]:
     """What a policy is to be played on: its own task; a baseline, the tasks that it suits."""
     if named.policy is None:
         for task in TASKS:
-            if named.name in (one.policy for one in scale_of(task).baselines):
+            if named.name in (one.policy for one in measured(task).baselines):
                 yield Result(task, policy=named.name)
         return
     if (task := named_task_of(named.metadata)) is None:
@@ -198,7 +199,7 @@ def _result(row: untrusted.Json, folder: Path) -> Result:
         raise untrusted.RefusedError(
             f"its episodes of {task} are {shown(digest)}, here {here}: of another version"
         )
-    count, policy = scale_of(task).episodes, found.pop("policy")
+    count, policy = measured(task).episodes, found.pop("policy")
     if not isinstance(returns, list) or len(returns) not in (1, count, 0 if policy else 1):
         raise untrusted.RefusedError(
             f"its returns on {task} are {shown(returns)}, not of {count} episodes or their mean"
@@ -233,12 +234,10 @@ def _replayed(
     task: str, results: Sequence[Result], say: Callable[[str], None]
 ) -> dict[Result, Result]:
     """Results on a task by what they were before."""
-    (env, params), machine = TASKS[task].make(), machine_by_name(TASKS[task].machine)
-    who = {}
-    for policy in dict.fromkeys(str(one.policy) for one in results):
-        who[policy] = read_named([policy], machine)[policy].player(env, params)
-        require_observed(who[policy], policy, env, params, task)
-    table, limited = evaluate_task(task, who, progress=say), scale_of(task).cost_limit is not None
+    policies = list(dict.fromkeys(str(one.policy) for one in results))
+    named = read_named(policies, machine_by_name(TASKS[task].machine))
+    table = evaluate_task(task, players_on(task, named), progress=say)
+    limited = measured(task).cost_limit is not None
     found = {}
     for before in results:
         row = table.row(task, str(before.policy))

@@ -14,9 +14,9 @@ from stickslip.agents.evaluation import ranking
 from stickslip.agents.evaluation.results import (
     Method,
     Result,
+    measured,
     read_methods,
     read_results,
-    scale_of,
     write_results,
 )
 from stickslip.agents.policy.file import named_task_entry
@@ -35,7 +35,7 @@ pytestmark = pytest.mark.usefixtures("empty_directory")
 
 def result(task: str, score: float, **more) -> Result:
     """A result of that score in each episode's mean."""
-    return Result(task, (scale_of(task).scale.earned(score),), **more)
+    return Result(task, (measured(task).scale.earned(score),), **more)
 
 
 def still(path: str, push: float = 0.0) -> str:
@@ -75,14 +75,14 @@ def test_methods_are_compared_on_common_tasks_and_over_the_limit_counts_nought()
     ]
     np.testing.assert_allclose(found[0].scores["one"], [[0.5, 0.0], [0.7, 1.0]], atol=1e-12)
     np.testing.assert_allclose(found[0].scores["other"], [[0.6, 0.4]], atol=1e-12)
-    assert list(found[0].aggregates()) == ["one", "other"]
+    assert list(found[0].aggregates) == ["one", "other"]
     assert ranking.score_of(both[1:]) == "1 of 2 over the limit"
     assert list(ranking.comparisons([one, other], least=[SPRINT])[0].scores) == ["other"]
 
 
 def test_results_come_back_from_their_file():
     still("runs/a.npz")
-    returns = tuple(np.linspace(1.0, 9.0, scale_of(STEADY).episodes))
+    returns = tuple(np.linspace(1.0, 9.0, measured(STEADY).episodes))
     method = Method(
         "mine",
         (
@@ -103,7 +103,7 @@ def test_results_come_back_from_their_file():
             method.results[2],
         ),
     )
-    assert back.results[0].score == scale_of(STEADY).score(returns, range(len(returns)))
+    assert back.results[0].score == measured(STEADY).score(returns, range(len(returns)))
     Path("runs/a.npz").unlink()
     assert read_results(path).results[1].policy is None  # its returns are known
 
