@@ -10,7 +10,7 @@ from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say
 from stickslip.agents.machine import machine_by_name, machine_of_env
 from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import UNKNOWN, Interval, Known, known_of
+from stickslip.envs.tasks.known import OVER, UNKNOWN, Interval, Known, known_of
 from stickslip.records.table import with_unit
 
 if TYPE_CHECKING:
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 EPISODES = 32
 SCORES = ("task_score", "gap")
 """Columns of a named task's scores."""
-OVER = "over the limit"
 """Score of who costs more than the task's limit."""
 
 

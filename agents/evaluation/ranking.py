@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from stickslip.agents.evaluation.evaluate import OVER
 from stickslip.agents.evaluation.results import Method, Result
 from stickslip.agents.evaluation.table import mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.sheet import make_sheet, name_panel, save_sheet, styled
 from stickslip.envs.tasks.definition import TASKS
-from stickslip.envs.tasks.known import CONFIDENCE, RESAMPLES, UNKNOWN, Interval
+from stickslip.envs.tasks.known import CONFIDENCE, OVER, RESAMPLES, UNKNOWN, Interval
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:

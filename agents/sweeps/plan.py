@@ -11,7 +11,7 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -186,7 +186,11 @@ def digest_of(*parts: object) -> str:
                 found.update(f"{array.dtype} {array.shape}".encode())
                 found.update(array.tobytes())
             else:
-                found.update(repr(leaf).encode())
+                parts = fields(leaf) if is_dataclass(leaf) else ()
+                given = [(one.name, getattr(leaf, one.name)) for one in parts if not one.repr]
+                usual = {one.name: one.default for one in parts}
+                unusual = [one for one in given if one[1] != usual[one[0]]]
+                found.update(f"{leaf!r}{unusual or ''}".encode())
     return found.hexdigest()
 
 

@@ -28,6 +28,7 @@ SOLVED = 0.9
 CONFIDENCE = 0.95
 RESAMPLES = 2000
 UNKNOWN = float("nan")
+OVER = "over the limit"
 
 
 class Interval(NamedTuple):

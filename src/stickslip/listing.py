@@ -8,7 +8,7 @@ from typing import Any
 
 from stickslip.agents.policy.file import Record, every_record, record_of
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
-from stickslip.envs.tasks.known import episodes_digest, known_of
+from stickslip.envs.tasks.known import OVER, Interval, episodes_digest, known_of
 from stickslip.records.table import Column, Content, Table, with_unit
 
 SCORES = """
@@ -63,6 +63,8 @@ def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:
             lines.append("".join([f"{margin}{name}:\n", *(f"{margin}  {row}\n" for row in rows)]))
         elif value is not None and name != "returns":
             text = f"{value:.6g}" if isinstance(value, float) else str(value)
+            if isinstance(value, Interval):
+                text = value.shown(3) if value.value == value.value else OVER
             lines.append(f"{margin}{name} = {text}\n")
     return "".join(lines)
 
@@ -84,7 +86,7 @@ def _task_facts(task: TaskDefinition) -> Mapping[str, object]:
     if known is None:
         return about | {"known": None}
     scored = (*known.baselines, *known.planners)
-    scores = {one.policy: known.score_of(one)._asdict() for one in scored}
+    scores = {one.policy: known.score_of(one) for one in scored}
     return about | {"known": asdict(known) | {"scores": scores}}
 
 
@@ -103,7 +105,7 @@ def _policy_facts(one: Record) -> dict[str, object]:
         "path": str(one.path),
         "bytes": one.path.stat().st_size,
         "layer_sizes": list(one.layer_sizes),
-        "score": None if one.score is None else one.score._asdict(),
+        "score": one.score,
         "unit": one.task.unit,
         "earned": one.earned,
         "trained": {**one.trained, "command": one.command},

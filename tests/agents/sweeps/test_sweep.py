@@ -10,6 +10,8 @@ import pytest
 
 from stickslip.agents import evaluate, read_sweep, sweep_arrays
 from stickslip.agents.sweeps import cells
+from stickslip.agents.sweeps.plan import digest_of
+from stickslip.envs import BipedEnv
 from stickslip.records.signals import StoppedError
 from tests.agents.mass import MassEnv, MassParams
 from tests.agents.sweeps.masses import WHO, swept
@@ -70,3 +72,8 @@ def test_files_say_what_they_are(tmp_path):
     assert len(about["digest"]) == 64
     assert about["definition"]["sets"]["mu_patch"] == ["task.mu_patch"]
     assert set(table["policy"].to_pylist()) == {"pull", "hard"}
+
+
+def test_environments_that_differ_in_what_their_repr_leaves_out_have_other_digests():
+    envs = [BipedEnv(), BipedEnv(see_motion=False), BipedEnv(shield=0.02), BipedEnv(shield=0.03)]
+    assert len({digest_of(env) for env in envs}) == len(envs)
