@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
 """The budget ended it, it ended by itself, it raised, its process was killed, its process ended."""
-COUNTED = ("values", "gradients", "batches", "clipped", "refused", "not_numbers")
+COUNTED = ("values", "gradients", "repeated", "batches", "clipped", "refused", "not_numbers")
 """Counters of `Record` that a run keeps."""
 ARRAYS = {"evaluations": np.int64, "seconds": float, "values": float, "point": float}
 DIGITS = 12

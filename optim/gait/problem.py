@@ -235,7 +235,7 @@ class GaitProblem(Problem[GaitResult]):
         at, spent = self.on_grid, gait.spent_on_grid
         value = gait.friction_at_nodes if self.goal.is_friction else self.goal.of(spent)
         margins = at.margins(gait.a, gait.b, np.asarray(spent["time"]))
-        margins = np.nan_to_num(margins, nan=-1.0, posinf=1e9, neginf=-1e9)
+        margins = np.nan_to_num(margins, nan=-1.0, posinf=1e9, neginf=-1.0)
         excess = np.max(at.rows.excess(gait.a, gait.b), axis=(1, 2))
         residuals: dict[str, float] = {}
         for name, worst in zip(at.rows.names, excess, strict=True):

@@ -45,11 +45,12 @@ follow from other fields."""
 @dataclass(frozen=True)
 class Flags:
     """Guaranteed properties. convex: objective and feasible set; smooth: slopes are continuous;
-    noisy: each evaluation draws."""
+    noisy: each evaluation draws. kinks: where slopes jump at a point that a search may start at."""
 
     convex: bool = False
     smooth: bool = False
     noisy: bool = False
+    kinks: str = ""
 
 
 @dataclass(frozen=True)

@@ -46,15 +46,17 @@ class Improvement(NamedTuple):
 class Record:
     """Counters, and the best so far. Grows while an `Objective` is used.
 
-    values, gradients: points at which these were computed, each once; batches: calls that computed
-    many. clipped, refused, not_numbers: points that lay out of bounds and were moved in or refused,
-    and points that were no numbers. improvements: of feasible points, for one goal alone.
+    values, gradients: how often these were asked for; repeated: values that were asked for again at
+    the point evaluated last, and not computed again. batches: calls for many. clipped, refused,
+    not_numbers: points that lay out of bounds and were moved in or refused, and points that were no
+    numbers. improvements: of feasible points, for one goal alone.
     least_violation: of the points seen. front: with several goals, unbeaten points and their
     values.
     """
 
     values: int = 0
     gradients: int = 0
+    repeated: int = 0
     batches: int = 0
     clipped: int = 0
     refused: int = 0
@@ -107,12 +109,14 @@ class Record:
 
 
 class _Last(NamedTuple):
-    """The last evaluated point: its values [k], margins [m], and the number of its draw."""
+    """The last evaluated point: its values [k], margins [m], the number of its draw, and whether
+    its value was asked for."""
 
     x: np.ndarray
     values: np.ndarray
     margins: np.ndarray
     draw: int
+    asked: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,9 +132,10 @@ class Objective:
     whose value is infinite with "clip". seed: of the draws, where the instance is noisy: every
     evaluation is a draw of its own.
 
-    What is asked for at the point looked at last (constraints, or its value again) costs no
-    evaluation, but for values of a noisy instance: these are drawn anew. Slopes are those of the
-    draw that its value had. A copy in another process refuses to evaluate.
+    Every value asked for counts, as in COCO, also where it is that of the point looked at last and
+    not computed again (`Record.repeated`); of a noisy instance it is drawn anew. Constraints at
+    that point cost nothing. Slopes are those of the draw that its value had. A copy in another
+    process refuses to evaluate.
     """
 
     problems: tuple[AnyProblem, ...]
@@ -204,7 +209,7 @@ class Objective:
 
     def __call__(self, x: Float[np.ndarray, "n"]) -> Any:
         """The value, or values [k]; infinite where there is none, never NaN."""
-        values = self._look(x, again=self.noisy).values
+        values = self._look(x, asked=True).values
         return float(values[0]) if self.k == 1 else values.copy()
 
     def batch(self, X: Float[np.ndarray, "B n"]) -> Any:
@@ -217,7 +222,7 @@ class Objective:
         left = self._left(len(inside))
         points = np.array([x for x, _ in inside[:left]]).reshape(-1, self.n)
         sound = np.flatnonzero([ok for _, ok in inside[:left]])
-        values, margins = np.full((left, self.k), np.inf), np.full((left, self.m), -1.0)
+        values, margins = np.full((left, self.k), np.inf), np.full((left, self.m), -np.inf)
         self.record.count("batches")
         if len(sound):
             values[sound], margins[sound] = self._all(points[sound], sound)
@@ -258,14 +263,14 @@ class Objective:
 
     def penalised(self, x: Float[np.ndarray, "n"]) -> float:
         """The value plus PENALTY times scaled violations, for optimisers that take no
-        constraints. A feasible point's value is its own."""
-        seen = self._look(x, again=self.noisy)
-        return float(seen.values[0] + PENALTY * shortfall(seen.margins))
+        constraints. A feasible point's value is its own; where there is none, PENALTY stands for
+        it, so that violations still tell the way."""
+        seen = self._look(x, asked=True)
+        return float(_penalised(seen.values[0], seen.margins))
 
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """`penalised` of each row of X."""
-        values, margins = self.batch_with_constraints(X)
-        return values + PENALTY * shortfall(margins)
+        return _penalised(*self.batch_with_constraints(X))
 
     def minimise(self, optimiser: Callable[[Objective], object]) -> Record:
         """Run optimiser(self) until it ends or the budget is spent; what was counted and found."""
@@ -298,21 +303,27 @@ class Objective:
         seen = self.__dict__.get("_seen")
         return seen if seen is not None and np.array_equal(seen.x, x) else None
 
-    def _look(self, x: object, again: bool = False) -> _Last:
-        """Evaluation of a point, kept from the last unless `again`; infinite where x is none."""
+    def _look(self, x: object, asked: bool = False) -> _Last:
+        """Evaluation of a point, or that of the last, but for a value of a noisy instance; infinite
+        where x is none. asked: for its value."""
         x, sound = self._inside(x)
-        seen = None if again else self._seen_at(x)
+        seen = None if asked and self.noisy else self._seen_at(x)
         if seen is not None:
+            if asked and seen.asked:
+                self._left(1)
+                self.record.count("values")
+                self.record.count("repeated")
+            object.__setattr__(self, "_seen", seen._replace(asked=asked or seen.asked))
             return seen
         draw = self._draw()
         self._left(1)
         self.record.count("values")
         if not sound:
-            return _Last(x, np.full(self.k, np.inf), np.full(self.m, -1.0), draw)
+            return _Last(x, np.full(self.k, np.inf), np.full(self.m, -np.inf), draw, asked)
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])
-        seen = _Last(np.array(x), values, margins, draw)
+        seen = _Last(np.array(x), values, margins, draw, asked)
         object.__setattr__(self, "_seen", seen)
         self._note(x, values, margins)
         return seen
@@ -354,6 +365,12 @@ class Objective:
     def _spent(self) -> BudgetSpent:
         record = self.record
         return BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
+
+
+def _penalised(values: Any, margins: Float[np.ndarray, "... m"]) -> np.ndarray:
+    """See `Objective.penalised`."""
+    missed = shortfall(margins)
+    return np.where(np.isinf(values) & (missed > 0), PENALTY, values) + PENALTY * missed
 
 
 def _numbers(x: Any) -> np.ndarray:

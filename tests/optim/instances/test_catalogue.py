@@ -107,3 +107,13 @@ def test_the_usual_vehicle_as_a_design_drives_as_a_posture_problem_says():
     drive = PostureProblem(usual, track_named("sinusoid"), x)
     expected = drive.objective(np.full(drive.n, np.pi / 2))
     assert problem.objective(straight) == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_kink_where_searches_start_is_flagged():
+    one = instance("design-biped-energy-d12-v1")
+    assert "the middle" in one.flags.kinks
+    it = one.objective()
+    at, step = it.middle, 1e-6 * np.eye(it.n)[0]
+    there = it.constraints(at)
+    sides = (it.constraints(at + step) - there, there - it.constraints(at - step))
+    assert np.max(np.abs(sides[0] - sides[1])) > 1e-4

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from stickslip.optim import BudgetSpent
+from stickslip.optim import BudgetSpent, instance
 from stickslip.optim.instances.objective import PENALTY
 from tests.optim.instances.toys import LEAST, toy
 
@@ -27,15 +27,24 @@ def test_it_is_the_problem_in_its_free_numbers():
     assert it.from_unit(it.to_unit(X)) == pytest.approx(X)
 
 
-def test_each_point_is_counted_once_whatever_is_asked_of_it():
+def test_every_value_asked_for_counts_and_constraints_of_the_same_point_do_not():
     it = toy().objective()
-    it(X), it.constraints(X), it.violation(X), it(X)
-    assert (it.record.values, it.record.gradients) == (1, 0)
+    it.constraints(X), it(X), it.violation(X)
+    assert (it.record.values, it.record.repeated) == (1, 0)
+    it(X), it.penalised(X)
+    assert (it.record.values, it.record.gradients, it.record.repeated) == (3, 0, 2)
     it.gradient(X)
     it.batch(np.zeros((5, 2)))
     record = it.record
-    assert (record.values, record.gradients, record.batches) == (6, 1, 1)
-    assert record.evaluations == 7
+    assert (record.values, record.gradients, record.batches) == (8, 1, 1)
+    assert record.evaluations == 9
+
+
+def test_a_value_asked_for_again_needs_budget():
+    it = toy().objective(budget=2)
+    it(X), it(X), it.constraints(X)
+    with pytest.raises(BudgetSpent):
+        it(X)
 
 
 def test_the_best_is_feasible_and_improvements_fall():
@@ -96,6 +105,19 @@ def test_penalties_leave_feasible_points_alone():
     assert it.penalised(X) == it(X)
     assert it.penalised_batch(points) == pytest.approx([0.5, 0.25 + PENALTY])
     assert it.penalised(points[1]) == pytest.approx(0.25 + PENALTY)
+    assert it.penalised([np.nan, 0.0]) == it.penalised_batch([[np.nan, 0.0]])[0] == np.inf
+
+
+@pytest.mark.parametrize("name", ["gait-time-d16-v2", "gait-friction-d32-v2"])
+def test_penalties_lead_on_where_a_gait_has_no_value(name):
+    it, rng = instance(name).objective(), np.random.default_rng(0)
+    points = it.from_unit(rng.random((40, it.n)))
+    none = points[np.isinf(it.batch(points))]
+    assert len(none)
+    nearer = none + 1e-6 * (it.bounds[1] - it.bounds[0])
+    found, moved = it.penalised_batch(none), it.penalised_batch(nearer)
+    assert np.all(np.isfinite(found))
+    assert np.all((found != moved) & (abs(found - moved) < 1e-2 * found))
 
 
 def test_noise_is_of_the_seed_and_the_evaluation():
