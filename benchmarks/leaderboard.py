@@ -11,7 +11,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from benchmarks.report import RESULTS, markdown, options, put_between, read_json
 from benchmarks.tasks import by_value_iteration
@@ -37,22 +36,15 @@ def in_repository() -> list[Method]:
         earned = earned_in({"policy": record.name, **record.earned})
         found.setdefault(PACKAGE, []).append(of_earned(record.task.name, earned))
     for name, entry in read_json(RESULTS / "training.json")["tasks"].items():
-        found.setdefault(PPO, []).extend(of_training(name, entry))
+        took = {"steps": entry["steps"][-1], "processor_seconds": entry["processor_seconds"][-1]}
+        seeds = [Result(name, (returns[-1],), **took) for returns in entry["returns"]]
+        found.setdefault(PPO, []).extend(seeds)
     return [Method(name, tuple(its)) for name, its in found.items()]
 
 
 def of_earned(task: str, one: Earned) -> Result:
     """What was measured of a baseline or policy, as a result."""
     return Result(task, one.returns or (one.value,), one.cost, one.failures)
-
-
-def of_training(task: str, entry: dict[str, Any]) -> list[Result]:
-    """The seeds of an entry of training.json at their ends."""
-    steps, seconds = entry["steps"][-1], entry["processor_seconds"][-1]
-    return [
-        Result(task, (returns[-1],), steps=steps, processor_seconds=seconds)
-        for returns in entry["returns"]
-    ]
 
 
 def pivot(methods: Sequence[Method], machine: str) -> str:

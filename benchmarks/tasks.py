@@ -38,11 +38,6 @@ from stickslip.optim.problem import require_scalar, solve
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
 
-CLOSE = 1e-4
-"""Tolerance of the search, in parts of the range of beta."""
-MOST = 40
-"""Programs that are solved, at most."""
-
 
 class SteadyBound(NamedTuple):
     """Bound of the reward in every gait [1/s], and mean rate of the gait that comes nearest
@@ -112,7 +107,7 @@ def bound_steady_reward(
         return found[-1].value
 
     ends = 1e-6 * tracking_weight, most
-    options = {"xatol": CLOSE * most, "maxiter": MOST}
+    options = {"xatol": 1e-4 * most, "maxiter": 40}  # of beta; programs solved
     searched: Any = minimize_scalar(earned, bounds=ends, method="bounded", options=options)
     if not found:
         raise ValueError(f"nothing is proved ({searched.message}); accepted: other weights")
@@ -131,8 +126,6 @@ SHIELDED, SHIELD = ("computed-torque", "optimal-gait"), 0.02
 UNDER = f" (shield {SHIELD:g})"
 LEFT_OUT = ("receding-horizon",)
 """It plans at every step, for minutes; what it earns lies below the optimum's."""
-DIGITS = 6
-STARTS = {"phase", "crank_rate"}
 ROUNDING = 5e-4
 """Relative excess of a return in single precision over a bound in double that is rounding."""
 DOCS = Path(__file__).parents[1] / "docs"
@@ -220,20 +213,18 @@ def keeps(task: TaskDefinition, row: dict[str, Any]) -> bool:
 def entry(task: TaskDefinition, name: str, played: Any) -> dict[str, Any]:
     """A policy's row: every episode's return, their mean with its 95 % interval, the mean cost
     where it is limited."""
-    mean, fell, rewards = mean_interval(played.reward), played.fell, played.reward
-    ends = {
-        end: rounded(value) if np.isfinite(value) else None
-        for end, value in (("low", mean.low), ("high", mean.high))
-    }
-    row = {"policy": name, "return": rounded(mean.value), **ends, "failures": float(np.mean(fell))}
+    mean = mean_interval(played.reward)
+    low, high = (rounded(end) if np.isfinite(end) else None for end in (mean.low, mean.high))
+    row: dict[str, Any] = {"policy": name, "return": rounded(mean.value), "low": low, "high": high}
+    row["failures"] = float(np.mean(played.fell))
     if task.cost_limit is not None:
         row["cost"] = rounded(np.mean(played.cost))
-    return row | {"returns": [rounded(one) for one in rewards]}
+    return row | {"returns": [rounded(one) for one in played.reward]}
 
 
 def rounded(value: float) -> float:
-    """The value to DIGITS digits: returns are single precision."""
-    return float(f"{float(value):.{DIGITS}g}")
+    """The value to six digits: returns are single precision."""
+    return float(f"{float(value):.6g}")
 
 
 def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
@@ -263,21 +254,16 @@ def bound_of(task: TaskDefinition) -> dict[str, Any] | None:
 
 
 def assumed_of(task: TaskDefinition) -> dict[str, Any] | None:
-    """Bound for steady walks without slip; None where the floor or the robot is drawn
-    or changes on the way, and where the walk is to stop."""
+    """Bound for steady walks without slip; None where more than the start is drawn, where the floor
+    changes on the way, and where the walk is to stop."""
     numbers: Any = task.parameters
-    drawn = set(numbers.get("randomisation", {})) - STARTS
+    drawn = set(numbers.get("randomisation", {})) - {"phase", "crank_rate"}
     if task.machine != "biped" or drawn or "mark" in numbers or "uniform" not in numbers["scene"]:
         return None
-    found = bound_steady_reward(
-        BipedParams.from_bars(),
-        numbers["mean_rate"],
-        mu=numbers["scene"]["uniform"]["mu_static"],
-        torque_limit=numbers["torque_limit"],
-        tracking_weight=numbers["tracking_weight"],
-        energy_weight=numbers["energy_weight"],
-        copper_loss=numbers["copper_loss"],
-    )
+    names = ("mean_rate", "torque_limit", "tracking_weight", "energy_weight", "copper_loss")
+    given = {name: numbers[name] for name in names}
+    mu = numbers["scene"]["uniform"]["mu_static"]
+    found = bound_steady_reward(BipedParams.from_bars(), mu=mu, **given)
     return {
         "value": rounded(found.value * numbers["time_limit"]),
         "reason": "the dual of the convex program of gaits, if the walk is steady from the first "
@@ -319,6 +305,7 @@ def by_value_iteration(known: Known) -> list[Earned]:
 def long_table() -> str:
     """Scores and returns of each task, and a paragraph for each."""
     rows: list[dict[str, Any]] = []
+    words: list[str] = []
     for task in TASKS.values():
         known = known_of(task)
         if known is None:
@@ -342,19 +329,11 @@ def long_table() -> str:
                 "proved: at most": limits[1],
             }
         )
-    return f"{markdown(rows)}\n\n{_in_words()}"
-
-
-def _in_words() -> str:
-    """Title and description of each task, and its picture (`python -m documentation.tasks`)."""
-    found = []
-    for task in TASKS.values():
-        if known_of(task) is not None:
-            asked = f"**{task.name}**: {task.title} [{task.unit}]. {task.about}"
-            picture = f"tasks/{task.name}.png"
-            drawn = (DOCS / picture).exists()
-            found.append(f"{asked}\n\n![{task.name}]({picture})" if drawn else asked)
-    return "\n\n".join(found)
+        words.append(f"**{task.name}**: {task.title} [{task.unit}]. {task.about}")
+        picture = f"tasks/{task.name}.png"  # of `python -m documentation.tasks`
+        if (DOCS / picture).exists():
+            words.append(f"![{task.name}]({picture})")
+    return "\n\n".join([markdown(rows), *words])
 
 
 def main(arguments: list[str]) -> None:

@@ -51,13 +51,18 @@ def rows(quick: bool) -> Iterator[dict[str, Any]]:
     for name, times in ((BIPED, 1), ("Pendulum-v1", 5), ("CartPole-v1", 5), (UGV, 1)):
         make, steps = partial(gymnasium.make, name), times * count
         yield looped("gymnasium.make", name, make, 1, steps, repeats)
-    for batch in (64, 256, 1024):
-        yield vector(BIPED, "vector_entry_point", batch, few, repeats)
-    for name in ("Pendulum-v1", "CartPole-v1"):
-        yield vector(name, "sync", 64, few, repeats)
-    yield vector("CartPole-v1", "vector_entry_point", 1024, few, repeats)
-    for batch in (64, 256, 1024) if find_spec("stable_baselines3") else ():  # the extra sb3
-        yield sb3(batch, few, repeats)
+    vectors = [(BIPED, "vector_entry_point", batch) for batch in (64, 256, 1024)]
+    vectors += [(name, "sync", 64) for name in ("Pendulum-v1", "CartPole-v1")]
+    vectors.append(("CartPole-v1", "vector_entry_point", 1024))
+    for name, mode, batch in vectors:
+        make = partial(gymnasium.make_vec, name, num_envs=batch, vectorization_mode=mode)
+        yield looped(f"make_vec ({mode})", name, make, batch, few, repeats)
+    if find_spec("stable_baselines3"):  # the extra sb3
+        from stickslip.envs.adapters.sb3 import SB3VecEnv
+
+        for batch in (64, 256, 1024):
+            make = partial(SB3VecEnv, BipedEnv(), BipedEnv().default_params, batch)
+            yield looped("SB3VecEnv", BIPED, make, batch, few, repeats)
     for track in ("bump", "rough", "random-bump", "random-rough"):
         env, size = UGVEnv(), (8192, max(10, int(share * 48)), repeats)
         params = env.make_params(track=track)
@@ -104,8 +109,7 @@ def collected(batch: int, steps: int, repeats: int) -> dict[str, Any]:
     """`collect` on all cores; every run goes on where the one before ended."""
     env, torque = BipedEnv(), jnp.full((1,), 0.04)
 
-    def noisy(torque: jax.Array, obs: jax.Array, key: jax.Array) -> jax.Array:
-        del obs
+    def noisy(torque: jax.Array, _: jax.Array, key: jax.Array) -> jax.Array:
         return torque + 0.075 * jax.random.normal(key, (1,))
 
     run_one = partial(collect, env, env.default_params, noisy, num_envs=batch, steps=steps)
@@ -143,20 +147,6 @@ def looped(
                 env.reset()
 
     return row(interface, name, batch, steps * batch, run, repeats, first)
-
-
-def vector(name: str, mode: str, batch: int, *size: int) -> dict[str, Any]:
-    """gymnasium.make_vec(name)."""
-    make = partial(gymnasium.make_vec, name, num_envs=batch, vectorization_mode=mode)
-    return looped(f"make_vec ({mode})", name, make, batch, *size)
-
-
-def sb3(batch: int, *size: int) -> dict[str, Any]:
-    """The SB3 VecEnv."""
-    from stickslip.envs.adapters.sb3 import SB3VecEnv
-
-    make = partial(SB3VecEnv, BipedEnv(), BipedEnv().default_params, batch)
-    return looped("SB3VecEnv", BIPED, make, batch, *size)
 
 
 def row(interface, name, batch, steps, run, repeats, compiling) -> dict[str, Any]:

@@ -16,8 +16,7 @@ from stickslip.dynamics.kernels.grouping import SWITCH
 
 
 def built(function: Callable[..., Any], *arguments: Any) -> tuple[Callable[..., Any], float]:
-    """Compile `function` for these arguments' shapes: the program, and the seconds from Python to
-    machine code."""
+    """Compile `function` for these arguments' shapes: the program, and the seconds that it took."""
     begun = time.perf_counter()
     call = jax.jit(function).lower(*arguments).compile()
     return call, time.perf_counter() - begun

@@ -20,14 +20,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks import report
-from benchmarks.report import markdown, provenance, put_between, read_json
 from benchmarks.tasks import EPISODES, long_table, put, rounded
 from stickslip.agents.evaluation.rollout import is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.training.ppo import PPOTrainer, settings_of
 from stickslip.envs import TASKS, known_of, task_by_name
-from stickslip.envs.tasks.known import FILE, read_known
+from stickslip.envs.tasks.known import FILE, SOLVED, read_known
 
 if TYPE_CHECKING:
     from stickslip.agents.training.configuration import Configuration
@@ -38,8 +37,6 @@ STRETCHES, SEEDS = 16, (0, 1, 2, 3, 4)
 """Evaluations of a training; seeds of each task."""
 TIMESTEPS = {"biped": 8_000_000, "ugv": 524_288}
 """Steps of each seed."""
-GOAL = 0.9
-"""The score whose time is looked for."""
 
 
 def configuration(task: TaskDefinition) -> Configuration:
@@ -70,18 +67,17 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
     env, training, params, _ = machine_by_name(task.machine).training_task(config)
     test, seen = without_resets(env), range(EPISODES[task.machine] if is_random(params) else 1)
     samples = settings_of(config)[0].samples
-    kinds = [replace(config, seed=seed) for seed in SEEDS]
     PPOTrainer(config, env, training).advance(samples)  # compiles
-    trainers = [PPOTrainer(one, env, training) for one in kinds]
+    trainers = [PPOTrainer(replace(config, seed=seed), env, training) for seed in SEEDS]
     spent, rows, updates = 0.0, [], -(-config.timesteps // samples)
     for part in range(1, STRETCHES + 1):
         begun = time.process_time()
         for trainer in trainers:
             trainer.advance(-(-updates * part // STRETCHES) * samples)
         spent += time.process_time() - begun
-        policies = [trainer.policy() for trainer in trainers]
-        played = [play(test, one, params, seen, keep_of).reward.mean() for one in policies]
-        rows.append((trainers[0].timesteps, spent, [rounded(float(one)) for one in played]))
+        played = [play(test, one.policy(), params, seen, keep_of) for one in trainers]
+        returns = [rounded(float(one.reward.mean())) for one in played]
+        rows.append((trainers[0].timesteps, spent, returns))
         print(f"  {rows[-1][0]:>10,} steps, {spent:.1f} s: {rows[-1][-1]}", flush=True)
 
     passed, processor, returns = zip(*rows, strict=True)
@@ -102,8 +98,8 @@ def scores(entry: dict[str, Any], name: str) -> np.ndarray:
 
 
 def reached(entry: dict[str, Any], name: str) -> list[int]:
-    """First point with a score of GOAL, for each seed that has one."""
-    good = scores(entry, name) >= GOAL
+    """First point with a score of SOLVED, for each seed that has one."""
+    good = scores(entry, name) >= SOLVED
     return [int(np.argmax(row)) for row in good if row.any()]
 
 
@@ -111,7 +107,7 @@ def body(content: dict[str, Any]) -> str:
     """Steps, time and scores on each task."""
     tasks = content.get("tasks", {})
     rows = [{"task": f"`{name}`"} | row(tasks[name], name) for name in TASKS if name in tasks]
-    return f"{markdown(rows)}\n\nMeasured on {report.where(content)}."
+    return f"{report.markdown(rows)}\n\nMeasured on {report.where(content)}."
 
 
 def row(entry: dict[str, Any], name: str) -> dict[str, str]:
@@ -125,7 +121,7 @@ def row(entry: dict[str, Any], name: str) -> dict[str, str]:
         "steps": f"{steps[-1] / 1e6:.2g} M",
         "processor [s]": f"{seconds[-1]:.0f}",
         "score at the end": f"{end.value:.2f} ± {end.high - end.value:.2f}",
-        f"reach {GOAL}": f"{len(first)} of {len(found)}",
+        f"reach {SOLVED}": f"{len(first)} of {len(found)}",
         "after, steps": "" if point is None else f"{steps[point] / 1e6:.2g} M",
         "after, processor [s]": "" if point is None else f"{seconds[point]:.1f}",
     }
@@ -149,12 +145,12 @@ def is_there(content: dict[str, Any], task: TaskDefinition) -> bool:
 
 def redraw(content: dict[str, Any]) -> None:
     """Write pages and what is known of learning."""
-    put_between(PAGE, body(content), "training")
+    report.put_between(PAGE, body(content), "training")
     for name, entry in content["tasks"].items():
         known = read_known(FILE)
         if name in known and name in TASKS:
             put(name, {**known[name], "learned": learned(entry)})
-    put_between(TASK_PAGE, long_table(), "tasks")
+    report.put_between(TASK_PAGE, long_table(), "tasks")
 
 
 def main(arguments: list[str]) -> None:
@@ -164,16 +160,16 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--redraw", action="store_true")
     given = parser.parse_args(arguments)
     if given.redraw:
-        redraw(read_json(given.out))
+        redraw(report.read_json(given.out))
         return
     usual = [name for name, task in TASKS.items() if task.cost_limit is None]
     for task in map(task_by_name, given.only or usual):  # scores here do not ask for costs
-        content = read_json(given.out)
+        content = report.read_json(given.out)
         if is_there(content, task):
             print(f"{task.name}: is there", flush=True)
             continue
         print(task.name, flush=True)
-        content = {**content, **provenance()}
+        content = {**content, **report.provenance()}
         content.setdefault("tasks", {})[task.name] = measure(task)
         report.write_json(content, given.out)
 

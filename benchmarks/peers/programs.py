@@ -14,16 +14,8 @@ import numpy as np
 from benchmarks.timing import times_of
 from stickslip.agents.exchange.files import Settings, joint_of, mechanism, mjcf
 from stickslip.dynamics import Scene
-from stickslip.dynamics.biped import (
-    SUPPORT_START,
-    BipedParams,
-    BipedState,
-    RK4Split,
-    Table,
-    prepare,
-    simulate,
-    step,
-)
+from stickslip.dynamics.biped import SUPPORT_START, BipedParams, BipedState, prepare, simulate, step
+from stickslip.dynamics.biped.settings import RK4Split, Table
 
 DURATION = 0.79
 """Duration of the walk [s]: from rest at pi/2 to just before the exchange of support."""

@@ -13,18 +13,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.report import (
-    USEFUL,
-    called,
-    front_of,
-    knee_of,
-    markdown,
-    measured_by_command,
-    put_between,
-    rows_json,
-    three,
-    where,
-)
+from benchmarks import report
 from benchmarks.tradeoff.costs import costs
 from benchmarks.tradeoff.walks import FLOORS, ROBOTS, population, samples
 from stickslip.dynamics.biped.recommendation import PRESET_BATCH, PRESET_SCENE, QUANTILES
@@ -57,14 +46,10 @@ class Promise(NamedTuple):
     cost: float
 
     @property
-    def setting(self) -> list[Any]:
-        """What was measured, as measured.json has it."""
-        return [called(self.fidelity), called(self.integrator), self.dt, self.dtype]
-
-    @property
     def family(self) -> str:
         """Name of the integrator."""
-        return {"EventExact": "event_exact", "RK4Split": "rk4_split"}[called(self.integrator)[0]]
+        name = report.called(self.integrator)[0]
+        return {"EventExact": "event_exact", "RK4Split": "rk4_split"}[name]
 
     @property
     def error(self) -> float:
@@ -100,34 +85,35 @@ def promises_of(content: dict[str, Any], scene: str, robots: str, batch: int) ->
 def integrator_name(point: Promise) -> str:
     """With its step, or its tolerance where it chooses its steps."""
     if point.family == "event_exact":
-        return f"event_exact {called(point.integrator)[1].get('rtol', 1e-9):.0e}"
+        return f"event_exact {report.called(point.integrator)[1].get('rtol', 1e-9):.0e}"
     return f"{point.family} {1e3 * point.dt:g} ms"
 
 
 def source(content: dict[str, Any]) -> str:
     """Text of dynamics/biped/measured.json; the same content gives the same text."""
-    settings: list[list] = []
+    settings: dict[tuple, int] = {}
     costs, errors = [], {}
     for scene, robots, batch in product(FLOORS, ROBOTS, COSTS):
         for promise in promises_of(content, scene, robots, batch):
-            if promise.setting not in settings:
-                settings.append(promise.setting)
-            index = settings.index(promise.setting)
+            index = settings.setdefault(promise[: len(NAMES)], len(settings))
             if robots == ROBOTS[0]:
-                costs.append([scene, index, batch, three(promise.cost)])
-            bounds = [[three(v) for v in bound] for bound in promise.bounds.values()]
+                costs.append([scene, index, batch, report.three(promise.cost)])
+            bounds = [[report.three(v) for v in bound] for bound in promise.bounds.values()]
             share = float(f"{promise.otherwise:.2g}")
             errors[scene, index, robots] = [scene, index, robots, bounds, share]
     presets = presets_of(content).items()
-    return rows_json(
+    return report.rows_json(
         {
-            "costs_measured_on": where(content, "costs"),
-            "errors_measured_on": where(content, "population"),
-            "settings": settings,
+            "costs_measured_on": report.where(content, "costs"),
+            "errors_measured_on": report.where(content, "population"),
+            "settings": [
+                [report.called(fidelity), report.called(integrator), *rest]
+                for fidelity, integrator, *rest in settings
+            ],
             "costs": costs,
             "samples": [[s["scene"], s["robots"], s["count"]] for s in content["samples"]],
             "errors": list(errors.values()),
-            "presets": [[name, settings.index(p.setting)] for name, p in presets],
+            "presets": [[name, settings[p[: len(NAMES)]]] for name, p in presets],
         }
     )
 
@@ -140,22 +126,22 @@ def presets_of(content: dict[str, Any]) -> dict[str, Promise]:
     none where nothing was measured.
     """
     points = promises_of(content, PRESET_SCENE, ROBOTS[0], PRESET_BATCH)
-    if not front_of([p for p in points if p.dtype == "float32"]):
+    single = [p for p in points if p.dtype == "float32"]
+    if not report.front_of(single):
         return {}
 
     def cheapest(tolerance: float, among: list[Promise]) -> Promise:
-        along = front_of(among)
+        along = report.front_of(among)
         return next((p for p in along if p.error <= tolerance), along[-1])
 
-    single = [p for p in points if p.dtype == "float32" and p.error <= USEFUL]
     fast, exact = cheapest(2e-2, single), cheapest(1e-8, points)
-    return {"fast": fast, "balanced": knee_of(single), "exact": exact}
+    return {"fast": fast, "balanced": report.knee_of(single), "exact": exact}
 
 
 def body(content: dict[str, Any]) -> str:
     """The tables of docs/accuracy.md."""
-    measured = f"Promises: {where(content, 'population')}. Costs: {where(content, 'costs')}."
-    return f"{presets(content)}\n\n{measured}"
+    errors, costs = (report.where(content, part) for part in ("population", "costs"))
+    return f"{presets(content)}\n\nPromises: {errors}. Costs: {costs}."
 
 
 def presets(content: dict[str, Any]) -> str:
@@ -163,7 +149,7 @@ def presets(content: dict[str, Any]) -> str:
     chosen = [
         {
             "preset": name,
-            "fidelity": "table {pieces}x{degree}".format(**called(point.fidelity)[1]),
+            "fidelity": "table {pieces}x{degree}".format(**report.called(point.fidelity)[1]),
             "integrator": integrator_name(point),
             "type": point.dtype,
             "typical [rad/s]": f"{point.bounds[MEDIAN][0]:.1e}",
@@ -172,7 +158,7 @@ def presets(content: dict[str, Any]) -> str:
         }
         for name, point in presets_of(content).items()
     ]
-    return markdown(chosen) if chosen else "Not measured."
+    return report.markdown(chosen) if chosen else "Not measured."
 
 
 MARKERS = {"event_exact": "D", "rk4_split": "o"}
@@ -184,10 +170,9 @@ def draw(content: dict[str, Any], path: Path) -> None:
     """Write the PNG: bars from what half of the default robot's walks keep to what 99 % keep."""
     figure, axes = make_sheet(len(FLOORS), len(COSTS), (WIDTH, 2.4 * len(FLOORS)), sharex=False)
     shown: dict[str, Any] = {}
-    panels = ((floor, batch) for floor in FLOORS for batch in COSTS)
-    for axis, (floor, batch) in zip(axes, panels, strict=True):
+    for axis, (floor, batch) in zip(axes, product(FLOORS, COSTS), strict=True):
         points = promises_of(content, floor, ROBOTS[0], batch)
-        along = front_of(points)
+        along = report.front_of(points)
         for p in points:
             look = {"color": COLOURS[p.dtype], "alpha": 1.0 if p in along else 0.35}
             span = p.bounds[MEDIAN][0], min(p.bounds["0.99"][0], 10.0)
@@ -199,14 +184,13 @@ def draw(content: dict[str, Any], path: Path) -> None:
             ends = [p.cost for p in along], [p.error for p in along]
             look = {"color": theme.INK, "lw": 0.8, "drawstyle": "steps-post", "zorder": 1}
             (shown["cheapest for its error"],) = axis.plot(*ends, **look)
-            knee = knee_of(points)
+            knee = report.knee_of(points)
             ring = {"mfc": "none", "mec": theme.INK, "zorder": 4}
             (shown["knee"],) = axis.plot(knee.cost, knee.error, "o", ms=10, **ring)
         axis.set(xscale="log", yscale="log", ylim=(None, 3.0))
         note = f"{batch} environment{'s' if batch > 1 else ''}"
-        name_panel(
-            axis, f"{floor}: error [rad/s]", note, "processor time of a simulated second [s]"
-        )
+        below = "processor time of a simulated second [s]"
+        name_panel(axis, f"{floor}: error [rad/s]", note, below)
     figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=5)
     save_sheet(figure, path)
 
@@ -221,8 +205,8 @@ def update(content: dict[str, Any]) -> None:
     """Write the data of `recommend`, the page's tables and the picture."""
     draw(content, PICTURE)
     write_whole(DATA, source(content))
-    put_between(DOCUMENT, body(content))
+    report.put_between(DOCUMENT, body(content))
 
 
 if __name__ == "__main__":
-    measured_by_command("tradeoff", __doc__, PARTS, update)
+    report.measured_by_command("tradeoff", __doc__, PARTS, update)

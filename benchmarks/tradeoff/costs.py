@@ -13,8 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from benchmarks.timing import built, seconds_of
-from benchmarks.tradeoff.walks import CONTROL as PERIOD
-from benchmarks.tradeoff.walks import FLOORS, names_of, settings
+from benchmarks.tradeoff.walks import CONTROL, FLOORS, names_of, settings
 from stickslip.dynamics import Scene
 from stickslip.dynamics.biped import BipedParams, BipedState, EventExact, Table, prepare, simulate
 from stickslip.dynamics.biped.settings import Setting
@@ -24,7 +23,7 @@ CORES = 2
 """A batch is split over this many threads."""
 PATIENCE = 0.1
 """Length of a timed run of a batch [s]; the median of three counts."""
-TRUTH = Setting(Table(64, 9), EventExact(rtol=1e-10, atol=1e-13), PERIOD, "float64")
+TRUTH = Setting(Table(64, 9), EventExact(rtol=1e-10, atol=1e-13), CONTROL, "float64")
 SPAN = 0.2
 """Time that a batch is simulated for in one call [s]."""
 
@@ -87,13 +86,13 @@ def walked(walk: Walk, setting: Setting, duration: float) -> Callable[[BipedStat
     params = BipedParams.from_bars(dtype=jnp.dtype(setting.dtype))
     model = jax.block_until_ready(jax.jit(partial(prepare, fidelity=setting.fidelity))(params))
     scene = jax.tree.map(lambda leaf: jnp.asarray(leaf, setting.dtype), walk.scene())
-    integrator = setting.integrator_over(PERIOD)
+    integrator = setting.integrator_over(CONTROL)
 
     def torque(state: BipedState) -> Any:
         return walk.gain * (walk.wanted - state.crank_rate)
 
     def run(state: BipedState) -> Any:
-        found = simulate(model, scene, state, torque, duration, PERIOD, integrator=integrator)
+        found = simulate(model, scene, state, torque, duration, CONTROL, integrator=integrator)
         return found.states
 
     return run
@@ -103,9 +102,8 @@ def states_along(walk: Walk) -> BipedState:
     """States at the ends of the walk's control periods, event-exact in float64."""
     with jax.enable_x64(True):
         state = BipedState(crank_rate=walk.rate).astype("float64")
-        return jax.tree.map(
-            lambda leaf: np.asarray(leaf)[1:], walked(walk, TRUTH, walk.duration)(state)
-        )
+        found = walked(walk, TRUTH, walk.duration)(state)
+        return jax.tree.map(lambda leaf: np.asarray(leaf)[1:], found)
 
 
 def spread(along: BipedState, batch: int, dtype: str) -> BipedState:

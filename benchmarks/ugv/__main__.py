@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -18,26 +19,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.report import (
-    called,
-    code_of,
-    markdown,
-    measured_by_command,
-    put_between,
-    rows_json,
-    three,
-    where,
-)
+from benchmarks import report
 from benchmarks.timing import built, seconds_of
-from benchmarks.ugv.poses import (
-    AS_FUNCTION,
-    CONFIDENCE,
-    FRICTION,
-    PLACES,
-    QUANTILE,
-    SOLVERS,
-    promises,
-)
+from benchmarks.ugv import poses
 from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_waves
 from stickslip.optim import CRITERIA, PostureProblem, bound_every_drive, solve
@@ -59,52 +43,44 @@ def waves() -> Track:
     return Track(rough_waves(jax.random.key(0), class_roughness("D")), START, END)
 
 
-def sines() -> Track:
-    """Ground given as a function, its slopes by differentiation."""
-
-    def height(x):
-        return 0.05 * jnp.sin(2 * x + 0.3) + 0.02 * jnp.sin(5 * x + 1) + 0.006 * jnp.sin(9 * x + 2)
-
-    return Track.from_function(height, START, END)
+def sines(x: jax.Array) -> jax.Array:
+    """Height of ground that is given as a function, its slopes by differentiation."""
+    return 0.05 * jnp.sin(2 * x + 0.3) + 0.02 * jnp.sin(5 * x + 1) + 0.006 * jnp.sin(9 * x + 2)
 
 
 GROUNDS: dict[str, Callable[[], Track]] = {
     "closed": lambda: Track.bump(start=START, end=END),
     "waves": waves,
     "spline": lambda: waves().resampled(-12.0, 20.0, 512),
-    "function": sines,
+    "function": lambda: Track.from_function(sines, START, END),
 }
 """The track whose cost stands for a kind of ground; every table costs the same."""
 
 
 def costs(quick: bool) -> Iterator[dict[str, Any]]:
     """A row for each ground, solver, precision and batch."""
-    for ground in list(GROUNDS)[:2] if quick else GROUNDS:
-        for solver in SOLVERS[1:2] if quick else SOLVERS:
-            for dtype in ("float64", "float32"):
-                for batch in BATCHES:
-                    names = {"ground": ground, "solver": code_of(solver), "dtype": dtype}
-                    yield {**names, "batch": batch, "cost": cost(ground, solver, dtype, batch)}
+    grounds = list(GROUNDS)[:2] if quick else GROUNDS
+    solvers = poses.SOLVERS[1:2] if quick else poses.SOLVERS
+    for ground, solver, dtype, batch in product(grounds, solvers, poses.DTYPES, BATCHES):
+        names = {"ground": ground, "solver": report.code_of(solver), "dtype": dtype}
+        yield {**names, "batch": batch, "cost": cost(ground, solver, dtype, batch)}
 
 
 def cost(ground: str, solver: PoseSolver, dtype: str, batch: int) -> float:
-    """Processor time of all that a pose of the default vehicle has [s]."""
+    """Processor time of all that a pose of the default vehicle has [s]; front contacts from 2 to
+    7.5 m and leg angles over the whole range."""
     with jax.enable_x64(True):
         track = GROUNDS[ground]()
     with jax.enable_x64(dtype == "float64"):
-        arguments = (track.astype(jnp.dtype(dtype)), *map(jnp.asarray, drawn(dtype, batch)))
-        answers = partial(equilibrium, UGVParams(), friction=FRICTION, solver=solver)
+        params, random = UGVParams(), np.random.default_rng(0)
+        x = random.uniform(2.0, 7.5, batch)
+        angles = random.uniform(params.leg_angle_min, params.leg_angle_max, (batch, 2))
+        drawn = jnp.asarray(x, dtype), jnp.asarray(angles, dtype)
+        arguments = (track.astype(jnp.dtype(dtype)), *drawn)
+        answers = partial(equilibrium, params, friction=poses.FRICTION, solver=solver)
         program, _ = built(answers, *arguments)
         processor, _ = seconds_of(partial(program, *arguments), PATIENCE, 5, 10_000)
     return processor / batch
-
-
-def drawn(dtype: str, batch: int) -> tuple[np.ndarray, np.ndarray]:
-    """Front contacts [batch] from 2 to 7.5 m and leg angles [batch, 2] over the whole range."""
-    params, random = UGVParams(), np.random.default_rng(0)
-    x = random.uniform(2.0, 7.5, batch)
-    angles = random.uniform(params.leg_angle_min, params.leg_angle_max, (batch, 2))
-    return x.astype(dtype), angles.astype(dtype)
 
 
 def promises_of(content: dict[str, Any]) -> list[dict[str, Any]]:
@@ -119,7 +95,7 @@ def promises_of(content: dict[str, Any]) -> list[dict[str, Any]]:
         costs.setdefault(key, {})[row["batch"]] = row["cost"]
     groups: dict[tuple, list[dict[str, Any]]] = {}
     for row in content["promise"]:
-        ground = "function" if row["ground"] in AS_FUNCTION else row["ground"]
+        ground = "function" if row["ground"] in poses.AS_FUNCTION else row["ground"]
         groups.setdefault((ground, *(row[name] for name in NAMES[1:])), []).append(row)
 
     def worst(rows: list[dict[str, Any]], name: str) -> list[float]:
@@ -162,19 +138,19 @@ def source(content: dict[str, Any]) -> str:
     for p in recommended(content):
         index = settings.setdefault((p["solver"], p["dtype"]), len(settings))
         errors = [  # rounded up but for the median
-            [three(typical), *(three(1.005 * one) for one in others)]
+            [report.three(typical), *(report.three(1.005 * one) for one in others)]
             for typical, *others in (p["torque"], p["contact"])
         ]
         promises.append([p["ground"], p["place"], index, p["poses"], *errors])
         costs |= {(p["ground"], index, batch): cost for batch, cost in p["costs"].items()}
-    return rows_json(
+    return report.rows_json(
         {
-            "measured_on": where(content, "promise"),
-            "quantile": QUANTILE,
-            "confidence": CONFIDENCE,
-            "settings": [[called(solver)[1], dtype] for solver, dtype in settings],
+            "measured_on": report.where(content, "promise"),
+            "quantile": poses.QUANTILE,
+            "confidence": poses.CONFIDENCE,
+            "settings": [[report.called(solver)[1], dtype] for solver, dtype in settings],
             "promises": promises,
-            "costs": [[*key, three(cost)] for key, cost in sorted(costs.items())],
+            "costs": [[*key, report.three(cost)] for key, cost in sorted(costs.items())],
         }
     )
 
@@ -182,46 +158,39 @@ def source(content: dict[str, Any]) -> str:
 def table(content: dict[str, Any]) -> str:
     """Promises of each recommended setting, with its cost in the largest batch."""
     lines: dict[tuple, dict[str, Any]] = {}
-    columns = [f"{name}, {place}" for name in ("torque", "contact") for place in PLACES]
+    columns = [f"{name}, {place}" for name in ("torque", "contact") for place in poses.PLACES]
     for p in recommended(content):
         names = {"ground": p["ground"], "solver": p["solver"], "type": p["dtype"]}
         line = lines.setdefault(tuple(names.values()), names | dict.fromkeys(columns, "-"))
         for name in ("torque", "contact"):
             line[f"{name}, {p['place']}"] = f"{p[name][1]:.1e}"
         line["cost [s]"] = f"{p['costs'][max(p['costs'])]:.1e}"
-    said = (
-        f"Measured on {where(content, 'promise')}; costs: {where(content, 'costs')}. Torque in "
-        "weight times wheel radius, contact in wheel radii; processor seconds for each of 16384 "
-        "poses."
+    errors, costs = (report.where(content, part) for part in ("promise", "costs"))
+    return (
+        f"Measured on {errors}; costs: {costs}. Torque in weight times wheel radius, contact in "
+        "wheel radii; processor seconds for each of 16384 poses.\n\n"
+        f"{report.markdown(list(lines.values()))}"
     )
-    return f"{said}\n\n{markdown(list(lines.values()))}"
 
 
 def bounds(quick: bool) -> Iterator[dict[str, Any]]:
-    """A row for each criterion and track."""
-    for criterion in list(CRITERIA)[:1] if quick else CRITERIA:
-        for track in TRACKS[:2] if quick else TRACKS:
-            yield bound(track, criterion)
-
-
-def bound(track: str, criterion: str) -> dict[str, Any]:
-    """The task of the environment's defaults: 0.1 m a step, 1 rad/m, mu 0.8, legs straight at
-    first."""
-    straight = (np.pi / 2, np.pi / 2)
-    problem = PostureProblem.along(
-        Track.named(track), criterion, leg_rate=1.0, start_angles=straight
-    )
-    known = solve(problem, "dp")
-    found = bound_every_drive(problem, known.x)
-    return {
-        "track": track,
-        "criterion": criterion,
-        "unit": problem.criterion.unit,
-        "legs straight": problem.objective(np.full(problem.n, np.pi / 2)),
-        "best known": known.value,
-        "bound": found.value,
-        "gap": found.gap,
-    }
+    """A row for each criterion and track, in the task of the environment's defaults: 0.1 m a step,
+    1 rad/m, mu 0.8, legs straight at first."""
+    limits: dict[str, Any] = {"leg_rate": 1.0, "start_angles": (np.pi / 2, np.pi / 2)}
+    criteria = list(CRITERIA)[:1] if quick else CRITERIA
+    for criterion, track in product(criteria, TRACKS[:2] if quick else TRACKS):
+        problem = PostureProblem.along(Track.named(track), criterion, **limits)
+        known = solve(problem, "dp")
+        found = bound_every_drive(problem, known.x)
+        yield {
+            "track": track,
+            "criterion": criterion,
+            "unit": problem.criterion.unit,
+            "legs straight": problem.objective(np.full(problem.n, np.pi / 2)),
+            "best known": known.value,
+            "bound": found.value,
+            "gap": found.gap,
+        }
 
 
 def bounds_table(rows: list[dict[str, Any]]) -> str:
@@ -233,19 +202,19 @@ def bounds_table(rows: list[dict[str, Any]]) -> str:
         known = row["best known"]
         distinct = known < 0 or known > 1e-6 * abs(row["legs straight"])
         line[row["track"]] = f"{row['bound']:.4g}" + (f" ({row['gap']:.1%})" if distinct else "")
-    return markdown(list(lines.values()))
+    return report.markdown(list(lines.values()))
 
 
-PARTS: dict[str, Any] = {"promise": promises, "costs": costs, "bounds": bounds}
+PARTS: dict[str, Any] = {"promise": poses.promises, "costs": costs, "bounds": bounds}
 
 
 def update(content: dict[str, Any]) -> None:
     """Write the data of `recommend` and the page's tables."""
     write_whole(DATA, source(content))
-    put_between(DOCUMENT, table(content))
-    measured = f"Measured on {where(content, 'bounds')}."
-    put_between(DOCUMENT, f"{bounds_table(content['bounds'])}\n\n{measured}", "bounds")
+    report.put_between(DOCUMENT, table(content))
+    measured = f"Measured on {report.where(content, 'bounds')}."
+    report.put_between(DOCUMENT, f"{bounds_table(content['bounds'])}\n\n{measured}", "bounds")
 
 
 if __name__ == "__main__":
-    measured_by_command("ugv", __doc__, PARTS, update)
+    report.measured_by_command("ugv", __doc__, PARTS, update)

@@ -9,8 +9,9 @@ gentle to as hollow as the wheel, a fifth of it beyond, with slopes up to 0.9.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import Any, NamedTuple
 
 import jax
@@ -20,7 +21,7 @@ from scipy import interpolate
 
 from benchmarks.report import code_of, upper_bound
 from stickslip.dynamics import Status
-from stickslip.dynamics.pytrees import register_pytree
+from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.ugv import Equilibrium, Pose, PoseSolver, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import Waves
 from stickslip.dynamics.ugv.ground.shapes import Bump, Closed, Ditch, Ramp, Sinusoid, Step, in_two
@@ -52,12 +53,12 @@ FRICTION = 0.8
 SURE = 1e-15
 """[-]: smaller errors are not claimed."""
 SOLVERS = (PoseSolver(), PoseSolver(samples=0), PoseSolver(samples=0, tolerance=1e-4))
+DTYPES = ("float64", "float32")
 CHECKED = (Status.HOLLOW_GROUND, Status.GROUNDED)
 """Statuses that a setting without samples cannot detect."""
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Together(Closed):
     """A sum of shapes, raised by a height [m]: one program for all closed forms."""
 
@@ -75,8 +76,7 @@ class Together(Closed):
         return (self.height + 0 * y, y), dy, d2y
 
 
-@register_pytree
-@dataclass(frozen=True)
+@pytree_dataclass
 class Known:
     """A ground known by its heights at places in the world, as a user's function is."""
 
@@ -101,8 +101,7 @@ def draw(ground: str, place: str, count: int, seed: int = CHOSEN, shifted: bool 
 
     shifted: the same poses with ground and vehicle moved along x, for the rounding of an answer.
     """
-    key = (seed, CLASSES.index(ground), list(PLACES).index(place))
-    random = np.random.default_rng(key)
+    random = np.random.default_rng((seed, CLASSES.index(ground), list(PLACES).index(place)))
     params = vehicles(random, count)
     r = np.asarray(params.wheel_radius)
     low, high = PLACES[place]
@@ -184,9 +183,9 @@ def _closed(random, limits: Limits, at, height, shifted):
     return Together(shapes, height), at + beside + late
 
 
-def _wave_numbers(random, limits: Limits):
-    """Amplitudes [m], frequencies [cycles/m], phases and the shortest wave: half are one to eight
-    sines of any length, half a band with the spectrum of ISO 8608 cut into 16."""
+def _drawn_waves(random, limits: Limits) -> tuple[Waves, np.ndarray]:
+    """Waves and the length of the shortest [m]: half are one to eight sines of any length, half a
+    band with the spectrum of ISO 8608 cut into 16."""
     n, r, count = len(limits.radius), limits.radius, 16
     shortest = r * _log_uniform(random, 3.0, 40.0, n)
     rough = random.uniform(0, 1, n) < 0.5
@@ -202,15 +201,15 @@ def _wave_numbers(random, limits: Limits):
     size, k = size * kept, 2 * np.pi * frequencies
     # Waves seldom add up: twice the root mean square stands for the largest.
     steep, curved = (np.sqrt(2 * np.sum((size * k**p) ** 2, 1)) for p in (1, 2))
-    return size * limits.least(1 / curved / r, 1 / steep)[:, None], frequencies, phases, shortest
+    amplitudes = size * limits.least(1 / curved / r, 1 / steep)[:, None]
+    return Waves(amplitudes, frequencies, phases), shortest
 
 
 def _waves(random, limits: Limits, at, height, shifted):
-    amplitudes, frequencies, phases, _ = _wave_numbers(random, limits)
+    waves, _ = _drawn_waves(random, limits)
     moved = np.where(shifted, 0.377 * limits.radius, 0.0)
-    phases = np.mod(phases - 2 * np.pi * frequencies * moved[:, None], 2 * np.pi)
-    numbers: Any = (amplitudes, frequencies, phases)
-    return Together((Waves(*numbers),), height), at + moved
+    phases = np.mod(waves.phases - 2 * np.pi * waves.frequencies * moved[:, None], 2 * np.pi)
+    return Together((replace(waves, phases=phases),), height), at + moved
 
 
 def _spline(random, limits: Limits, at, height, shifted):
@@ -253,15 +252,14 @@ def _through_points(random, limits: Limits, kind):
 
 def _table(random, limits: Limits):
     """Waves as a table with 8 pieces for the shortest: rows [n, pieces, 6] and spacing [m]."""
-    amplitudes, frequencies, phases, shortest = _wave_numbers(random, limits)
+    waves, shortest = _drawn_waves(random, limits)
     spacing = shortest / 8
 
-    def table(amplitudes, frequencies, phases, spacing):
-        shape = Waves(amplitudes, frequencies, phases)
+    def table(shape, spacing):
         return hermite_table(shape.profile, 0.0, POINTS * spacing, POINTS).coefficients
 
     with jax.enable_x64(True):
-        rows = jax.jit(jax.vmap(table))(amplitudes, frequencies, phases, spacing)
+        rows = jax.jit(jax.vmap(table))(waves, spacing)
     return np.asarray(rows), spacing
 
 
@@ -300,14 +298,12 @@ def promises(quick: bool) -> Iterator[dict[str, Any]]:
     """A row for each class of ground, place and setting."""
     count = 1 << 12 if quick else COUNT
     with jax.enable_x64(True):
-        for ground in CLASSES[:1] if quick else CLASSES:
-            for where in PLACES:
-                samples = [sample(ground, where, count, seed) for seed in (CHOSEN, HELD_OUT)]
-                for solver in SOLVERS[1:] if quick else SOLVERS:
-                    for dtype in ("float64", "float32"):
-                        off = [errors(one, solver, dtype) for one in samples]
-                        names = {"ground": ground, "place": where, "solver": code_of(solver)}
-                        yield {**names, "dtype": dtype, **promised(*off)}
+        for ground, where in product(CLASSES[:1] if quick else CLASSES, PLACES):
+            samples = [sample(ground, where, count, seed) for seed in (CHOSEN, HELD_OUT)]
+            for solver, dtype in product(SOLVERS[1:] if quick else SOLVERS, DTYPES):
+                off = [errors(one, solver, dtype) for one in samples]
+                names = {"ground": ground, "place": where, "solver": code_of(solver)}
+                yield {**names, "dtype": dtype, **promised(*off)}
 
 
 def sample(ground: str, where: str, count: int, seed: int) -> Sample:
@@ -331,8 +327,7 @@ def differences(
     wheel radius, stretch) is within ten times the pose's own error, and where the ground enters a
     wheel by less than the precision tells (`depth_allowed`).
     """
-    params = jax.tree.map(np.asarray, drawn.params)
-    r, weight = (np.asarray(v, float) for v in (params.wheel_radius, params.weight))
+    r, weight = (np.asarray(v, float) for v in (drawn.params.wheel_radius, drawn.params.weight))
     status, own = np.asarray(truth.status), np.asarray(got.status)
     sound = ~np.isin(status, UNPLACED), ~np.isin(own, UNPLACED)
     both = sound[0] & sound[1]
@@ -350,7 +345,8 @@ def differences(
     wrong = (status != own) & ~np.where(both, near, hollow & edge) & ~unseen
     if np.any(wrong & hollow):
         size = np.asarray(truth.pose.wheelbase) + 2 * r
-        shallow = depths(drawn, truth) <= np.asarray(depth_allowed(size.astype(dtype)), float)
+        depths = _run_over(_depth, NEWTON, (drawn.params, drawn.shape, truth.pose))
+        shallow = depths <= np.asarray(depth_allowed(size.astype(dtype)), float)
         wrong &= ~(hollow & shallow)
     return Differences(torque, contact, wrong)
 
@@ -403,12 +399,8 @@ def _answer(solver: PoseSolver, params: UGVParams, shape, x, angles) -> Equilibr
     return equilibrium(params, Track(shape, 0.0, 1.0), x, angles, FRICTION, solver=solver)
 
 
-def depths(drawn: Drawn, wanted: Equilibrium) -> np.ndarray:
-    """Depth to which the ground enters a wheel of each pose [m]."""
-    return _run_over(_depth, NEWTON, (drawn.params, drawn.shape, wanted.pose))
-
-
 def _depth(solver: PoseSolver, params: UGVParams, shape, placed: Pose) -> jax.Array:
+    """Depth to which the ground enters a wheel of a pose [m]."""
     track, r = Track(shape, 0.0, 1.0), params.wheel_radius
     wheels = placed.rear, placed.front
     return jnp.maximum(*(penetration(track, wheel, r, solver.samples) for wheel in wheels))
