@@ -15,13 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.biped import BipedParams, RK4Split, prepare
-from stickslip.dynamics.biped.estimation import (
-    LOADS,
-    Belief,
-    Noise,
-    initial_belief,
-    observe,
-)
+from stickslip.dynamics.biped.estimation import LOADS, Belief, Noise, initial_belief, observe
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_choice, require_kind, require_number
 from stickslip.dynamics.names import UNKNOWNS

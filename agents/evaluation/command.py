@@ -6,14 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from stickslip.agents.evaluation import players, ranking, results, rollout
-from stickslip.agents.evaluation.evaluate import (
-    EPISODES,
-    env_with,
-    evaluate,
-    evaluate_task,
-    task_in_words,
-)
+from stickslip.agents.evaluation import evaluate, players, ranking, results, rollout
 from stickslip.agents.evaluation.table import joined
 from stickslip.agents.machine import machine_by_name
 from stickslip.dynamics.checks import require_integer
@@ -74,10 +67,10 @@ def _on_task(task: str, named: Who, given: Options, written: Sequence[Path]) -> 
     players.require_unchanged(task, players.given_flags(given))
     who = players.players_on(task, named)
     require_writable(written)
-    about = task_in_words(task)
+    about = evaluate.task_in_words(task)
     print(about)
     how = {name: given[name] for name in CHANGES}
-    table = evaluate_task(task, who, **how, progress=_running)
+    table = evaluate.evaluate_task(task, who, **how, progress=_running)
     return table, {table.rows[0].scene: about}
 
 
@@ -95,10 +88,10 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
                 for name, its in place.who.items()
                 if its == env
             }
-            env = env_with(env, given["shield"], given["program"])
+            env = evaluate.env_with(env, given["shield"], given["program"])
             parts.append((env, own, {place.label: place.params}))
-    how = {"episodes": given["episodes"] or EPISODES, "progress": _running}
-    table = joined([evaluate(*part, **how) for part in parts], order=list(named))
+    how = {"episodes": given["episodes"] or evaluate.EPISODES, "progress": _running}
+    table = joined([evaluate.evaluate(*part, **how) for part in parts], order=list(named))
     return table, {place.label: place.line() for place in places}
 
 

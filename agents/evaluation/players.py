@@ -7,12 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from stickslip.agents.evaluation.rollout import without_resets
-from stickslip.agents.machine import (
-    Machine,
-    machine_of_baseline,
-    machine_of_environment,
-    machines,
-)
+from stickslip.agents.machine import Machine, machine_of_baseline, machine_of_environment, machines
 from stickslip.agents.policy.file import named_task_of, policy_path, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names

@@ -32,9 +32,7 @@ METHOD_NAME = re.compile(r"[\w+. -]{1,64}", re.ASCII)
 MOST_RESULTS = 10_000
 RULES = {
     "task": untrusted.Rule(str, "name"),
-    "episodes": untrusted.Rule(
-        str, "digest of the task and of the episodes, see `episodes_digest`"
-    ),
+    "episodes": untrusted.Rule(str, "`test_episodes` of `stickslip tasks NAME`"),
     "seed": untrusted.Rule(int, "of the training", low=0, optional=True),
     "cost": untrusted.Rule(float, "mean of an episode", optional=True),
     "failures": untrusted.Rule(float, "share of the episodes", low=0, high=1, optional=True),

@@ -109,8 +109,7 @@ class Record:
 
 
 class _Last(NamedTuple):
-    """The last evaluated point: its values [k], margins [m], the number of its draw, and whether
-    its value was asked for."""
+    """The last evaluated point: values [k], margins [m], draw, and if its value was asked for."""
 
     x: np.ndarray
     values: np.ndarray
