@@ -6,10 +6,12 @@ restart until the budget ends. Optional libraries are imported when a method run
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
@@ -168,7 +170,7 @@ def methods_table() -> Table:
 
 
 def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str]) -> list[Method]:
-    """Methods by names of METHODS, or functions under names of one's own.
+    """Methods by names of METHODS or as MODULE:FUNCTION, or functions under names of one's own.
 
     ValueError for an unknown name, with the nearest, or for what cannot be called.
     """
@@ -178,9 +180,15 @@ def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str]) -> list[Met
 
 def _method(name: str, one: Optimiser | str) -> Method:
     require_kind("method", name, str, "a name")
-    if isinstance(one, str):
-        require_choice("method", one, METHODS)
+    if isinstance(one, str) and ":" not in one:
+        require_choice("method", one, METHODS, also="MODULE:FUNCTION")
         return METHODS[one]
+    if isinstance(one, str):
+        sys.path.append("")  # the working directory, of the workers, too
+        try:
+            one = resolve_name(one)
+        except (ImportError, AttributeError, ValueError) as error:
+            raise ValueError(f"method {one}: {error}; accepted: MODULE:FUNCTION") from error
     if name in METHODS or not name.strip() or len(name) > 80:
         raise ValueError(
             f"method {shown(name)}; accepted: a name of your own, of up to 80 characters, that "

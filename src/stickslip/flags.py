@@ -401,7 +401,7 @@ def bench_flags(parser: Parser, part: str) -> None:
     if part != "run":
         return
     add("--out DIR", "directory of the race", required=True)
-    add("--methods NAME", "names (default: all)", nargs="+")
+    add("--methods NAME", "names, or your own MODULE:FUNCTION (default: all)", nargs="+")
     add("--instances ID", "ids of the suite (default: all)", nargs="+")
     add("--budget", "values and gradients of a run", type=int)
     add("--seconds", "processor time of a run", type=float)

@@ -1,9 +1,12 @@
 """Every method by name runs until its budget ends it, and finds what is on paper."""
 
+import sys
+
 import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import METHODS
+from stickslip.agents.optimisers.methods import methods_of
 from stickslip.optim import BudgetSpent, suite
 from tests.optim.instances.toys import LEAST, toy
 
@@ -61,3 +64,14 @@ def test_all_are_tried_and_each_says_what_it_takes():
     assert METHODS["cma"].unsuited(instances["goals-gait-time-energy-d32-v2"]) == (
         "takes 1 to 1 goals, not 2"
     )
+
+
+def test_a_function_of_a_module_in_the_working_directory_is_a_method(tmp_path, monkeypatch):
+    (tmp_path / "own_search.py").write_text("def search(objective, seed):\n    objective.middle\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    (own,) = methods_of(["own_search:search"])
+    assert (own.name, own.function.__module__) == ("own_search:search", "own_search")
+    for given in ("own_search:nothing", "no_module:search"):
+        with pytest.raises(ValueError, match=f"{given}: .*; accepted: MODULE:FUNCTION"):
+            methods_of([given])
