@@ -1,0 +1,69 @@
+"""PPO in purejaxrl's style on GymnaxEnv: pure functions, one compiled update, optax.
+
+`pip install "stickslip[train]"`, then `python purejaxrl.py [STEPS]`; STEPS: of all environments.
+"""
+
+import sys
+from itertools import pairwise
+
+import jax
+import jax.numpy as jnp
+import optax
+
+from stickslip.agents import MLPPolicy, evaluate_task
+from stickslip.envs import GymnaxEnv, task_by_name
+
+TASK, N, T, NOISE = "BipedSteady-v0", 64, 32, 0.2
+STEPS = int(sys.argv[1]) if sys.argv[1:] else 1_500_000
+env, params = task_by_name(TASK).make("same_step")
+short = params.replace(time_limit=1.5, fall_penalty=1.0)  # else it learns to stand still
+env, optimiser = GymnaxEnv(env, short, values=5), optax.adam(1e-3)
+
+
+def network(key):
+    """Two hidden layers; both the policy and the critic."""
+    sizes, init = (6, 64, 64, 1), jax.nn.initializers.lecun_normal()
+    weights = tuple(init(key, size) for size in pairwise(sizes))
+    return MLPPolicy(weights, tuple(map(jnp.zeros, sizes[1:])), jnp.zeros(6), jnp.ones(6))
+
+
+@jax.jit
+def update(nets, moments, obs, state, key):
+    """T steps of N environments, then 10 steps of Adam on all of them."""
+
+    def act(carry, key):
+        obs, state = carry
+        keys = jax.random.split(key, N + 1)
+        action = nets[0].unlimited(obs) + NOISE * jax.random.normal(keys[0], (N, 1))
+        after, state, reward, done, info = jax.vmap(env.step)(keys[1:], state, action)
+        ahead = info["discount"] * nets[1].unlimited(info["final_observation"])[:, 0]
+        error = reward + 0.98 * ahead - nets[1].unlimited(obs)[:, 0]
+        return (after, state), (obs, action, error, 0.98 * 0.95 * (1 - done))
+
+    carry, rows = jax.lax.scan(act, (obs, state), jax.random.split(key, T))
+    seen, actions, *rest = rows
+    summed = lambda later, row: 2 * (row[0] + row[1] * later,)  # noqa: E731
+    gains = jax.lax.scan(summed, jnp.zeros(N), tuple(rest), reverse=True)[1]
+    targets, means = nets[1].unlimited(seen)[..., 0] + gains, nets[0].unlimited(seen)
+    gains = (gains - gains.mean()) / gains.std()
+
+    def loss(nets):
+        off = (actions - means) ** 2 - (actions - nets[0].unlimited(seen)) ** 2
+        ratio = jnp.exp(off[..., 0] / (2 * NOISE**2))
+        won = jnp.minimum(ratio * gains, jnp.clip(ratio, 0.8, 1.2) * gains).mean()
+        return jnp.mean((nets[1].unlimited(seen)[..., 0] - targets) ** 2) - won
+
+    for _ in range(10):
+        change, moments = optimiser.update(jax.grad(loss)(nets), moments)
+        nets = optax.apply_updates(nets, change)
+    return nets, moments, *carry
+
+
+first, *starts = jax.random.split(jax.random.key(0), N + 1)
+nets = network(first), network(starts[0])
+learner = nets, optimiser.init(nets), *jax.vmap(env.reset)(jnp.stack(starts))
+for key in jax.random.split(jax.random.key(1), max(1, STEPS // (N * T))):
+    learner = update(*learner, key)
+
+found = evaluate_task(TASK, {"ppo": learner[0][0]}).row(TASK, "ppo")
+print(f"score {found.metrics['task_score'].value:.3f}")
