@@ -1,6 +1,7 @@
 """Minari: record episodes with its collector, read them with its loader, and clone the better half.
 
-`pip install "stickslip[train]" "minari[hdf5]"`, then `python minari_bc.py [EPISODES]`.
+`pip install "stickslip[train]" "minari[hdf5]"`, then `python minari_bc.py [EPISODES]`. 200 episodes
+are 12,855 steps and 4.8 MB.
 """
 
 import os
