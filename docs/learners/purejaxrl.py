@@ -13,8 +13,8 @@ import optax
 from stickslip.agents import MLPPolicy, evaluate_task
 from stickslip.envs import GymnaxEnv, task_by_name
 
-TASK, N, T, NOISE = "BipedSteady-v0", 256, 32, 0.25
-STEPS = int(sys.argv[1]) if sys.argv[1:] else 3_000_000
+TASK, N, T = "BipedSteady-v0", 256, 32
+STEPS = int(sys.argv[1]) if sys.argv[1:] else 2_000_000
 env, params = task_by_name(TASK).make("same_step")
 short = params.replace(time_limit=1.5, fall_penalty=1.0)  # else it learns to stand still
 env, optimiser = GymnaxEnv(env, short, values=5), optax.adam(1e-3)
@@ -27,15 +27,22 @@ def network(key):
     return MLPPolicy(weights, tuple(map(jnp.zeros, sizes[1:])), jnp.zeros(6), jnp.ones(6))
 
 
+def chance(nets, seen, actions):
+    """Log of the actions' probability density, up to a constant."""
+    return -(((actions - nets[0].unlimited(seen)) / jnp.exp(nets[2])) ** 2) / 2 - nets[2]
+
+
 @jax.jit
 def update(learner, obs, state, key):
     """T steps of N environments, then 64 steps of Adam on 512 of their rows each."""
-    policy, critic = (one.unlimited for one in learner[0])
+    nets = learner[0]
+    critic = nets[1].unlimited
 
     def act(carry, key):
         obs, state = carry
         keys = jax.random.split(key, N + 1)
-        action = policy(obs) + NOISE * jax.random.normal(keys[0], (N, 1))
+        noise = jnp.exp(nets[2]) * jax.random.normal(keys[0], (N, 1))
+        action = nets[0].unlimited(obs) + noise
         after, state, reward, done, info = jax.vmap(env.step)(keys[1:], state, action)
         ahead = info["discount"][:, None] * critic(info["final_observation"])
         error = reward[:, None] + 0.98 * ahead - critic(obs)
@@ -44,11 +51,11 @@ def update(learner, obs, state, key):
     (obs, state), rows = jax.lax.scan(act, (obs, state), jax.random.split(key, T))
     summed = lambda later, row: 2 * (row[0] + row[1] * later,)  # noqa: E731
     gains = jax.lax.scan(summed, jnp.zeros((N, 1)), rows[2:], reverse=True)[1]
-    rows = *rows[:2], policy(rows[0]), critic(rows[0]) + gains, (gains - gains.mean()) / gains.std()
+    before, targets = chance(nets, *rows[:2]), critic(rows[0]) + gains
+    rows = *rows[:2], before, targets, (gains - gains.mean()) / gains.std()
 
-    def loss(nets, seen, actions, means, targets, gains):
-        off = (actions - means) ** 2 - (actions - nets[0].unlimited(seen)) ** 2
-        ratio = jnp.exp(off / (2 * NOISE**2))
+    def loss(nets, seen, actions, before, targets, gains):
+        ratio = jnp.exp(chance(nets, seen, actions) - before)
         won = jnp.minimum(ratio * gains, jnp.clip(ratio, 0.8, 1.2) * gains)
         return jnp.mean((nets[1].unlimited(seen) - targets) ** 2 - won)
 
@@ -62,7 +69,7 @@ def update(learner, obs, state, key):
 
 
 first, *starts = jax.random.split(jax.random.key(0), N + 1)
-nets = network(first), network(starts[0])
+nets = network(first), network(starts[0]), jnp.array(-1.0)  # last: log of the noise
 learner, *now = (nets, optimiser.init(nets)), *jax.vmap(env.reset)(jnp.stack(starts))
 for key in jax.random.split(jax.random.key(1), max(1, STEPS // (N * T))):
     learner, *now = update(learner, *now, key)
