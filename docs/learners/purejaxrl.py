@@ -17,32 +17,38 @@ TASK, N, T = "BipedSteady-v0", 256, 32
 STEPS = int(sys.argv[1]) if sys.argv[1:] else 2_000_000
 env, params = task_by_name(TASK).make("same_step")
 short = params.replace(time_limit=1.5, fall_penalty=1.0)  # else it learns to stand still
-env, optimiser = GymnaxEnv(env, short, values=5), optax.adam(1e-3)
+env = GymnaxEnv(env, short, values=5)
+optimiser = optax.chain(optax.clip_by_global_norm(0.5), optax.adam(1e-3))
 
 
-def network(key):
-    """Two hidden layers; both the policy and the critic."""
-    sizes, init = (6, 64, 64, 1), jax.nn.initializers.lecun_normal()
-    weights = tuple(init(key, size) for size in pairwise(sizes))
-    return MLPPolicy(weights, tuple(map(jnp.zeros, sizes[1:])), jnp.zeros(6), jnp.ones(6))
+def layers(key):
+    """Weights and biases, of the policy as of the critic."""
+    sizes, init = (6, 64, 64, 1), jax.nn.initializers.lecun_uniform()
+    keys = jax.random.split(key, 3)
+    return tuple(map(init, keys, pairwise(sizes))), tuple(map(jnp.zeros, sizes[1:]))
+
+
+def network(layers):
+    """The network with these."""
+    return MLPPolicy(*layers, jnp.zeros(6), jnp.ones(6))
 
 
 def chance(nets, seen, actions):
     """Log of the actions' probability density, up to a constant."""
-    return -(((actions - nets[0].unlimited(seen)) / jnp.exp(nets[2])) ** 2) / 2 - nets[2]
+    return -(((actions - network(nets[0]).unlimited(seen)) / jnp.exp(nets[2])) ** 2) / 2 - nets[2]
 
 
 @jax.jit
 def update(learner, obs, state, key):
     """T steps of N environments, then 64 steps of Adam on 512 of their rows each."""
     nets = learner[0]
-    critic = nets[1].unlimited
+    critic = network(nets[1]).unlimited
 
     def act(carry, key):
         obs, state = carry
         keys = jax.random.split(key, N + 1)
         noise = jnp.exp(nets[2]) * jax.random.normal(keys[0], (N, 1))
-        action = nets[0].unlimited(obs) + noise
+        action = network(nets[0]).unlimited(obs) + noise
         after, state, reward, done, info = jax.vmap(env.step)(keys[1:], state, action)
         ahead = info["discount"][:, None] * critic(info["final_observation"])
         error = reward[:, None] + 0.98 * ahead - critic(obs)
@@ -57,7 +63,7 @@ def update(learner, obs, state, key):
     def loss(nets, seen, actions, before, targets, gains):
         ratio = jnp.exp(chance(nets, seen, actions) - before)
         won = jnp.minimum(ratio * gains, jnp.clip(ratio, 0.8, 1.2) * gains)
-        return jnp.mean((nets[1].unlimited(seen) - targets) ** 2 - won)
+        return jnp.mean((network(nets[1]).unlimited(seen) - targets) ** 2 - won)
 
     def fit(learner, which):
         batch = (one.reshape(N * T, -1)[which] for one in rows)
@@ -69,10 +75,10 @@ def update(learner, obs, state, key):
 
 
 first, *starts = jax.random.split(jax.random.key(0), N + 1)
-nets = network(first), network(starts[0]), jnp.array(-1.0)  # last: log of the noise
+nets = layers(first), layers(starts[0]), jnp.array(-1.0)  # last: log of the noise
 learner, *now = (nets, optimiser.init(nets)), *jax.vmap(env.reset)(jnp.stack(starts))
 for key in jax.random.split(jax.random.key(1), max(1, STEPS // (N * T))):
     learner, *now = update(learner, *now, key)
 
-found = evaluate_task(TASK, {"ppo": learner[0][0]}).row(TASK, "ppo")
+found = evaluate_task(TASK, {"ppo": network(learner[0][0])}).row(TASK, "ppo")
 print(f"score {found.metrics['task_score'].value:.3f}")
