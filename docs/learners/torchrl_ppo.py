@@ -21,7 +21,7 @@ from stickslip.agents import MLPPolicy, evaluate_task
 from stickslip.envs import GymVectorEnv, task_by_name
 
 TASK, N, T = "BipedSteady-v0", 64, 32
-STEPS = int(sys.argv[1]) if sys.argv[1:] else 600_000
+STEPS = int(sys.argv[1]) if sys.argv[1:] else 262_144
 env, params = task_by_name(TASK).make("same_step")
 short = params.replace(time_limit=1.5, fall_penalty=1.0)  # else it learns to stand still
 envs = GymVectorEnv(env, short, N, "same_step")
@@ -42,7 +42,8 @@ gains = GAE(gamma=0.98, lmbda=0.95, value_network=critic)
 loss = ClipPPOLoss(actor, critic, entropy_bonus=False, normalize_advantage=True)
 optimiser = torch.optim.Adam(loss.parameters(), 1e-3)
 envs = GymWrapper(envs, device="cpu")
-for rows in Collector(envs, actor, frames_per_batch=N * T, total_frames=STEPS):
+frames = max(1, STEPS // (N * T)) * N * T
+for rows in Collector(envs, actor, frames_per_batch=N * T, total_frames=frames):
     with torch.no_grad():
         gains(rows)
     rows = rows.reshape(-1)
