@@ -14,7 +14,6 @@ from stickslip.envs import collect, task_by_name
 
 TASK = "BipedSteady-v0"
 STEPS = int(sys.argv[1]) if sys.argv[1:] else 10_000_000
-
 env, params = task_by_name(TASK).make("same_step")
 short = params.replace(time_limit=1.5, fall_penalty=1.0)  # else it learns to stand still
 

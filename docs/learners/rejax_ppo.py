@@ -1,7 +1,6 @@
 """PPO of rejax, the whole training compiled, on GymnaxEnv in the protocol of gymnax 0.0.9.
 
-`pip install "stickslip[gymnax]" rejax`, then `python rejax_ppo.py [STEPS]`; STEPS: of all
-environments.
+`pip install "stickslip[gymnax]" rejax`, then `python rejax_ppo.py [STEPS]`.
 """
 
 import sys
