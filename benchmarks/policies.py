@@ -28,15 +28,7 @@ from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put, wi
 from stickslip.agents.evaluation.rollout import is_random, play, play_unseen
 from stickslip.agents.evaluation.table import keep_of
 from stickslip.agents.machine import machine_by_name, read_configuration
-from stickslip.agents.policy.file import (
-    EARNED,
-    TRAINED,
-    load_policy,
-    named_task_entry,
-    read_policy,
-    record_of,
-    save_policy,
-)
+from stickslip.agents.policy import file
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.training.configuration import Configuration, command_of
@@ -76,8 +68,8 @@ class Run(NamedTuple):
 def configurations(task: TaskDefinition) -> list[Any]:
     """The configuration of the package's policy with each seed that was tried, else `usual`."""
     name = policy_name(task.name)
-    trained: Any = {} if shipped_path(name) is None else record_of(name).trained
-    if "config" in trained and not record_of(name).carried_over:
+    trained: Any = {} if shipped_path(name) is None else file.record_of(name).trained
+    if "config" in trained and not file.record_of(name).carried_over:
         config: Any = read_configuration(json.dumps(trained["config"]))
         return [replace(config, seed=seed) for seed in trained["seeds_tried"]]
     return usual(task)
@@ -130,7 +122,7 @@ def seeing(task: TaskDefinition) -> dict[str, Any]:
 def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> Path:
     """Write a run's policy with its record and what it earns on the task's own episodes."""
     config: Any = read_config(run.path)
-    policy, about = read_policy(run.path / POLICY)
+    policy, about = file.read_policy(run.path / POLICY)
     record = {
         "config": json.loads(config.to_json()),
         "seeds_tried": [one.seed for one in configurations(task)],
@@ -156,12 +148,12 @@ def write(task: TaskDefinition, policy: MLPPolicy, record: dict[str, Any], folde
     earned.pop("policy")
     metadata = {
         "environment": task.environment,
-        **named_task_entry(task),
-        EARNED: {"episodes": count, **earned},
-        TRAINED: record,
+        **file.named_task_entry(task),
+        file.EARNED: {"episodes": count, **earned},
+        file.TRAINED: record,
     }
     path = folder / (policy_name(task.name) + SUFFIX)
-    return save_policy(policy, path, metadata, overwrite=True)
+    return file.save_policy(policy, path, metadata, overwrite=True)
 
 
 def main(arguments: list[str]) -> None:
@@ -181,11 +173,11 @@ def main(arguments: list[str]) -> None:
             continue
         name = policy_name(task.name)
         if given.measure:
-            record = record_of(name)
-            path = write(task, load_policy(record.path), record.trained, record.path.parent)
+            record = file.record_of(name)
+            path = write(task, file.load_policy(record.path), record.trained, record.path.parent)
         else:
             path = put_into_package(task, best_of(task, given.runs))
-        record = record_of(name)
+        record = file.record_of(name)
         print(f"{path}: {path.stat().st_size} bytes, score {record.score}, {record.earned_return}")
         if (known := read_known(FILE).get(task.name)) is not None:
             put(task.name, beside_package(task, dict(known)))

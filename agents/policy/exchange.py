@@ -83,7 +83,7 @@ def _actor(model: BaseAlgorithm) -> tuple[str, list[Any]]:
         extractor, squash = policy.actor.features_extractor, "tanh"
         layers = [*policy.actor.latent_pi, policy.actor.mu]
     else:
-        raise ValueError(f"it is a {type(model).__name__}; {ACCEPTED}")
+        raise ValueError(f"it is a {type(model).__name__} of {type(model).__module__}; {ACCEPTED}")
     if not isinstance(extractor, FlattenExtractor):
         raise ValueError(f"its features come from a {type(extractor).__name__}; {ACCEPTED}")
     return squash, layers

@@ -25,7 +25,6 @@ STEPS = int(sys.argv[1]) if sys.argv[1:] else 262_144
 env, params = task_by_name(TASK).make("same_step")
 short = params.replace(time_limit=1.5, fall_penalty=1.0)  # else it learns to stand still
 envs = GymVectorEnv(env, short, N, "same_step")
-envs.autoreset_mode = envs.mode  # where TorchRL 0.14 looks for it
 torch.manual_seed(0)
 torch.set_num_threads(1)
 shape = {"in_features": 6, "num_cells": [64, 64], "activation_class": nn.Tanh}

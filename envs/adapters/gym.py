@@ -107,8 +107,8 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         if not isinstance(autoreset_mode, AutoresetMode):
             require_choice("autoreset_mode", autoreset_mode, tuple(known), also="an AutoresetMode")
             autoreset_mode = known[autoreset_mode]
-        self.mode = autoreset_mode
-        self._compile(env, params, num_envs, render_mode, autoreset=self.mode.name.lower())
+        self.autoreset_mode = autoreset_mode
+        self._compile(env, params, num_envs, render_mode, autoreset=autoreset_mode.name.lower())
         self.num_envs = self._envs.num_envs
         self.single_observation_space, self.single_action_space = self._spaces()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
@@ -116,7 +116,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         self.metadata = {
             "render_modes": [RENDER_MODE],
             "render_fps": self._frame_rate(),
-            "autoreset_mode": self.mode,
+            "autoreset_mode": self.autoreset_mode,
         }
         self._seeded = False
         self._obs: np.ndarray | None = None
@@ -153,7 +153,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """One control step of every environment. Raises ValueError for bad actions, and for
         stepping a finished environment when autoreset is disabled."""
         last = self._envs.last
-        if self.mode is AutoresetMode.DISABLED and last is not None:
+        if self.autoreset_mode is AutoresetMode.DISABLED and last is not None:
             over = (last.terminated | last.truncated) & ~last.autoreset
             if ended := np.flatnonzero(over).tolist():
                 first = ending(last.info_of(ended[0]), bool(last.terminated[ended[0]]))
@@ -178,7 +178,7 @@ class GymVectorEnv(Compiled, VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         """Arrays with masks, as SyncVectorEnv gathers them from single environments."""
         infos: dict[str, Any] = {}
         running = ~results.autoreset
-        if self.mode is AutoresetMode.SAME_STEP and results.autoreset.any():
+        if self.autoreset_mode is AutoresetMode.SAME_STEP and results.autoreset.any():
             over = results.autoreset
             final_obs = np.full(self.num_envs, None, object)
             for i in np.flatnonzero(over):

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 MOST_ENVS = 2**31 - 1
 """Most environments of a batch: the range of JAX's index; memory refuses fewer."""
-MOST_SEED = 2**32 - 1
-"""Greatest seed: that of JAX's random keys."""
+MOST_SEED = 2**64 - 1
+"""Greatest seed; beyond the 2^32 of JAX's random keys they count modulo 2^32."""
 COPIES = 4
 """States and results of one step that exist at once, at least."""
 
@@ -261,10 +261,9 @@ class PackedEnvs:
         return _state(self._program, np.asarray(self._carry)[:, index])
 
     def seed(self, seeds: Sequence[int | None]) -> None:
-        """Start the chain of every environment whose seed is not None; others keep theirs. Seeds
-        up to MOST_SEED."""
+        """Start the chain of every environment whose seed is not None; others keep theirs."""
         given = np.asarray([seed is not None for seed in seeds])
-        new = np.array(_chains(np.asarray([seed or 0 for seed in seeds], np.uint32)))
+        new = np.array(_chains(np.asarray([(seed or 0) % 2**32 for seed in seeds], np.uint32)))
         self._seeded = np.where(given[:, None], new, self._seeded)
         self._pending |= given
 

@@ -100,7 +100,17 @@ def test_bad_options_of_reset_are_refused(options, message):
         env.reset(options=options)
 
 
-@pytest.mark.parametrize("seed", [[1, "a", 2], [1, -1, 2], 0.5, 2**32])
+@pytest.mark.parametrize("seed", [[1, "a", 2], [1, -1, 2], 0.5, 2**64])
 def test_seeds_that_are_none_are_refused_by_name(seed):
     with pytest.raises(ValueError, match=r"seed = .*accepted: "):
         toys().reset(seed=seed)
+
+
+def test_seeds_beyond_32_bits_count_modulo_their_range():
+    first, other, again = firsts(toys(), seed=[7, 8, 2**32 + 7])
+    assert first == again != other
+    assert one_toy().reset(seed=2**63 + 7)[0][0] == first
+
+
+def test_the_mode_is_told_where_gymnasiums_own_environments_tell_it():
+    assert make_vec(1, "disabled").autoreset_mode is AutoresetMode.DISABLED
