@@ -14,7 +14,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from benchmarks.optimum import Place
-    from stickslip.envs.tasks.known import Known, Scale
+    from stickslip.envs.tasks.known import Known
     from stickslip.envs.ugv.params import UGVEnvParams
 
 ROUNDS, EPISODES, STATES, VALIDATION = 10, 48, 5000, 64
@@ -132,7 +132,7 @@ class Drive:
     drawn: UGVDrawn
     actions: Float[Array, "count 2"]
     grid: Grid
-    scale: Scale = field(metadata={"static": True})
+    scale: Any = field(metadata={"static": True})  # a Scale, of arrays
     env: UGVEnv = field(metadata={"static": True})
 
     @property
@@ -220,7 +220,7 @@ def solved(name: str, seed: int) -> tuple[Drive, Float[Array, " nodes"]]:
     leg = np.linspace(float(vehicle.leg_angle_min), float(vehicle.leg_angle_max), ANGLES)
     grid = Grid(((np.arange(rollout.horizon(params) + 1.0), leg, leg),))
     drawn = rollout.first_state(env, params, seed).drawn
-    drive = Drive(params, drawn, turns(TURNS)[1], grid, known.scale, env)
+    drive = Drive(params, drawn, turns(TURNS)[1], grid, known.scale, cast("UGVEnv", env))
     values = finite_horizon(grid, transitions(drive), rollout.horizon(params))
     return replace(drive, actions=turns(CHOICES)[1]), values
 
@@ -245,16 +245,8 @@ def fitted(
     return jax.lax.scan(step, (layers, adam.init(layers)), jax.random.split(key, STEPS))[0][0]
 
 
-class Imitation(NamedTuple):
-    """A network, its mean return in validation episodes, and the states that it was fitted to."""
-
-    network: MLPPolicy
-    earned: float
-    states: int
-
-
-def imitations(teacher: WalkTeacher | DriveTeacher) -> Iterator[Imitation]:
-    """The network after each round."""
+def imitations(teacher: WalkTeacher | DriveTeacher) -> Iterator[tuple[float, int, MLPPolicy]]:
+    """Mean return in validation episodes, number of states and network of each round."""
     env, params = teacher.place
     *keys, first = jax.random.split(jax.random.key(0), ROUNDS + 1)
     sizes = len(env.observation_bounds(params)[0]), len(env.action_names)
@@ -270,7 +262,7 @@ def imitations(teacher: WalkTeacher | DriveTeacher) -> Iterator[Imitation]:
         player = network(layers, seen).validate()
         earned = rollout.play_unseen(env, player, params, VALIDATION, keep_of).reward.mean()
         print(f"{len(obs):,} states: {earned:.4g}", flush=True)
-        yield Imitation(player, float(earned), len(obs))
+        yield float(earned), len(obs), player
 
 
 def main(arguments: list[str]) -> None:
@@ -280,14 +272,14 @@ def main(arguments: list[str]) -> None:
     task = task_by_name(parser.parse_args(arguments).task)
     teacher = WalkTeacher(planner(task)) if task.machine == "biped" else DriveTeacher(task)
     rounds = list(imitations(teacher))
-    best = max(rounds, key=lambda one: one.earned)
+    _, states, best = max(rounds, key=lambda one: one[0])
     record = {
         "program": f"python -m benchmarks.imitation {task.name}",
-        "timesteps": rounds[-1].states,
-        "best_after": best.states,
+        "timesteps": rounds[-1][1],
+        "best_after": states,
         **computed_with(installed()),
     }
-    print(write(task, best.network, record, FOLDER))
+    print(write(task, best, record, FOLDER))
 
 
 if __name__ == "__main__":

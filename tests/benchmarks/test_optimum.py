@@ -1,6 +1,6 @@
 """Value iteration and the policy that looks ahead, against optima that are known."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
 
@@ -12,15 +12,17 @@ import pytest
 from hypothesis import given
 
 from benchmarks import optimum
-from benchmarks.imitation import before_steps, whole
+from benchmarks.imitation import SHARPNESS, Drive, before_steps, costs, turns, whole
 from benchmarks.optimum import Grid, Walk, finite_horizon, look_ahead, solve, transitions
+from stickslip import optim
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.task import from_anywhere
 from stickslip.agents.evaluation.rollout import play
 from stickslip.agents.evaluation.table import keep_of
 from stickslip.dynamics import Scene
 from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs import BipedEnv, task_by_name
+from stickslip.envs import BipedEnv, UGVEnv, task_by_name
+from stickslip.envs.tasks.known import Scale
 
 ENV = BipedEnv(autoreset="disabled")
 UNEVEN = np.array([-1.0, -0.9, 0.2, 1.0, 4.0])
@@ -259,3 +261,28 @@ def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls
     assert not found.fell.any()
     assert np.mean(others.fell) > 0.05
     assert found.reward.mean() > 8.6
+
+
+@pytest.mark.parametrize("criterion", ["wheel_energy", "grip"])
+def test_the_teacher_of_drives_agrees_with_the_optimiser_on_its_grid(criterion):
+    env = UGVEnv(criterion=criterion, autoreset="disabled")
+    legs = np.linspace(np.pi / 6, 5 * np.pi / 6, 9)
+    params = env.make_params(spacing=0.4)
+    rate = (legs[1] - legs[0]) / float(params.spacing)  # a step of the grid in one of the drive
+    params = params.replace(leg_rate=rate)
+    state = env.reset(jax.random.key(0), params)[1]
+    problem = replace(env.problem(state, params), leg_rate=1.01 * rate)  # roundings
+    wanted = optim.solve(problem, "dp", polish=False, angles=len(legs)).value
+    scale = Scale(0.0, 1.0) if criterion == "wheel_energy" else Scale(-wanted - 100.0, -wanted)
+    grid = Grid(((np.arange(len(problem.x)), legs, legs),))
+    drive = Drive(params, state.drawn, turns(3)[1], grid, scale, env)
+    values = finite_horizon(grid, transitions(drive), len(problem.x) - 1)
+    found = grid.read(values, drive.place(state))
+    if criterion == "grip":
+        worst = -scale.earned(-float(jnp.log(-found)) / SHARPNESS)  # about the worst of the places
+        assert wanted - 1 < worst < wanted + 100 / SHARPNESS * np.log(len(problem.x)) + 1
+    else:
+        assert float(found) == pytest.approx(-wanted, rel=1e-3)
+    lost = costs(drive, values, jax.tree.map(lambda leaf: leaf[None], state))
+    assert lost.shape == (1, 9)
+    assert float(lost.min()) == pytest.approx(0.0, abs=1e-6) < lost.max()
