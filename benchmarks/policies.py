@@ -69,7 +69,7 @@ def configurations(task: TaskDefinition) -> list[Any]:
     """The configuration of the package's policy with each seed that was tried, else `usual`."""
     name = policy_name(task.name)
     trained: Any = {} if shipped_path(name) is None else file.record_of(name).trained
-    if "config" in trained and not file.record_of(name).carried_over:
+    if "config" in trained:
         config: Any = read_configuration(json.dumps(trained["config"]))
         return [replace(config, seed=seed) for seed in trained["seeds_tried"]]
     return usual(task)

@@ -279,16 +279,10 @@ class Record:
 
     @property
     def command(self) -> str:
-        """Command that trains it again; where it is `carried_over`, on its task of today."""
+        """Command that trains it again."""
         if "program" in self.trained:  # not by `stickslip train`
             return str(self.trained["program"])
-        config = self.trained["config"] | {"task": self.task.name}
-        return command_of(read_configuration(json.dumps(config)))
-
-    @property
-    def carried_over(self) -> bool:
-        """True if it was trained on a withdrawn version of its task and measured on this one."""
-        return self.trained.get("config", {}).get("task") in WITHDRAWN
+        return command_of(read_configuration(json.dumps(self.trained["config"])))
 
 
 def record_of(name: str) -> Record:
