@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 EPISODES = 32
 SCORES = ("task_score", "gap")
 """Columns of a named task's scores."""
-"""Score of who costs more than the task's limit."""
 
 
 def evaluate(

@@ -186,12 +186,16 @@ def digest_of(*parts: object) -> str:
                 found.update(f"{array.dtype} {array.shape}".encode())
                 found.update(array.tobytes())
             else:
-                parts = fields(leaf) if is_dataclass(leaf) else ()
-                given = [(one.name, getattr(leaf, one.name)) for one in parts if not one.repr]
-                usual = {one.name: one.default for one in parts}
-                unusual = [one for one in given if one[1] != usual[one[0]]]
-                found.update(f"{leaf!r}{unusual or ''}".encode())
+                found.update(_in_full(leaf).encode())
     return found.hexdigest()
+
+
+def _in_full(leaf: object) -> str:
+    """The repr, and the fields of a dataclass that it leaves out where they are not as usual."""
+    own = fields(leaf) if is_dataclass(leaf) else ()
+    left_out = [(one.name, getattr(leaf, one.name), one.default) for one in own if not one.repr]
+    unusual = [(name, value) for name, value, usual in left_out if value != usual]
+    return f"{leaf!r}{unusual or ''}"
 
 
 MOST_EPISODES = 2**20

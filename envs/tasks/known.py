@@ -29,6 +29,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 2000
 UNKNOWN = float("nan")
 OVER = "over the limit"
+"""Score of who costs more than the task's limit, in words."""
 
 
 class Interval(NamedTuple):
