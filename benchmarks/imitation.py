@@ -215,7 +215,8 @@ class DriveTeacher:
 @cache
 def solved(name: str, seed: int) -> tuple[Drive, Float[Array, " nodes"]]:
     """An episode's process with the actions that are judged, and the values of its nodes."""
-    (env, params), known = task_by_name(name).make(), cast("Known", known_of(task_by_name(name)))
+    task = task_by_name(name)
+    (env, params), known = task.make(), cast("Known", known_of(task))
     vehicle = params.vehicle
     leg = np.linspace(float(vehicle.leg_angle_min), float(vehicle.leg_angle_max), ANGLES)
     grid = Grid(((np.arange(rollout.horizon(params) + 1.0), leg, leg),))

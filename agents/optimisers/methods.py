@@ -184,7 +184,8 @@ def _method(name: str, one: Optimiser | str) -> Method:
         require_choice("method", one, METHODS, also="MODULE:FUNCTION")
         return METHODS[one]
     if isinstance(one, str):
-        sys.path.append("")  # the working directory, of the workers, too
+        if "" not in sys.path:  # the working directory, of the workers, too
+            sys.path.append("")
         try:
             one = resolve_name(one)
         except (ImportError, AttributeError, ValueError) as error:
