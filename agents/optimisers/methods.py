@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
@@ -21,7 +21,6 @@ from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.dynamics.lazily import require
 from stickslip.optim.instances import exports
 from stickslip.optim.problem import solve
-from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
     from stickslip.optim.instances.instance import Instance
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 
 Optimiser: TypeAlias = "Callable[[Objective, int], object]"
 MANY = 10**8
+POSTURES: dict[str, Any] = {"families": ("posture",)}
 
 
 @dataclass(frozen=True)
@@ -77,9 +77,9 @@ def random_search(objective: Objective, seed: int) -> None:
         objective.batch_with_constraints(objective.from_unit(rng.random((64, objective.n))))
 
 
-def dynamic_programming(objective: Objective, seed: int) -> None:
-    """Evaluate the grid's best trajectory, without polishing."""
-    found = solve(objective.problems[0], "dp", polish=False)
+def dynamic_programming(polish: bool, objective: Objective, seed: int) -> None:
+    """Evaluate the grid's best trajectory, or where convex programs lead from there."""
+    found = solve(objective.problems[0], "dp", polish=polish)
     if found.x is None:
         raise RuntimeError(found.message or found.status.value)
     objective(objective.free[0].reduce(found.x))
@@ -142,8 +142,10 @@ def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
 METHODS = {
     one.name: one
     for one in (
-        Method("dp", "dynamic programming over a grid of leg angles", dynamic_programming,
-               "stickslip.optim", "structure", families=("posture",)),
+        Method("dp", "dynamic programming over a grid of leg angles",
+               partial(dynamic_programming, False), "stickslip.optim", "structure", **POSTURES),
+        Method("dp-scp", "the same, polished by sequential convex programs",
+               partial(dynamic_programming, True), "stickslip.optim", "structure", **POSTURES),
         Method("conic", "cvxpy with Clarabel", conic,
                "cvxpy", "structure", families=("gait", "split"), convex=True),
         Method("cma", "covariance matrix adaptation, sigma 0.2 of the box, with restarts", cma,
@@ -160,13 +162,6 @@ METHODS = {
                "numpy", "native", batch=64, goals=(1, 9)),
     )
 }  # fmt: skip
-
-
-def methods_table() -> Table:
-    """A row for each method."""
-    heads = ("method", "library", "what", "constraints")
-    rows = [[f"`{one.name}`", one.library, one.about, one.constraints] for one in METHODS.values()]
-    return Table([Column(head, words=True) for head in heads], rows)
 
 
 def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str]) -> list[Method]:

@@ -8,18 +8,17 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from stickslip.agents.optimisers import report
-from stickslip.agents.optimisers.methods import METHODS, Optimiser, methods_of, methods_table
+from stickslip.agents.optimisers.methods import METHODS, Optimiser, methods_of
 from stickslip.agents.optimisers.worker import Task, begin_worker, lost_run, make_run
 from stickslip.agents.sweeps import cells
 from stickslip.agents.training.directory import only_writer
-from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
+from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.lazily import require
 from stickslip.envs.collecting import cores_here
-from stickslip.optim.instances.instance import suite
-from stickslip.optim.instances.objective import OUTSIDE
+from stickslip.optim.instances.instance import instance, suite
 from stickslip.optim.problem import require_scalar
 from stickslip.optim.progress import Bar
 from stickslip.records.files import require_folder, write_whole
@@ -37,7 +36,6 @@ def race(
     budget: int | None = None,
     seconds: float | None = None,
     seeds: int = 3,
-    outside: Literal["clip", "refuse"] = "clip",
     out: str | Path | None = None,
     resume: bool = False,
     workers: int | None = None,
@@ -51,8 +49,8 @@ def race(
     and a seed; it minimises until the budget ends it or it returns. instances: ids.
 
     budget: evaluations, values and gradients alike; seconds: of processor time; one of both at
-    least. seeds: how many, from 0 on. outside: see Objective. A run that raises is recorded with
-    what it had found. Compiling is not counted. limit: time on the clock [s], compiling included,
+    least. seeds: how many, from 0 on. A run that raises is recorded with what it
+    had found. Compiling is not counted. limit: time on the clock [s], compiling included,
     after which the process of a run is killed; such a run, and one that ends its process, is
     recorded with no value.
 
@@ -64,7 +62,7 @@ def race(
     ValueError for unknown names, with the nearest, a budget of zero, a directory of something else.
     """
     names = [instances] if isinstance(instances, str) else list(instances)
-    tasks, left_out = _tasks(methods, names, seeds, (budget, seconds, outside))
+    tasks, left_out = _tasks(methods, names, seeds, (budget, seconds))
     if resume and out is None:
         raise ValueError("resume without out; accepted: with the directory of the race")
     require_scalar("limit", limit, low=0.0, strict=True, accepted="a time > 0 [s]")
@@ -108,28 +106,22 @@ def _tasks(
     methods: Iterable[str] | Mapping[str, Optimiser | str],
     names: Sequence[str],
     seeds: int,
-    limits: tuple[int | None, float | None, Literal["clip", "refuse"]],
+    limits: tuple[int | None, float | None],
 ) -> tuple[list[Task], list[str]]:
     """All runs, and pairs that do not suit each other, with the reason."""
-    for name in names:
-        if name not in suite():
-            near = nearest(str(name), suite())
-            raise ValueError(
-                f"instance {shown(name)} is unknown{near}; accepted: ids of docs/suite.md"
-            )
-    chosen, (budget, seconds, outside) = methods_of(methods), limits
+    found = {name: instance(name) for name in names}
+    chosen, (budget, seconds) = methods_of(methods), limits
     if budget is not None:
         require_integer("budget", budget, high=2**53)
     if seconds is not None:
         require_scalar("seconds", seconds, low=0.0, strict=True, accepted="a time > 0 [s]")
     if budget is None and seconds is None:
         raise ValueError("neither budget nor seconds; accepted: one of them at least")
-    require_choice("outside", outside, OUTSIDE)
     require_integer("seeds", seeds, high=MOST)
     for what, given in (("instance", names), ("method", [one.name for one in chosen])):
         if not given or len(set(given)) < len(given):
             raise ValueError(f"{what}s: {', '.join(given) or 'none'}; accepted: one or more, once")
-    pairs = [(name, one, one.unsuited(suite()[name])) for name in names for one in chosen]
+    pairs = [(name, one, one.unsuited(found[name])) for name in names for one in chosen]
     tasks = [
         Task(name, one, seed, *limits)
         for name, one, why in pairs
@@ -153,7 +145,7 @@ def _definition(tasks: Sequence[Task]) -> dict[str, object]:
         "methods": {name: "ours" if name in METHODS else "yours" for name in methods},
         "seeds": max(one.seed for one in tasks) + 1,
         "runs": len(tasks),
-        **{name: getattr(first, name) for name in ("budget", "seconds", "outside")},
+        **{name: getattr(first, name) for name in ("budget", "seconds")},
     }
 
 
@@ -166,8 +158,8 @@ def run_command(flags: Mapping[str, Any]) -> Content:
     message = f"Stopped; go on with the same command and --resume ({flags['out']})"
     with stoppable(message) as stop:
         runs = race(methods, names, **given, progress=True, stop=stop)
-    print(report.counted_text(runs), end="")
-    print(f"Compare them: stickslip bench report {flags['out']} --out DIR")
+    print(report.report_text([*runs, *report.stored_results(runs)]))
+    print(f"Plots: stickslip bench report {flags['out']} --stored --out DIR")
     return Content({"runs": report.runs_table(runs)}, {"directory": flags["out"]})
 
 
@@ -178,6 +170,7 @@ def report_command(flags: Mapping[str, Any]) -> Content:
     if out.exists():
         raise ValueError(f"{out} exists; accepted: a new directory")
     runs = report.read_results(*flags["source"])
+    runs += report.stored_results(runs) if flags["stored"] else []
     text = report.report_text(runs)
     print(text)
     written = [write_whole(out / "report.md", text, overwrite=False)]
@@ -185,10 +178,3 @@ def report_command(flags: Mapping[str, Any]) -> Content:
     written += report.draw_ecdfs(runs, out)
     print("Written: " + ", ".join(map(str, written)))
     return Content({"runs": report.runs_table(runs)}, {"written": [str(one) for one in written]})
-
-
-def methods_command(_: Mapping[str, Any]) -> Content:
-    """List the methods."""
-    table = methods_table()
-    print(table.terminal())
-    return Content({"methods": table})

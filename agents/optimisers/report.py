@@ -12,9 +12,8 @@ import numpy as np
 
 from stickslip.agents.sweeps.cells import CELL_FILE, cell_files
 from stickslip.agents.untrusted import RefusedError, reading
-from stickslip.dynamics.checks import nearest, shown
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
-from stickslip.optim.instances.instance import Instance, suite
+from stickslip.optim.instances.instance import Instance, instance
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -24,9 +23,10 @@ if TYPE_CHECKING:
 
 OUTCOMES = ("spent", "ended", "raised", "timed out", "died")
 """The budget ended it, it ended by itself, it raised, its process was killed, its process ended."""
-COUNTED = ("values", "gradients", "repeated", "batches", "clipped", "refused", "not_numbers")
+COUNTED = ("values", "gradients", "repeated", "batches", "clipped", "not_numbers")
 """Counters of `Record` that a run keeps."""
 ARRAYS = {"evaluations": np.int64, "seconds": float, "values": float, "point": float}
+STORED = Path(__file__).parent / "results.parquet"
 DIGITS = 12
 """Digits of a digest that are compared."""
 
@@ -75,7 +75,7 @@ class Run:
 
 
 def read_results(*paths: str | Path) -> list[Run]:
-    """Runs of races' directories, together.
+    """Runs of races' directories, or of Parquet files of many runs, together.
 
     ValueError naming the file or directory: for damage, unknown instances, instances with other
     numbers, and for runs that two directories hold.
@@ -84,8 +84,8 @@ def read_results(*paths: str | Path) -> list[Run]:
         raise ValueError("no directory; accepted: one at least")
     found: dict[tuple[str, str, int], tuple[Path, Run]] = {}
     for path in map(Path, paths):
-        for file in cell_files(path, "race").values():
-            run = _read(file)
+        files = [path] if path.is_file() else cell_files(path, "race").values()
+        for run in (run for file in files for run in _read(file)):
             if (other := found.setdefault(run.key, (path, run))[0]) != path:
                 raise ValueError(
                     f"{path}: {run.method} on {run.instance} with seed {run.seed} is also in "
@@ -94,19 +94,27 @@ def read_results(*paths: str | Path) -> list[Run]:
     return [run for _, run in found.values()]
 
 
-def _read(file: Path) -> Run:
+def stored_results(runs: Iterable[Run]) -> list[Run]:
+    """The package's own runs (docs/suite.md) on the same instances, by methods that `runs` lack."""
+    found, methods = {run.instance for run in runs}, {run.method for run in runs}
+    stored = read_results(STORED)
+    return [run for run in stored if run.instance in found and run.method not in methods]
+
+
+def _read(file: Path) -> list[Run]:
     from pyarrow import parquet
 
     with reading(file, CELL_FILE):
-        (row,) = parquet.read_table(file).to_pylist()
-        lists = {name: row[name] for name in ARRAYS if row[name] is not None}
-        run = Run(**row | {name: np.array(one, ARRAYS[name]) for name, one in lists.items()})
-        if (one := suite().get(run.instance)) is None:
-            near = nearest(run.instance, suite())
-            raise RefusedError(f"instance {shown(run.instance)} is unknown{near}")
-        if one.known and not one.known.digest.startswith(run.digest[:DIGITS]):
-            raise RefusedError(f"digest {run.digest} is not that of {run.instance} here")
-        return run
+        return [_run_of(row) for row in parquet.read_table(file).to_pylist()]
+
+
+def _run_of(row: dict[str, Any]) -> Run:
+    lists = {name: np.array(row[name], of) for name, of in ARRAYS.items() if row[name] is not None}
+    run = Run(**{**row, **lists})
+    known = instance(run.instance).known
+    if known and not known.digest.startswith(run.digest[:DIGITS]):
+        raise RefusedError(f"digest {run.digest} is not that of {run.instance} here")
+    return run
 
 
 Cost: TypeAlias = Literal["evaluations", "seconds"]
@@ -135,11 +143,11 @@ COLUMNS = 3
 
 
 def gap(instance: Instance, value: float | np.ndarray) -> np.ndarray:
-    """(value - best known) / |best known|: 0 for the best known, negative for what is better. With
-    several goals the value itself, see `front_merit`."""
+    """(value - best known) / |best known|: 0 for the best known, negative for what is better; NaN
+    where none is known. With several goals the value itself, see `front_merit`."""
     if len(instance.goals) > 1:
         return np.asarray(value, float)
-    best = instance.best_known
+    best = instance.best_known if instance.known else np.nan
     return (np.asarray(value, float) - best) / max(abs(best), LEAST)
 
 
@@ -179,7 +187,7 @@ class Expected(NamedTuple):
 def gaps(run: Run) -> Float[np.ndarray, "rows"]:
     """(value - best known) / |best known| by row; infinite before something is feasible. With two
     goals: the missing share of hypervolume."""
-    found = gap(suite()[run.instance], run.values)
+    found = gap(instance(run.instance), run.values)
     return np.where(np.isfinite(found), found, np.inf)
 
 
@@ -220,7 +228,7 @@ def ecdf(
 
 
 def _scale(run: Run, of: Cost) -> int:
-    return suite()[run.instance].n if of == "evaluations" else 1
+    return instance(run.instance).n if of == "evaluations" else 1
 
 
 def report_text(runs: Sequence[Run]) -> str:
@@ -244,8 +252,8 @@ def counted_text(runs: Sequence[Run]) -> str:
         f"{len(runs)} runs of {len(methods)} methods on {len(instances)} instances: {words}; "
         f"{spent:,} evaluations, {seconds:,.0f} s of processor time."
     ]
-    if moved := sum(run.counts["clipped"] + run.counts["refused"] for run in runs):
-        lines.append(f"{moved:,} points lay out of bounds and were moved in or refused.")
+    if moved := sum(run.counts["clipped"] for run in runs):
+        lines.append(f"{moved:,} points lay out of bounds and were moved in.")
     for run in (run for run in runs if run.outcome == "raised"):
         lines.append(f"- {run.method} on {run.instance}, seed {run.seed}: {run.message}")
     return "\n".join(lines) + "\n"
@@ -315,12 +323,12 @@ def _comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
 
 
 def _of_one_goal(runs: Sequence[Run]) -> list[Run]:
-    return [run for run in runs if len(suite()[run.instance].goals) == 1]
+    return [run for run in runs if len(instance(run.instance).goals) == 1]
 
 
 def _by_family(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """Runs by family, in the order of FAMILIES."""
-    found = _grouped(runs, lambda run: suite()[run.instance].family)
+    found = _grouped(runs, lambda run: instance(run.instance).family)
     return {name: found[name] for name in FAMILIES if name in found}
 
 

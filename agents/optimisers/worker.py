@@ -11,7 +11,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from threading import Thread
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -34,14 +34,13 @@ A_DECADE, LEAST_GAP = 10, 1e-8
 
 @dataclass(frozen=True)
 class Task:
-    """A run to be made. budget: evaluations; seconds: of processor time; outside: see Objective."""
+    """A run to be made. budget: evaluations; seconds: of processor time."""
 
     instance: str
     method: Method
     seed: int
     budget: int | None
     seconds: float | None
-    outside: Literal["clip", "refuse"] = "clip"
 
 
 def begin_worker() -> None:
@@ -144,7 +143,7 @@ class EventRecord(Record):
         self.last = Event(self.evaluations, seconds, value, None if several else np.array(x))
         left = float(gap(self.instance, value))
         level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
-        if level < self._level:
+        if level < self._level or not np.isfinite(left):  # where no value is known, all are kept
             self._level = level
             self.events.append(self.last)
 
@@ -153,7 +152,7 @@ def run_task(task: Task) -> Run:
     """Make the run."""
     one = instance(task.instance)
     record = EventRecord(instance=one)
-    limits = {name: getattr(task, name) for name in ("budget", "seconds", "outside", "seed")}
+    limits = {name: getattr(task, name) for name in ("budget", "seconds", "seed")}
     outcome, message = "ended", ""
     try:
         task.method.function(one.objective(record=record, **limits), task.seed)

@@ -23,6 +23,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.gait.problem import GaitProblem
+from stickslip.optim.instances.seeded import drawn
 from stickslip.optim.problem import FEASIBLE, Evaluation, Problem, Result, Structure
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ USUAL = signature(biped.BipedParams.from_bars).parameters
 LENGTHS = {name: USUAL[name].default for name in ABOVE_ZERO if name != "crank"}
 """Design variables in crank lengths, with the reference robot's values."""
 MASSES = {name: USUAL[name].default for name in ("hip_mass", "foot_mass")}
+NUMBERS = MASSES | {name: USUAL[name].default for name in ("crank_length", "bar_density")}
+"""Numbers of a drawn robot."""
 PART = 0.2
 """A design differs from the reference robot by at most this part."""
 ANGLES = 64
@@ -70,18 +73,24 @@ VALUE_ROOM, MARGIN_ROOM = 1e3, 1e2
 and the forces of a linkage that does not close mean nothing (1e20 weights)."""
 
 
+def robot(seed: int | None, dtype: Any = np.float64) -> biped.BipedParams:
+    """The reference robot, or one that is drawn."""
+    return biped.BipedParams.from_bars(**drawn(seed, **NUMBERS), dtype=dtype)
+
+
 def gait_problem(
     objective: str,
     numbers: int,
     points: int = 1,
     mu: float | None = None,
     mean_rate: float | None = None,
+    seed: int | None = None,
 ) -> GaitProblem | Interpolated:
     """The best periodic step of the reference robot in so many numbers, with a motor of
-    TORQUE_LIMIT. points: of each cell that limits hold at."""
-    robot, cells = biped.BipedParams.from_bars(dtype=np.float32), numbers - 2
-    limits = {"mu": mu, "mean_rate": mean_rate, "torque_limit": TORQUE_LIMIT}
-    whole = GaitProblem.periodic(robot, objective, steps=points * cells, **limits)
+    TORQUE_LIMIT. points: of each cell that limits hold at. seed: of robot and limits."""
+    cells, limits = numbers - 2, {"mu": mu, "mean_rate": mean_rate, "torque_limit": TORQUE_LIMIT}
+    limits = drawn(seed, **{name: one for name, one in limits.items() if one is not None})
+    whole = GaitProblem.periodic(robot(seed, np.float32), objective, steps=points * cells, **limits)
     return whole if points == 1 else Interpolated(whole, cells)
 
 
@@ -182,14 +191,21 @@ def walk_cost(
 
 
 def shooting_problem(
-    scene: str, numbers: int, crank_rate: float = 3.0, slide_limit: float | None = None
+    scene: str,
+    numbers: int,
+    crank_rate: float = 3.0,
+    slide_limit: float | None = None,
+    seed: int | None = None,
 ) -> FunctionProblem:
-    """Torques of the reference robot that walks already, numbers x HELD x DT seconds."""
-    model = biped.prepare(biped.BipedParams.from_bars(dtype=np.float64), fidelity="table")
-    data = (model, SCENES[scene](), biped.BipedState(**STATE).astype(np.float64))
+    """Torques of the reference robot that walks already, numbers x HELD x DT seconds; seed: of
+    robot, floor, first state and box."""
+    model = biped.prepare(robot(seed), fidelity="table")
+    state = biped.BipedState(**drawn(seed, **STATE)).astype(np.float64)
+    floor = jax.tree.map(lambda of: of * drawn(seed, floor=1.0)["floor"], SCENES[scene]())
     most = np.full(numbers, TORQUE_LIMIT)
+    low, high = drawn(seed, low=-most, high=most).values()
     function = Shooting(crank_rate, slide_limit, FINE if scene == "firm" else None)
-    return FunctionProblem(function, data, -most, most, forward=True)
+    return FunctionProblem(function, (model, floor, state), low, high, forward=True)
 
 
 @dataclass(frozen=True)
@@ -230,10 +246,13 @@ class Gains:
         return jnp.clip(asked, -TORQUE_LIMIT, TORQUE_LIMIT)
 
 
-def gains_problem(numbers: int, crank_rate: float, walks: int) -> FunctionProblem:
-    """2 + 2 h numbers with h harmonics."""
-    model = biped.prepare(biped.BipedParams.from_bars(dtype=np.float64), fidelity="table")
+def gains_problem(
+    numbers: int, crank_rate: float, walks: int, seed: int | None = None
+) -> FunctionProblem:
+    """2 + 2 h numbers with h harmonics; seed: of robot and box."""
+    model = biped.prepare(robot(seed), fidelity="table")
     low, high = np.array([GAIN_RANGE, *[TORQUE_RANGE] * (numbers - 1)]).T
+    low, high = drawn(seed, low=low, high=high).values()
     return FunctionProblem(Gains(crank_rate, walks), model, low, high, forward=True)
 
 
@@ -292,10 +311,11 @@ def within(x: Float[Array, "*any"], room: float) -> Float[Array, "*any"]:
     return jnp.where(size > 1, jnp.sign(x) * room * (1 + jnp.log(size)), x)
 
 
-def biped_design(goal: str, masses: bool = False) -> FunctionProblem:
-    """Lengths of PASIBOT's links, and masses of hip and feet, in parts of the reference robot's."""
+def biped_design(goal: str, masses: bool = False, seed: int | None = None) -> FunctionProblem:
+    """Lengths of PASIBOT's links, and masses of hip and feet, in parts of the reference robot's.
+    seed: of the box, that still holds the reference."""
     names = (*LENGTHS, *(MASSES if masses else ()))
     usual = np.asarray(biped.step_length(biped.BipedParams.from_bars(dtype=np.float64)))
     ones = np.ones(len(names))
-    function = BipedDesign(goal, names)
-    return FunctionProblem(function, usual, (1 - PART) * ones, (1 + PART) * ones, forward=True)
+    low, high = drawn(seed, low=(1 - PART) * ones, high=(1 + PART) * ones).values()
+    return FunctionProblem(BipedDesign(goal, names), usual, low, high, forward=True)

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Callable
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import cache, cached_property, partial
 from pathlib import Path
 from pkgutil import resolve_name
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice
+from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
 from stickslip.dynamics.pytrees import given_state, read_only, refuse_after_fork
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
@@ -37,6 +38,9 @@ QUIET = 256
 """Draws that a noisy instance's value is the mean of."""
 DIGITS = 7
 """Digits of the numbers in a digest."""
+AGREED = 1e-3
+"""Relative difference of values that agree."""
+SEEDED, MOST_SEED = re.compile(r"(.+-v\d+)-s(\d{1,9})"), 10**9 - 1
 LATER: dict[str, tuple[float, ...]] = {"works": (0, 1, 3), "efficiency": (1.0,), "free_split": (0,)}
 """Fields that came later, and values of theirs that no digest counts: usual ones, and those that
 follow from other fields."""
@@ -56,9 +60,10 @@ class Flags:
 @dataclass(frozen=True)
 class Known:
     """Known solution of an instance. value: of the best feasible point, whose free numbers are x;
-    NaN with several goals. how: what found it. bound: what no feasible point is below, and why;
-    None. digest: of the instance that this is about. front: with several goals, unbeaten values
-    [points, k]. cost: microseconds of an evaluation, by kind of call."""
+    NaN with several goals. how: what found it; methods: how many came within AGREED of it. bound:
+    what no feasible point is below, and why; None. digest: of the instance that this is about.
+    front: with several goals, unbeaten values [points, k]. cost: microseconds of an evaluation, by
+    kind of call."""
 
     value: float
     how: str
@@ -66,8 +71,17 @@ class Known:
     bound_how: str
     digest: str
     cost: dict[str, float]
+    methods: int = 1
     x: np.ndarray | None = None
     front: np.ndarray | None = None
+
+    @property
+    def standing(self) -> str:
+        """How sure the value is: proved, agreed by several methods, or the best that was seen."""
+        if self.bound is not None:
+            gap = max(0.0, self.value - self.bound) / max(abs(self.value), 1e-12)
+            return f"proved within {100 * gap:.1g} %"
+        return f"agreed by {self.methods} methods" if self.methods > 1 else "best seen"
 
 
 @dataclass(frozen=True)
@@ -114,7 +128,7 @@ class Instance:
         return np.array([one.objective(x) for one in free]), feasible
 
     def objective(self, **options: Any) -> Objective:
-        """A fresh Objective, whose options these are: budget, seconds, outside, seed."""
+        """A fresh Objective, whose options these are: budget, seconds, seed."""
         return Objective(self.problems, noisy=self.flags.noisy, **options)
 
     @property
@@ -157,10 +171,31 @@ def suite(*families: str) -> dict[str, Instance]:
     return {name: one for name, one in _all().items() if not families or one.family in families}
 
 
-def instance(name: str) -> Instance:
-    """The instance with an id. ValueError, with the nearest ids, for an unknown one."""
-    require_choice("id", name, tuple(_all()))
-    return _all()[name]
+def instance(name: str, seed: int | None = None) -> Instance:
+    """The instance with an id. ValueError, with the nearest ids, for an unknown one.
+
+    seed: one of the instances of the same function, on which optimisers are ranked: machine,
+    ground, limits and box are drawn near the usual ones (`seeded.drawn`). Its id ends in "-s" and
+    the seed, which `instance` takes, too. A feasible point is known where `known` is not None.
+    """
+    drawn = SEEDED.fullmatch(name) if isinstance(name, str) and seed is None else None
+    if drawn:
+        name, seed = drawn[1], int(drawn[2])
+    if name not in _all():
+        accepted = 'ids of `suite()`, and those with "-s" and a seed at the end'
+        raise ValueError(
+            f"id = {shown(name)} is unknown{nearest(str(name), _all())}; accepted: {accepted}"
+        )
+    if seed is None:
+        return _all()[name]
+    return _seeded(name, require_integer("seed", seed, low=1, high=MOST_SEED))
+
+
+@cache
+def _seeded(name: str, seed: int) -> Instance:
+    one = _all()[name]
+    build = partial(_built, json.loads(SUITE.read_text("utf-8"))[name]["build"], seed=seed)
+    return replace(one, id=f"{name}-s{seed}", build=build)
 
 
 @cache
@@ -174,10 +209,10 @@ def _all() -> dict[str, Instance]:
     return found
 
 
-def _built(build: list[dict[str, Any]]) -> tuple[AnyProblem, ...]:
+def _built(build: list[dict[str, Any]], **seed: int) -> tuple[AnyProblem, ...]:
     """build: of each goal's problem the function that makes it, as module.function of this folder,
     and its arguments."""
-    given = map(dict, build)
+    given = (one | seed for one in build)
     return tuple(resolve_name(f"stickslip.optim.instances.{o.pop('make')}")(**o) for o in given)
 
 

@@ -8,11 +8,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import as_real, require_choice, require_integer
+from stickslip.dynamics.checks import as_real, require_integer
 from stickslip.dynamics.pytrees import given_state, read_only
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, require_scalar, shortfall
@@ -20,7 +20,6 @@ from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, require_
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-OUTSIDE = ("clip", "refuse")
 PENALTY = 1e3
 """Penalty of a violated scaled constraint, in the objective's unit."""
 A_DRAW = 1_000_003
@@ -47,9 +46,9 @@ class Record:
     """Counters, and the best so far. Grows while an `Objective` is used.
 
     values, gradients: how often these were asked for; repeated: values that were asked for again at
-    the point evaluated last, and not computed again. batches: calls for many. clipped, refused,
-    not_numbers: points that lay out of bounds and were moved in or refused, and points that were no
-    numbers. improvements: of feasible points, for one goal alone.
+    the point evaluated last, and not computed again. batches: calls for many. clipped, not_numbers:
+    points that lay out of bounds and were moved in, and points that were no numbers. improvements:
+    of feasible points, for one goal alone.
     least_violation: of the points seen. front: with several goals, unbeaten points and their
     values.
     """
@@ -59,7 +58,6 @@ class Record:
     repeated: int = 0
     batches: int = 0
     clipped: int = 0
-    refused: int = 0
     not_numbers: int = 0
     improvements: list[Improvement] = field(default_factory=list)
     best_x: np.ndarray | None = None
@@ -126,10 +124,9 @@ class Objective:
     problem's own. With k goals a point has values [k]; where k is 1, a number.
 
     budget: evaluations, values and gradients counted alike; seconds: from the first on. Who asks
-    for more gets BudgetSpent. outside: points out of bounds are moved to the nearest inside
-    ("clip") or refused with ValueError ("refuse"), and counted; so are points that are no numbers,
-    whose value is infinite with "clip". seed: of the draws, where the instance is noisy: every
-    evaluation is a draw of its own.
+    for more gets BudgetSpent. Points out of bounds are moved to the nearest inside, and counted; so
+    are points that are no numbers, whose value is infinite. seed: of the draws, where the instance
+    is noisy: every evaluation is a draw of its own.
 
     Every value asked for counts, as in COCO, also where it is that of the point looked at last and
     not computed again (`Record.repeated`); of a noisy instance it is drawn anew. Constraints at
@@ -140,7 +137,6 @@ class Objective:
     problems: tuple[AnyProblem, ...]
     budget: int | None = None
     seconds: float | None = None
-    outside: Literal["clip", "refuse"] = "clip"
     seed: int = 0
     noisy: bool = False
     record: Record = field(default_factory=Record)
@@ -151,7 +147,6 @@ class Objective:
         if self.seconds is not None:
             accepted = "None, or a time > 0 [s]"
             require_scalar("seconds", self.seconds, low=0.0, strict=True, accepted=accepted)
-        require_choice("outside", self.outside, OUTSIDE)
         require_integer("seed", self.seed, low=0, high=2**31 - 1)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -278,23 +273,15 @@ class Objective:
         return self.record
 
     def _inside(self, x: object) -> tuple[np.ndarray, bool]:
-        x, refuse = _numbers(x).reshape(-1), self.outside == "refuse"
+        x = _numbers(x).reshape(-1)
         if x.shape != (self.n,):
             raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
         if not np.all(np.isfinite(x)):
             self.record.count("not_numbers")
-            if refuse:
-                raise ValueError("x holds what is no finite number; accepted: finite numbers")
             return x, False
         low, high = self.bounds
-        out = (x < low) | (x > high)
-        if not np.any(out):
-            return x, True
-        self.record.count("refused" if refuse else "clipped")
-        for i in np.flatnonzero(out)[: int(refuse)]:
-            raise ValueError(
-                f"x[{i}] = {x[i]:.6g} is out of bounds; accepted: {low[i]:.6g} to {high[i]:.6g}"
-            )
+        if np.any((x < low) | (x > high)):
+            self.record.count("clipped")
         return np.clip(x, low, high), True
 
     def _seen_at(self, x: np.ndarray) -> _Last | None:

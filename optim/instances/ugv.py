@@ -17,6 +17,7 @@ import numpy as np
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.statics import split_family
 from stickslip.optim.function_problem import FunctionProblem
+from stickslip.optim.instances.seeded import drawn
 from stickslip.optim.posture.evaluate import Posture, finite_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure
@@ -35,15 +36,29 @@ VEHICLE = {"body_length": (0.6, 1.1), "leg_length": (0.25, 0.45)}
 """Design variables of the UGV [m]; then the fixed leg angles [rad]."""
 LEGS = (np.pi / 3, 2 * np.pi / 3)
 STATIONS = 48
+SHAPES = 0.1
+"""Spread of a drawn track's numbers: the foot of the step stays less hollow than the wheel."""
+NUMBERS = ("body_length", "leg_length", "wheel_mass", "body_mass", "leg_mass")
+"""Numbers of a drawn vehicle."""
 
 
-def track_named(name: str) -> Track:
-    """A track of the suite: those of `Track` as they are, "rough" from ROUGH."""
-    return Track.named(name, **(ROUGH if name == "rough" else {}))
+def track_named(name: str, seed: int | None = None) -> Track:
+    """A track of the suite: those of `Track`, "rough" from ROUGH; drawn: see `drawn`."""
+    if name == "rough":
+        return Track.named(name, **ROUGH | ({} if seed is None else {"key": 1000 + seed}))
+    return Track.named(name, **drawn(seed, spread=SHAPES, **vars(Track.named(name).shape)))
 
 
-def posture_problem(track: str, criterion: str, free: int, ends: str = "start") -> PostureProblem:
-    """`free` numbers to choose over the whole of a track.
+def vehicle(seed: int | None) -> UGVParams:
+    """The usual vehicle, or one that is drawn."""
+    usual = UGVParams()
+    return usual.replace(**drawn(seed, **{name: getattr(usual, name) for name in NUMBERS}))
+
+
+def posture_problem(
+    track: str, criterion: str, free: int, ends: str = "start", seed: int | None = None
+) -> PostureProblem:
+    """`free` numbers to choose over the whole of a track; seed: of track, vehicle and limits.
 
     ends: "start": legs straight down at the first waypoint, the last free; "both": straight down at
     both; "none": all free. The waypoints are as many as that takes, evenly spaced, and legs turn by
@@ -52,7 +67,8 @@ def posture_problem(track: str, criterion: str, free: int, ends: str = "start") 
     given = {"start": 1, "both": 2, "none": 0}[ends]
     limits: dict[str, Any] = {"friction": FRICTION, "leg_rate": LEG_RATE}
     limits |= dict.fromkeys(("start_angles", "end_angles")[:given], STRAIGHT)
-    usual = PostureProblem.along(track_named(track), criterion, **limits)
+    on, params = track_named(track, seed), vehicle(seed)
+    usual = PostureProblem.along(on, criterion, params, **drawn(seed, **limits))
     return replace(usual, x=np.linspace(usual.x[0], usual.x[-1], free // 2 + given))
 
 
@@ -89,15 +105,18 @@ class SplitProblem(FunctionProblem):
         return cp.Problem(cp.Minimize(goal), limits), lambda: np.asarray(x.value, float)
 
 
-def split_problem(track: str, criterion: str, stations: int) -> SplitProblem:
+def split_problem(
+    track: str, criterion: str, stations: int, seed: int | None = None
+) -> SplitProblem:
     """F_front - F_rear at every station over the middle of a track, in weights, that keeps grip at
     both wheels.
 
     criterion: "squared_torque": the sum of both motors' torques squared, over the stations
     [N^2 m^2]; "peak_torque": the largest of all [N m]. What a newton adds is taken for none where
-    it is below rounding: on a straight slope the normal forces do not depend on the split.
+    it is below rounding: on a straight slope the normal forces do not depend on the split. seed: of
+    track, vehicle and the middle of the box, which without it is nearly the best point.
     """
-    ground, params = track_named(track), UGVParams()
+    ground, params = track_named(track, seed), vehicle(seed)
     start, end = float(np.asarray(ground.start)), float(np.asarray(ground.end))
     x = np.linspace(start + 2.0, end - 0.5, stations)
     angles = np.broadcast_to(STRAIGHT, (stations, 2))
@@ -108,7 +127,8 @@ def split_problem(track: str, criterion: str, stations: int) -> SplitProblem:
     function = {"squared_torque": _squared, "peak_torque": _peak}[criterion]
     kinds = frozenset({Structure.SMOOTH, Structure.CONVEX})
     most = np.full(stations, 1.0)
-    return SplitProblem(function, drive, -most, most, kind=kinds)
+    low, high = drawn(seed, spread=0.5, low=-most, high=most).values()
+    return SplitProblem(function, drive, low, high, kind=kinds)
 
 
 def _forces(drive: Drive, x: Float[Array, "K"]) -> tuple[Array, Array, Array]:
@@ -151,12 +171,16 @@ class VehicleDesign:
         return jnp.mean(jnp.stack(values))[None], jnp.concatenate(margins)
 
 
-def vehicle_design(criterion: str, tracks: tuple[str, ...]) -> FunctionProblem:
-    """Wheelbase, leg length and the legs' angles, for several tracks at once."""
-    data = []
-    for track in map(track_named, tracks):
+def vehicle_design(
+    criterion: str, tracks: tuple[str, ...], seed: int | None = None
+) -> FunctionProblem:
+    """Wheelbase, leg length and the legs' angles, for several tracks at once; seed: of tracks,
+    masses and box."""
+    data, params = [], vehicle(seed)
+    for track in (track_named(name, seed) for name in tracks):
         start, end = float(np.asarray(track.start)), float(np.asarray(track.end))
-        problem = PostureProblem.along(track, criterion, leg_rate=None)
+        problem = PostureProblem.along(track, criterion, params, leg_rate=None)
         data.append(replace(problem, x=np.linspace(start + 2.5, end, STATIONS)).posture)
     low, high = np.array([*VEHICLE.values(), LEGS, LEGS]).T
+    low, high = drawn(seed, low=low, high=high).values()
     return FunctionProblem(VehicleDesign(), tuple(data), low, high, forward=True)

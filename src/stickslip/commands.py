@@ -174,13 +174,11 @@ COMMANDS = {
             "--budget 500 --out runs/race": "three methods on an instance",
             "stickslip bench run --budget 500 --out runs/race --resume": "go on with a race",
             "stickslip bench report runs/race --out runs/report": "tables and plots",
-            "stickslip bench methods": "names for --methods",
         },
         compiles=False,
         parts=lambda: {
             "run": "run methods on instances into a directory",
             "report": "compare runs: tables, ECDF plots",
-            "methods": "list the methods",
         },
     ),
 }

@@ -397,12 +397,17 @@ def bench_flags(parser: Parser, part: str) -> None:
     add = parser.add
     if part == "report":
         add("source", "directories of races", nargs="+")
+        add("--stored", "beside the package's own runs", action="store_true")
         add("--out DIR", "a new directory", required=True)
     if part != "run":
         return
     add("--out DIR", "directory of the race", required=True)
-    add("--methods NAME", "names, or your own MODULE:FUNCTION (default: all)", nargs="+")
-    add("--instances ID", "ids of the suite (default: all)", nargs="+")
+    add(
+        "--methods NAME",
+        "names (an unknown one lists them), or your own MODULE:FUNCTION (default: all)",
+        nargs="+",
+    )
+    add("--instances ID", "ids of the suite, -s1 at the end for seed 1 (default: all)", nargs="+")
     add("--budget", "values and gradients of a run", type=int)
     add("--seconds", "processor time of a run", type=float)
     add("--seeds", "of each method on each instance", type=int, default=3)
