@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 TORQUE = 4.0
 MUS = (0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3, 0.5, 0.7, 1.0)
 SPEEDS = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0)
-STARTS, STEPS, SLOWEST = (2.0, 3.0, 4.0, 5.0, 6.0, 7.0), (1, 2, 3), 0.1
 FLOORS = {"mu 0.06": 0.06, "mu 0.2": 0.2, "foot held": None}
 PAGE = Path("docs/gaits.md")
 
@@ -79,21 +78,7 @@ def constant_cost(p: Profile, rate: float) -> float:
     return float(energy / (p.robot.weight * p.robot.step_length))
 
 
-def transfers(_: bool) -> Iterator[dict[str, Any]]:
-    """Least friction of a start to a crank rate in n steps, and of a stop from it."""
-    robot = BipedParams.from_bars()
-    limits: dict[str, Any] = {"torque_limit": TORQUE, "mean_rate": SLOWEST, "steps": 100}
-    for rate in STARTS:
-        row: dict[str, Any] = {"crank rate [rad/s]": rate}
-        for what, (start, end) in {"start": (0.0, rate), "stop": (rate, 0.0)}.items():
-            for n in STEPS:
-                ends = {"start_rate": start, "end_rate": end}
-                found = solve(GaitProblem.transfer(robot, n, "friction", **ends, **limits))
-                row[f"{what}, {n}"] = found.value if found.gait is not None else None
-        yield row
-
-
-PARTS = {"fastest": fastest, "thrift": thrift, "transfers": transfers}
+PARTS = {"fastest": fastest, "thrift": thrift}
 
 
 @sheet.styled

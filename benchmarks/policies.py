@@ -2,15 +2,12 @@
 
     python -m benchmarks.policies [--only NAME ...] [--runs DIR]
     python -m benchmarks.policies --measure [--only NAME ...]
-    python -m benchmarks.policies --seeing --only NAME ...
 
 Trains for each task named (default: those without a policy in the package) as `stickslip train`
 does, with the settings and seeds recorded in the package's policy or else with USUAL, keeps the
 policy of the best evaluation, measures it on the task's own episodes and puts it into the package
 with its record; where it earns more than the best known, known.json is updated. Runs stay in
---runs, where they are resumed. --measure: measure the package's policies again. --seeing: train a
-policy that sees what a biped's task hides, motion and floor, and put what it earns into known.json:
-a score of 1 that the task's own policies may not reach.
+--runs, where they are resumed. --measure: measure the package's policies again.
 """
 
 from __future__ import annotations
@@ -21,19 +18,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from benchmarks.report import options, provenance
-from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put, with_planner
-from stickslip.agents.evaluation.rollout import is_random, play, play_unseen
-from stickslip.agents.evaluation.table import keep_of
+from benchmarks.tasks import EPISODES, beside_package, entry, played_on, put
+from stickslip.agents.evaluation.rollout import is_random
 from stickslip.agents.machine import machine_by_name, read_configuration
 from stickslip.agents.policy import file
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import FOLDER, SUFFIX, policy_name, shipped_path
 from stickslip.agents.training.configuration import Configuration, command_of
 from stickslip.agents.training.directory import CONFIG, POLICY, read_columns, read_config
-from stickslip.agents.training.ppo import PPOTrainer
 from stickslip.agents.training.run import best_evaluation, train
 from stickslip.envs import TASKS, TaskDefinition, task_by_name
 from stickslip.envs.tasks.known import FILE, read_known
@@ -51,7 +44,6 @@ USUAL: dict[str, dict[str, Any]] = {
 """Settings for a task without a policy. The biped's episodes are short and penalise slips and falls
 less than the task, or standing still is learnt; the UGV starts from any leg angles."""
 SEEDS = (0, 1, 2)
-SEEING, STEPS_SEEING, PARTS = "PPO that sees motion and floor", 16_000_000, 16
 COMPUTES = ("python", "stickslip", "jax", "jaxlib", "numpy", "optax")
 """Packages that training in JAX computes with."""
 MACHINE = ("processor", "cores", "system")
@@ -102,23 +94,6 @@ def trained(config: Configuration, folder: Path) -> Run:
     return Run(path, *best_evaluation(path))
 
 
-def seeing(task: TaskDefinition) -> dict[str, Any]:
-    """Entry of a policy that sees motion, friction and the next patch of floor: the best of its
-    training on validation episodes."""
-    config = replace(usual(task)[0], timesteps=STEPS_SEEING)
-    training: Any = machine_by_name(task.machine).training_task(config)
-    env = replace(training.env, see_motion=True, see_friction=True, see_patch=True)
-    trainer = PPOTrainer(config, env, training.training)
-    params, best, most = task.make()[1], trainer.policy(), -np.inf
-    for part in range(1, PARTS + 1):
-        trainer.advance(config.timesteps * part // PARTS)
-        policy = trainer.policy()
-        earned = play_unseen(env, policy, params, 2 * EPISODES[task.machine], keep_of).reward.mean()
-        print(f"{task.name}: {trainer.timesteps:,} steps, {earned:.4g}", flush=True)
-        best, most = (policy, earned) if earned > most else (best, most)
-    return entry(task, SEEING, play(env, best, params, range(EPISODES[task.machine]), keep_of))
-
-
 def put_into_package(task: TaskDefinition, run: Run, folder: Path = FOLDER) -> Path:
     """Write a run's policy with its record and what it earns on the task's own episodes."""
     config: Any = read_config(run.path)
@@ -162,15 +137,10 @@ def main(arguments: list[str]) -> None:
     parser.add_argument("--only", nargs="+", metavar="NAME")
     parser.add_argument("--runs", type=Path, default=RUNS)
     parser.add_argument("--measure", action="store_true")
-    parser.add_argument("--seeing", action="store_true")
     given = parser.parse_args(arguments)
     there = [name for name in TASKS if shipped_path(policy_name(name)) is not None]
     asked = [name for name in TASKS if (name in there) == given.measure]
     for task in map(task_by_name, given.only or asked):
-        if given.seeing:
-            how = f"{SEEING}, {STEPS_SEEING:,} steps: `python -m benchmarks.policies --seeing`"
-            put(task.name, with_planner(read_known(FILE)[task.name], seeing(task), how))
-            continue
         name = policy_name(task.name)
         if given.measure:
             record = file.record_of(name)

@@ -1,35 +1,122 @@
-"""The table of the suite's instances.
+"""Known solutions of the suite's instances from races, and the table of the instances.
 
+`python -m benchmarks.suite --runs runs/seeded` takes the best feasible points of a race into the
+suite's files, with a bound of each where one can be proved, and keeps the runs in the package.
 `python -m benchmarks.suite --docs docs/suite.md` writes the table into a page.
 """
 
 from __future__ import annotations
 
+import json
 from argparse import ArgumentParser
+from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+from pyarrow import parquet
 
 from benchmarks.report import markdown, put_between
-from stickslip.optim import suite
+from stickslip.agents.optimisers.report import STORED, Run, read_results
+from stickslip.optim import bound_every_drive, suite
+from stickslip.optim.gait.problem import GaitProblem
+from stickslip.optim.instances.biped import Interpolated
+from stickslip.optim.instances.instance import AGREED, POINTS, VALUES, instance
+from stickslip.optim.instances.ugv import FRICTION, SplitProblem
+from stickslip.optim.posture.problem import PostureProblem
+from stickslip.optim.problem import solve
+from stickslip.records.files import write_whole
+
+
+def known_of(runs: list[Run]) -> tuple[dict[str, Any], np.ndarray]:
+    """The entry of VALUES, without a bound, and the point that a race found for an instance."""
+    one, found = instance(runs[0].instance), [run for run in runs if np.isfinite(run.best)]
+    point: Any = min(found, key=lambda run: run.best).point
+    (value, *_), feasible = one.value(point)
+    if not feasible:
+        raise ValueError(f"{one.id}: its best point is not feasible")
+    close = {run.method: "" for run in found if run.best - value <= AGREED * abs(value)}
+    entry = {"value": float(value), "how": ", ".join(close), "methods": len(close)}
+    return entry | {"bound": None, "bound_how": "", "digest": one.digest(), "cost": {}}, point
+
+
+def bound_of(name: str, point: np.ndarray) -> tuple[float | None, str]:
+    """A lower bound of an instance, and how it is proved; None where none is, or it says little."""
+    problem: Any = instance(name).problem
+    if isinstance(problem, SplitProblem):
+        return split_bound(problem), "each station by itself"
+    if isinstance(problem, GaitProblem | Interpolated):
+        fine: Any = getattr(problem, "fine", problem)
+        cells = f"dual, of gaits of {fine.cells} cells a step, limits kept at the nodes"
+        return solve(fine, "conic").lower_bound, cells
+    if isinstance(problem, PostureProblem) and not {"rough", "ditch"} & {*name.split("-")}:
+        bound = bound_every_drive(problem, problem.free.expand(point)).value
+        return bound, "interval arithmetic over cells of leg angles"
+    return None, ""
+
+
+def split_bound(problem: SplitProblem) -> float:
+    """The least value, from that of each station: a convex function of one number, whose least is
+    at an end of the interval with grip, at a corner, or at the bottom of its parabola."""
+    drive, squared = problem.data, problem.function.__name__ == "_squared"
+    (F, N), (dF, dN) = ((of[:, ::2], of[:, 1::2]) for of in drive[:2])
+    margins, slopes = (
+        np.hstack([FRICTION * n - f, FRICTION * n + f, n]) for f, n in ((F, N), (dF, dN))
+    )
+    with np.errstate(divide="ignore", invalid="ignore"):
+        edges = -margins / slopes
+        low = np.max([problem.low, *np.where(slopes > 0, edges, -np.inf).T], axis=0)
+        high = np.min([problem.high, *np.where(slopes < 0, edges, np.inf).T], axis=0)
+        equal = [(F[:, 0] - s * F[:, 1]) / (s * dF[:, 1] - dF[:, 0]) for s in (1, -1)]
+        bottom = -np.sum(F * dF, 1) / np.sum(dF**2, 1)
+        points = np.nan_to_num([low, high, bottom, *(-F / dF).T, *equal])
+    force = (F + np.clip(points, low, high)[..., None] * dF) * drive.torque
+    each = np.min(np.sum(force**2, -1) if squared else np.max(abs(force), -1), axis=0)
+    return (1 - 1e-9) * float(np.sum(each) if squared else np.max(each))  # less than its rounding
+
+
+def learn(runs: list[Run]) -> None:
+    """Take the best points of races into the suite's files; better values and bounds stay."""
+    by_instance = defaultdict[str, list[Run]](list)
+    for run in runs:
+        by_instance[run.instance].append(run)
+    file, points = json.loads(VALUES.read_text("utf-8")), dict(np.load(POINTS))
+    known = file["instances"]
+    for name, of in by_instance.items():
+        entry, point = known_of(of)
+        if (old := known.get(name)) and old["value"] <= entry["value"]:
+            entry, point = old | {"methods": entry["methods"]}, points[name]
+        known[name], points[name] = entry, point
+    for name in (name for name in by_instance if known[name]["bound"] is None):
+        bound, how = bound_of(name, points[name])
+        known[name] |= {"bound": bound, "bound_how": how}
+        print(f"{name}: {known[name]['value']:.6g}, bound {bound}", flush=True)
+    write_whole(VALUES, (json.dumps(file, indent=1) + "\n").encode())
+    np.savez_compressed(POINTS, **points)
 
 
 def table() -> str:
-    """Goal, best known value and gap of each instance."""
+    """Goal, best known value of each instance and what stands behind it."""
     rows: list[dict[str, Any]] = []
     for one in suite().values():
         known: Any = one.known
-        best = "" if np.isnan(known.value) else f"{known.value:.6g}"
-        gap = ""
-        if known.bound is not None:
-            gap = f"{max(0.0, known.value - known.bound) / max(abs(known.value), 1e-12):.1g}"
-        goal = ", ".join(one.goals)
-        rows.append({"id": f"`{one.id}`", "goal": goal, "best known": best, "gap to a bound": gap})
+        best = {"best known": f"{known.value:.6g}", "it is": known.standing}
+        if np.isnan(known.value):
+            best = {"best known": "", "it is": "a front of points"}
+        rows.append({"id": f"`{one.id}`", "goal": ", ".join(one.goals)} | best)
     return markdown(rows)
 
 
 if __name__ == "__main__":
     parser = ArgumentParser(prog="python -m benchmarks.suite")
-    parser.add_argument("--docs", type=Path, required=True, help="put the table into this page")
-    put_between(parser.parse_args().docs, f"\n{table()}\n", "suite")
+    parser.add_argument("--docs", type=Path, help="put the table into this page")
+    parser.add_argument("--runs", type=Path, nargs="+", help="races to take known solutions from")
+    asked = parser.parse_args()
+    if asked.runs:
+        runs = read_results(*asked.runs)
+        learn(runs)
+        whole = pa.concat_tables([run.table() for run in runs], promote_options="default")
+        parquet.write_table(whole, STORED, compression="zstd")
+    if asked.docs:
+        put_between(asked.docs, f"\n{table()}\n", "suite")

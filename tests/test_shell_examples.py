@@ -57,7 +57,7 @@ def less(line: str) -> list[str]:
         added += ["--timesteps", next((STEPS[one] for one in STEPS if one in words), LEAST)]
     if words[0] == "reproduce":
         words = ["fig13" if word == "all" else word for word in words]
-    if words[:3] == ["bench", "optimisers", "run"]:
+    if words[:2] == ["bench", "run"]:
         added += ["--budget", "60"]
     for flag in (one for one in added if one.startswith("--") and one in words):
         at = words.index(flag)

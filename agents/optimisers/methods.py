@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
@@ -27,42 +27,30 @@ if TYPE_CHECKING:
     from stickslip.optim.instances.objective import Objective
 
 Optimiser: TypeAlias = "Callable[[Objective, int], object]"
-MANY = 10**8
-POSTURES: dict[str, Any] = {"families": ("posture",)}
 
 
 @dataclass(frozen=True)
 class Method:
     """An optimiser by name.
 
-    about: one line. function: minimises until it ends or the budget ends it. constraints: "native";
-    "penalty": it minimises `Objective.penalised`; "structure": it works on the problem itself, so
-    that only its time is comparable (`inside`) and its seeds do not differ. batch: points evaluated
-    at once. goals: fewest and most. families: of instances, all if empty. convex: whether it takes
-    convex instances only. most: free numbers at most.
+    function: minimises until it ends or the budget ends it. inside: it works on the problem itself,
+    so that only its time is comparable and its seeds do not differ. batch: points evaluated at
+    once. families: of instances, all if empty. convex: whether it takes convex instances only.
+    most: free numbers at most.
     """
 
     name: str
-    about: str
     function: Optimiser
-    library: str = "yours"
-    constraints: Literal["native", "penalty", "structure"] = "penalty"
+    inside: bool = False
     batch: int = 1
-    goals: tuple[int, int] = (1, 1)
     families: tuple[str, ...] = ()
     convex: bool = False
-    most: int = MANY
-
-    @property
-    def inside(self) -> bool:
-        """True if it works on the problem itself, so that its evaluations are not comparable."""
-        return self.constraints == "structure"
+    most: int = 10**8
 
     def unsuited(self, instance: Instance) -> str:
         """Reason why the method does not suit an instance; "" where it does."""
-        goals = len(instance.goals)
-        if not self.goals[0] <= goals <= self.goals[1]:
-            return f"takes {self.goals[0]} to {self.goals[1]} goals, not {goals}"
+        if len(instance.goals) > 1:
+            return "takes one goal"
         if self.families and instance.family not in self.families:
             return f"takes {', '.join(self.families)}, not {instance.family}"
         if self.convex and not instance.flags.convex:
@@ -121,13 +109,6 @@ def cma(objective: Objective, seed: int) -> None:
             strategy.tell(asked, np.asarray(values).tolist())
 
 
-def nsga2(objective: Objective, seed: int) -> None:
-    """Run pymoo's NSGA-II."""
-    algorithm = require("pymoo.algorithms.moo.nsga2", "this method", "optimisers").NSGA2
-    run = require("pymoo.optimize", "this method", "optimisers").minimize
-    run(exports.as_pymoo(objective), algorithm(pop_size=40), ("n_gen", MANY), seed=seed + 1)
-
-
 def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
     """The middle of the bounds first with seed 0, uniformly random points else, until a search
     evaluates nothing."""
@@ -142,26 +123,17 @@ def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
 METHODS = {
     one.name: one
     for one in (
-        Method("dp", "dynamic programming over a grid of leg angles",
-               partial(dynamic_programming, False), "stickslip.optim", "structure", **POSTURES),
-        Method("dp-scp", "the same, polished by sequential convex programs",
-               partial(dynamic_programming, True), "stickslip.optim", "structure", **POSTURES),
-        Method("conic", "cvxpy with Clarabel", conic,
-               "cvxpy", "structure", families=("gait", "split"), convex=True),
-        Method("cma", "covariance matrix adaptation, sigma 0.2 of the box, with restarts", cma,
-               "cma", "penalty", batch=16),
-        Method("slsqp", "SLSQP with restarts; differences where there are no gradients",
-               partial(scipy_local, "SLSQP", {"maxiter": 1000}), "scipy", "native"),
-        Method("trust-constr", "an interior point with trust regions, with restarts",
-               partial(scipy_local, "trust-constr", {"maxiter": 1000}), "scipy", "native"),
-        Method("cobyla", "linear models without gradients, with restarts",
-               partial(scipy_local, "COBYLA", {"maxiter": 10**6}), "scipy", "native", most=40),
-        Method("pymoo-nsga2", "NSGA-II, 40 points", nsga2,
-               "pymoo", "native", batch=64, goals=(2, 9)),
-        Method("random", "uniform random points, 64 at once", random_search,
-               "numpy", "native", batch=64, goals=(1, 9)),
+        Method("dp", partial(dynamic_programming, False), inside=True, families=("posture",)),
+        Method("dp-scp", partial(dynamic_programming, True), inside=True, families=("posture",)),
+        Method("conic", conic, inside=True, families=("gait", "split"), convex=True),
+        Method("cma", cma, batch=16),
+        Method("slsqp", partial(scipy_local, "SLSQP", {"maxiter": 1000})),
+        Method("trust-constr", partial(scipy_local, "trust-constr", {"maxiter": 1000})),
+        Method("cobyla", partial(scipy_local, "COBYLA", {"maxiter": 10**6}), most=40),
+        Method("random", random_search, batch=64),
     )
-}  # fmt: skip
+}
+"""The optimisers that races know by name (docs/suite.md)."""
 
 
 def methods_of(given: Iterable[str] | Mapping[str, Optimiser | str]) -> list[Method]:
@@ -192,4 +164,4 @@ def _method(name: str, one: Optimiser | str) -> Method:
         )
     if not callable(one):
         raise ValueError(f"method {name}: {shown(one)}; accepted: a function of objective and seed")
-    return Method(name, "a function of the user's", one)
+    return Method(name, one)

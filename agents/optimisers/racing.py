@@ -49,10 +49,9 @@ def race(
     and a seed; it minimises until the budget ends it or it returns. instances: ids.
 
     budget: evaluations, values and gradients alike; seconds: of processor time; one of both at
-    least. seeds: how many, from 0 on. A run that raises is recorded with what it
-    had found. Compiling is not counted. limit: time on the clock [s], compiling included,
-    after which the process of a run is killed; such a run, and one that ends its process, is
-    recorded with no value.
+    least. seeds: how many, from 0 on. A run that raises is recorded with what it had found.
+    Compiling is not counted. limit: time on the clock [s], compiling included, after which the
+    process of a run is killed; such a run, and one that ends its process, has no value.
 
     out: a directory that keeps each run as it is made; resume: continue with what is missing there.
     workers: processes, one for each core if None. progress: say how many runs there are, and show a
@@ -160,7 +159,7 @@ def run_command(flags: Mapping[str, Any]) -> Content:
         runs = race(methods, names, **given, progress=True, stop=stop)
     print(report.report_text([*runs, *report.stored_results(runs)]))
     print(f"Plots: stickslip bench report {flags['out']} --stored --out DIR")
-    return Content({"runs": report.runs_table(runs)}, {"directory": flags["out"]})
+    return Content({"closeness": report.closeness_table(runs)}, {"directory": flags["out"]})
 
 
 def report_command(flags: Mapping[str, Any]) -> Content:
@@ -174,7 +173,6 @@ def report_command(flags: Mapping[str, Any]) -> Content:
     text = report.report_text(runs)
     print(text)
     written = [write_whole(out / "report.md", text, overwrite=False)]
-    written.append(write_whole(out / "runs.csv", report.runs_table(runs).csv(), overwrite=False))
-    written += report.draw_ecdfs(runs, out)
-    print("Written: " + ", ".join(map(str, written)))
-    return Content({"runs": report.runs_table(runs)}, {"written": [str(one) for one in written]})
+    names = [str(one) for one in written + report.draw_ecdfs(runs, out)]
+    print(f"Written: {', '.join(names)}")
+    return Content({"closeness": report.closeness_table(runs)}, {"written": names})

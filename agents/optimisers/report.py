@@ -13,7 +13,7 @@ import numpy as np
 from stickslip.agents.sweeps.cells import CELL_FILE, cell_files
 from stickslip.agents.untrusted import RefusedError, reading
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, save_sheet, styled
-from stickslip.optim.instances.instance import Instance, instance
+from stickslip.optim.instances.instance import FAMILIES, SEEDED, Instance, instance
 from stickslip.records.table import Column, Table
 
 if TYPE_CHECKING:
@@ -96,9 +96,8 @@ def read_results(*paths: str | Path) -> list[Run]:
 
 def stored_results(runs: Iterable[Run]) -> list[Run]:
     """The package's own runs (docs/suite.md) on the same instances, by methods that `runs` lack."""
-    found, methods = {run.instance for run in runs}, {run.method for run in runs}
-    stored = read_results(STORED)
-    return [run for run in stored if run.instance in found and run.method not in methods]
+    on, own = {run.instance for run in runs}, {run.method for run in runs}
+    return [one for one in read_results(STORED) if one.instance in on and one.method not in own]
 
 
 def _read(file: Path) -> list[Run]:
@@ -122,20 +121,11 @@ COSTS: tuple[Cost, Cost] = ("evaluations", "seconds")
 TARGETS = 10.0 ** np.linspace(2, -4, 31)
 """Relative gaps to the best known value: five in each power of ten."""
 LEVEL, RESAMPLES = 0.95, 1000
-LEAST, REFERENCE = 1e-12, 1.1
+LEAST = 1e-12
 CLOSE = 0.01
 """Relative gap of "close", and of expected running times."""
 FIRST = 3
 """Methods named for an instance."""
-FAMILIES = {
-    "posture": "leg angles of the UGV",
-    "split": "torque split (convex)",
-    "gait": "gaits (convex)",
-    "shooting": "torques through the simulator",
-    "gains": "feedback gains (noisy)",
-    "design": "designs",
-    "goals": "two goals",
-}
 COLOURS = ("#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#111111")
 DASHES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 LABELS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
@@ -144,33 +134,9 @@ COLUMNS = 3
 
 def gap(instance: Instance, value: float | np.ndarray) -> np.ndarray:
     """(value - best known) / |best known|: 0 for the best known, negative for what is better; NaN
-    where none is known. With several goals the value itself, see `front_merit`."""
-    if len(instance.goals) > 1:
-        return np.asarray(value, float)
+    where none is known."""
     best = instance.best_known if instance.known else np.nan
     return (np.asarray(value, float) - best) / max(abs(best), LEAST)
-
-
-def front_merit(instance: Instance, values: Float[np.ndarray, "B 2"]) -> float:
-    """Share of the known front's hypervolume that points miss; goals are scaled to 0 and 1 on the
-    front, and the reference point is (1.1, 1.1)."""
-    front = None if instance.known is None else instance.known.front
-    if front is None or front.shape[1] != 2:
-        raise ValueError(f"{instance.id}: no front of two goals is known")
-    low, high = front.min(axis=0), front.max(axis=0)
-    found, known = (hypervolume((one - low) / (high - low), REFERENCE) for one in (values, front))
-    return 1.0 - found / known
-
-
-def hypervolume(values: Float[np.ndarray, "B 2"], reference: float) -> float:
-    """The area that points of two goals, both minimised, dominate up to (reference, reference)."""
-    inside = values[np.all(values < reference, axis=1)]
-    area, least = 0.0, reference
-    for first, second in inside[np.lexsort((inside[:, 1], inside[:, 0]))]:
-        if second < least:
-            area += (reference - first) * (least - second)
-            least = second
-    return float(area)
 
 
 class Expected(NamedTuple):
@@ -185,8 +151,7 @@ class Expected(NamedTuple):
 
 
 def gaps(run: Run) -> Float[np.ndarray, "rows"]:
-    """(value - best known) / |best known| by row; infinite before something is feasible. With two
-    goals: the missing share of hypervolume."""
+    """(value - best known) / |best known| by row; infinite before something is feasible."""
     found = gap(instance(run.instance), run.values)
     return np.where(np.isfinite(found), found, np.inf)
 
@@ -200,7 +165,7 @@ def hits(run: Run, targets: Float[np.ndarray, "T"], of: Cost) -> Float[np.ndarra
 
 def ert(runs: Sequence[Run], target: float, of: Cost = "evaluations", seed: int = 0) -> Expected:
     """Expected running time to a gap: what all runs spent until they hit it or ended, over the
-    number of hits (Auger and Hansen 2005), for runs of one method on one instance. Wide for few
+    number of hits (Auger and Hansen 2005), for runs of one method on one function. Wide for few
     runs, and infinite above where resamples have no success."""
     found = np.array([hits(run, np.array([target]), of)[0] for run in runs])
     hit, ends = np.isfinite(found), np.array([float(getattr(run, of)[-1]) for run in runs])
@@ -234,11 +199,9 @@ def _scale(run: Run, of: Cost) -> int:
 def report_text(runs: Sequence[Run]) -> str:
     """The report in Markdown."""
     heading = f"Median gap at the end (share of runs within {CLOSE:.0%}):\n"
+    first = f"The first {FIRST} methods (interval, runs that hit it / runs):\n"
     parts = [counted_text(runs), heading, closeness_table(runs).markdown(aligned=True)]
-    if single := _of_one_goal(runs):
-        heading = f"The first {FIRST} methods (interval, runs that hit it / runs):\n"
-        parts += [heading, first_table(single).markdown(aligned=True)]
-    return "\n".join(parts)
+    return "\n".join([*parts, first, first_table(runs).markdown(aligned=True)])
 
 
 def counted_text(runs: Sequence[Run]) -> str:
@@ -259,17 +222,6 @@ def counted_text(runs: Sequence[Run]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def runs_table(runs: Sequence[Run]) -> Table:
-    """A row for each run: where it ended. gap: relative to the best known value."""
-    columns = [Column(name, words=True) for name in ("instance", "method", "seed", "outcome")]
-    columns += [Column("evaluations"), Column("seconds", "s"), Column("best"), Column("gap")]
-    rows = [
-        [*run.key, run.outcome, run.evaluations[-1], run.seconds[-1], run.best, gaps(run)[-1]]
-        for run in runs
-    ]
-    return Table(columns, rows)
-
-
 def closeness_table(runs: Sequence[Run]) -> Table:
     """Median gap at the end and the share of runs within CLOSE, by method and family."""
     families = _by_family(runs)
@@ -282,7 +234,7 @@ def closeness_table(runs: Sequence[Run]) -> Table:
 
 
 def _closeness(runs: Sequence[Run]) -> str:
-    ends = np.array([gaps(run)[-1] for run in runs])
+    ends = np.array([gaps(run)[-1] for run in runs if instance(run.instance).known])
     if not len(ends):
         return ""
     known, close = np.isfinite(ends), f"({np.mean(ends <= CLOSE):.0%})"
@@ -294,14 +246,21 @@ def _closeness(runs: Sequence[Run]) -> str:
 
 
 def first_table(runs: Sequence[Run]) -> Table:
-    """Methods that come within CLOSE first, by evaluations and by time, for each instance."""
-    heads = ["instance", "expected evaluations to 1 %, with interval"]
+    """Methods that come within CLOSE first, by evaluations and by time, for each function, whose
+    seeded instances count together."""
+    heads = ["function", "expected evaluations to 1 %, with interval"]
     heads += ["expected processor time [s]"]
     rows = [
         [f"`{name}`", *(_first(_comparable(here, cost), cost) for cost in COSTS)]
-        for name, here in _grouped(runs, lambda run: run.instance).items()
+        for name, here in _grouped(runs, function_of).items()
     ]
     return Table([Column(head, words=True) for head in heads], rows)
+
+
+def function_of(run: Run) -> str:
+    """Id of its instance without the seed."""
+    seeded = SEEDED.fullmatch(run.instance)
+    return seeded[1] if seeded else run.instance
 
 
 def _first(runs: Sequence[Run], cost: Cost) -> str:
@@ -320,10 +279,6 @@ def _comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
     if cost == "evaluations":
         return [run for run in runs if not run.inside]
     return [run for run in runs if np.all(np.isfinite(run.seconds))]
-
-
-def _of_one_goal(runs: Sequence[Run]) -> list[Run]:
-    return [run for run in runs if len(instance(run.instance).goals) == 1]
 
 
 def _by_family(runs: Sequence[Run]) -> dict[str, list[Run]]:
@@ -346,13 +301,12 @@ def _grouped(
 def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
     """Write ecdf_evaluations.png and ecdf_seconds.png, a panel for each family: the share
     of pairs of run and target that are hit; a cross where the runs end. Return the paths."""
-    single = _of_one_goal(runs)
     styles: dict[str, dict[str, Any]] = {
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
         for i, name in enumerate(_grouped(runs))
     }
     return [
-        _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(single, cost))
+        _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(runs, cost))
     ]
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from stickslip.agents.optimisers.report import COUNTED, Run, front_merit, gap
+from stickslip.agents.optimisers.report import COUNTED, Run, gap
 from stickslip.optim.instances.instance import Instance, instance
 from stickslip.optim.instances.objective import Record
 from stickslip.records.signals import ENDING
@@ -91,7 +91,7 @@ def _compile(name: str, batch: int) -> None:
 
 class Event(NamedTuple):
     """Progress of a run. evaluations, seconds: so far. value: NaN where nothing is feasible.
-    point: the free numbers of `value`; None where there are none, and of a front."""
+    point: the free numbers of `value`; None where there are none."""
 
     evaluations: int = 0
     seconds: float = 0.0
@@ -103,9 +103,8 @@ class Event(NamedTuple):
 class EventRecord(Record):
     """The counters of an objective, and an event for each tenth of a power of ten of the gap.
 
-    Of a noisy instance a point's value is the mean over draws of other seeds; with two goals it is
-    the share of the known front's hypervolume that is missing. Time is processor time of this
-    process, without that of computing these.
+    Of a noisy instance a point's value is the mean over draws of other seeds. Time is processor
+    time of this process, without that of computing these.
     """
 
     instance: Instance = field(kw_only=True)
@@ -121,9 +120,9 @@ class EventRecord(Record):
 
     def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
         """Keep a point, and note an event if it is better."""
-        best, front = len(self.improvements), self.front
+        best = len(self.improvements)
         super().note(x, values, violation, feasible)
-        if len(self.improvements) > best or self.front is not front:
+        if len(self.improvements) > best:
             began, seconds = time.process_time(), self.seconds
             self._judge(x, float(values[0]), seconds)
             self._started += time.process_time() - began
@@ -133,14 +132,11 @@ class EventRecord(Record):
         return self.last._replace(evaluations=self.evaluations, seconds=self.seconds)
 
     def _judge(self, x: np.ndarray, value: float, seconds: float) -> None:
-        several = len(self.instance.goals) > 1
-        if several:
-            value = front_merit(self.instance, np.array([one for _, one in self.front]))
-        elif self.instance.flags.noisy:
+        if self.instance.flags.noisy:
             value = float(self.instance.value(x)[0][0])
         if value >= self.last.value:
             return
-        self.last = Event(self.evaluations, seconds, value, None if several else np.array(x))
+        self.last = Event(self.evaluations, seconds, value, np.array(x))
         left = float(gap(self.instance, value))
         level = np.ceil(np.log10(max(left, LEAST_GAP)) * A_DECADE) if left > 0 else -np.inf
         if level < self._level or not np.isfinite(left):  # where no value is known, all are kept

@@ -1,10 +1,9 @@
-"""What `stickslip.dynamics.ugv.recommendation` promises of settings, and bounds of every drive.
+"""What `stickslip.dynamics.ugv.recommendation` promises of settings.
 
     python -m benchmarks.ugv [--quick] [--update | --redraw] [--only PART ...] [--out FILE]
 
 promise: errors and statuses of settings over random vehicles, ground and postures. costs: processor
-time of a pose. bounds: of each criterion on the named tracks. Pages and data: what `recommend`
-reads, and the tables of docs/drives.md.
+time of a pose. Pages and data: what `recommend` reads, and the table of docs/drives.md.
 """
 
 from __future__ import annotations
@@ -22,9 +21,8 @@ import numpy as np
 from benchmarks import report
 from benchmarks.timing import built, seconds_of
 from benchmarks.ugv import poses
-from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams, equilibrium
+from stickslip.dynamics.ugv import PoseSolver, Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.ground.roughness import class_roughness, rough_waves
-from stickslip.optim import CRITERIA, PostureProblem, bound_every_drive, solve
 from stickslip.records.files import write_whole
 
 NAMES = ("ground", "place", "solver", "dtype")
@@ -173,47 +171,13 @@ def table(content: dict[str, Any]) -> str:
     )
 
 
-def bounds(quick: bool) -> Iterator[dict[str, Any]]:
-    """A row for each criterion and track, in the task of the environment's defaults: 0.1 m a step,
-    1 rad/m, mu 0.8, legs straight at first."""
-    limits: dict[str, Any] = {"leg_rate": 1.0, "start_angles": (np.pi / 2, np.pi / 2)}
-    criteria = list(CRITERIA)[:1] if quick else CRITERIA
-    for criterion, track in product(criteria, TRACKS[:2] if quick else TRACKS):
-        problem = PostureProblem.along(Track.named(track), criterion, **limits)
-        known = solve(problem, "dp")
-        found = bound_every_drive(problem, known.x)
-        yield {
-            "track": track,
-            "criterion": criterion,
-            "unit": problem.criterion.unit,
-            "legs straight": problem.objective(np.full(problem.n, np.pi / 2)),
-            "best known": known.value,
-            "bound": found.value,
-            "gap": found.gap,
-        }
-
-
-def bounds_table(rows: list[dict[str, Any]]) -> str:
-    """Bound of each criterion and track, with the best known's gap to it."""
-    lines: dict[str, dict[str, str]] = {}
-    for row in rows:
-        name = row["criterion"] if row["unit"] == "-" else f"{row['criterion']} [{row['unit']}]"
-        line = lines.setdefault(name, {"criterion": name} | dict.fromkeys(TRACKS, "-"))
-        known = row["best known"]
-        distinct = known < 0 or known > 1e-6 * abs(row["legs straight"])
-        line[row["track"]] = f"{row['bound']:.4g}" + (f" ({row['gap']:.1%})" if distinct else "")
-    return report.markdown(list(lines.values()))
-
-
-PARTS: dict[str, Any] = {"promise": poses.promises, "costs": costs, "bounds": bounds}
+PARTS: dict[str, Any] = {"promise": poses.promises, "costs": costs}
 
 
 def update(content: dict[str, Any]) -> None:
-    """Write the data of `recommend` and the page's tables."""
+    """Write the data of `recommend` and the page's table."""
     write_whole(DATA, source(content))
     report.put_between(DOCUMENT, table(content))
-    measured = f"Measured on {report.where(content, 'bounds')}."
-    report.put_between(DOCUMENT, f"{bounds_table(content['bounds'])}\n\n{measured}", "bounds")
 
 
 if __name__ == "__main__":

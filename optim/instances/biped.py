@@ -191,11 +191,7 @@ def walk_cost(
 
 
 def shooting_problem(
-    scene: str,
-    numbers: int,
-    crank_rate: float = 3.0,
-    slide_limit: float | None = None,
-    seed: int | None = None,
+    scene: str, numbers: int, slide_limit: float | None = None, seed: int | None = None
 ) -> FunctionProblem:
     """Torques of the reference robot that walks already, numbers x HELD x DT seconds; seed: of
     robot, floor, first state and box."""
@@ -204,7 +200,7 @@ def shooting_problem(
     floor = jax.tree.map(lambda of: of * drawn(seed, floor=1.0)["floor"], SCENES[scene]())
     most = np.full(numbers, TORQUE_LIMIT)
     low, high = drawn(seed, low=-most, high=most).values()
-    function = Shooting(crank_rate, slide_limit, FINE if scene == "firm" else None)
+    function = Shooting(CRANK_RATE, slide_limit, FINE if scene == "firm" else None)
     return FunctionProblem(function, (model, floor, state), low, high, forward=True)
 
 

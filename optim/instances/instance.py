@@ -10,7 +10,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, lru_cache, partial
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_choice, require_integer, shown
+from stickslip.dynamics.checks import nearest, require_choice, require_integer, require_kind, shown
 from stickslip.dynamics.pytrees import given_state, read_only, refuse_after_fork
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
@@ -28,8 +28,16 @@ if TYPE_CHECKING:
 
     from stickslip.optim.problem import AnyProblem, Vector
 
-FAMILIES = ("posture", "split", "gait", "shooting", "gains", "design", "goals")
-"""Families of instances (docs/suite.md)."""
+FAMILIES = {
+    "posture": "leg angles of the UGV",
+    "split": "torque split (convex)",
+    "gait": "gaits (convex)",
+    "shooting": "torques through the simulator",
+    "gains": "feedback gains (noisy)",
+    "design": "designs",
+    "goals": "two goals",
+}
+"""Families of instances."""
 HERE = Path(__file__).parent
 SUITE, VALUES, POINTS = HERE / "suite.json", HERE / "known.json", HERE / "best.npz"
 DRAWS_FROM = 2**32 - 1
@@ -62,8 +70,7 @@ class Known:
     """Known solution of an instance. value: of the best feasible point, whose free numbers are x;
     NaN with several goals. how: what found it; methods: how many came within AGREED of it. bound:
     what no feasible point is below, and why; None. digest: of the instance that this is about.
-    front: with several goals, unbeaten values [points, k]. cost: microseconds of an evaluation, by
-    kind of call."""
+    front: with several goals, unbeaten values [points, k]. cost: microseconds, by kind of call."""
 
     value: float
     how: str
@@ -98,7 +105,7 @@ class Instance:
     what: str
     goals: tuple[str, ...]
     n: int
-    build: Callable[[], tuple[AnyProblem, ...]]
+    build: Callable[..., tuple[AnyProblem, ...]]
     flags: Flags = Flags()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -174,28 +181,27 @@ def suite(*families: str) -> dict[str, Instance]:
 def instance(name: str, seed: int | None = None) -> Instance:
     """The instance with an id. ValueError, with the nearest ids, for an unknown one.
 
-    seed: one of the instances of the same function, on which optimisers are ranked: machine,
-    ground, limits and box are drawn near the usual ones (`seeded.drawn`). Its id ends in "-s" and
-    the seed, which `instance` takes, too. A feasible point is known where `known` is not None.
+    seed: an instance of the same function: machine, ground, limits and box are drawn near the usual
+    ones (`seeded.drawn`). Its id ends in "-s" and the seed. Where `known` is None, it may have no
+    feasible point.
     """
-    drawn = SEEDED.fullmatch(name) if isinstance(name, str) and seed is None else None
-    if drawn:
+    require_kind("id", name, str, "an id of `suite()`")
+    if seed is None and (drawn := SEEDED.fullmatch(name)):
         name, seed = drawn[1], int(drawn[2])
     if name not in _all():
-        accepted = 'ids of `suite()`, and those with "-s" and a seed at the end'
+        near = nearest(name, _all())
         raise ValueError(
-            f"id = {shown(name)} is unknown{nearest(str(name), _all())}; accepted: {accepted}"
+            f"id = {shown(name)} is unknown{near}; accepted: ids of `suite()`, NAME-s7"
         )
     if seed is None:
         return _all()[name]
     return _seeded(name, require_integer("seed", seed, low=1, high=MOST_SEED))
 
 
-@cache
+@lru_cache(maxsize=256)
 def _seeded(name: str, seed: int) -> Instance:
     one = _all()[name]
-    build = partial(_built, json.loads(SUITE.read_text("utf-8"))[name]["build"], seed=seed)
-    return replace(one, id=f"{name}-s{seed}", build=build)
+    return replace(one, id=f"{name}-s{seed}", build=partial(one.build, seed=seed))
 
 
 @cache
@@ -209,10 +215,10 @@ def _all() -> dict[str, Instance]:
     return found
 
 
-def _built(build: list[dict[str, Any]], **seed: int) -> tuple[AnyProblem, ...]:
+def _built(build: list[dict[str, Any]], seed: int | None = None) -> tuple[AnyProblem, ...]:
     """build: of each goal's problem the function that makes it, as module.function of this folder,
     and its arguments."""
-    given = (one | seed for one in build)
+    given = (one | {"seed": seed} for one in build)
     return tuple(resolve_name(f"stickslip.optim.instances.{o.pop('make')}")(**o) for o in given)
 
 

@@ -7,10 +7,8 @@ from zlib import crc32
 
 import numpy as np
 
-SPREAD = 0.15
 
-
-def drawn(seed: int | None, *, spread: float = SPREAD, **usual: Any) -> dict[str, Any]:
+def drawn(seed: int | None, *, spread: float = 0.15, **usual: Any) -> dict[str, Any]:
     """The usual numbers or arrays, each element times a factor of its own, log-uniform from
     1 / (1 + spread) to 1 + spread; without a seed as they are.
 
@@ -18,10 +16,8 @@ def drawn(seed: int | None, *, spread: float = SPREAD, **usual: Any) -> dict[str
     """
     if seed is None:
         return usual
-    return {name: value * _factors(seed, name, spread, value) for name, value in usual.items()}
-
-
-def _factors(seed: int, name: str, spread: float, like: Any) -> Any:
-    rng = np.random.default_rng([seed, crc32(name.encode())])
-    found = (1 + spread) ** rng.uniform(-1, 1, np.shape(like))
-    return found if np.ndim(like) else float(found)
+    found = dict(usual)
+    for name, value in usual.items():
+        random = np.random.default_rng([seed, crc32(name.encode())])
+        found[name] = value * (1 + spread) ** random.uniform(-1, 1, np.shape(value))
+    return found

@@ -49,7 +49,7 @@ def test_module_and_table_are_those_of_the_results(content):
     assert module == command.source(content)
     assert f"{MARKS[0]}\n{command.table(content)}\n{MARKS[1]}" in page
     quick = {part: content["parts"][part]["quick"] for part in command.PARTS}
-    assert quick == dict.fromkeys(("promise", "costs", "bounds"), False)
+    assert quick == dict.fromkeys(("promise", "costs"), False)
 
 
 def test_every_setting_that_is_recommended_had_no_wrong_status(content, rows):

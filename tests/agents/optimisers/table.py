@@ -7,10 +7,10 @@ import numpy as np
 
 from stickslip.agents.optimisers.report import COUNTED, Run
 from stickslip.agents.sweeps.cells import open_store, write_cell
-from stickslip.optim import suite
+from stickslip.optim import instance
 
 NAME = "gait-time-d16-v2"
-BEST = suite()[NAME].best_known
+BEST = instance(NAME).best_known
 
 
 def run(
@@ -23,7 +23,7 @@ def run(
     outcome: str = "spent",
 ) -> Run:
     """A run that had gaps after so many evaluations, and ended; 10 evaluations take 1 s."""
-    best = suite()[name].best_known
+    best = instance(name).best_known
     values = [best + gap * abs(best) for _, gap in found]
     at = np.array([count for count, _ in found] + [end])
     return Run(
@@ -34,7 +34,7 @@ def run(
         "",
         False,
         dict.fromkeys(COUNTED, 0) | {"values": end},
-        suite()[name].known.digest,
+        instance(name).known.digest,
         at,
         at / 10,
         np.array([*values, values[-1] if values else np.nan]),

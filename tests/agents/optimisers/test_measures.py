@@ -1,10 +1,12 @@
 """Measures against what can be worked out by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from stickslip.agents.optimisers.report import ecdf, ert, gaps, hits, hypervolume
-from tests.agents.optimisers.table import run
+from stickslip.agents.optimisers.report import closeness_table, ecdf, ert, gaps, hits
+from tests.agents.optimisers.table import NAME, run
 
 
 def test_hits_are_the_first_time_a_gap_is_reached():
@@ -34,10 +36,8 @@ def test_a_distribution_rises_to_the_share_of_pairs_that_are_hit():
     assert [len(part) for part in ecdf([], "seconds")] == [0, 0]
 
 
-def test_hypervolume_is_an_area():
-    points = np.array([[0.0, 1.0], [0.5, 0.5], [0.6, 0.6], [1.0, 0.0], [2.0, -1.0]])
-    assert hypervolume(points, 1.1) == pytest.approx(1.1 * 0.1 + 0.6 * 0.5 + 0.1 * 0.5)
-    rng = np.random.default_rng(0)
-    points, drawn = rng.random((6, 2)), rng.uniform(0, 1.1, (100_000, 2))
-    inside = np.any(np.all(points[None] <= drawn[:, None], axis=2), axis=1)
-    assert hypervolume(points, 1.1) == pytest.approx(1.21 * inside.mean(), abs=0.01)
+def test_a_gap_to_what_nobody_knows_is_not_shown():
+    known = run([(3, 0.5)], 9)
+    unknown = replace(known, instance=f"{NAME}-s1000000")
+    assert closeness_table([unknown]).rows == [["mine", ""]]
+    assert closeness_table([known, unknown]).rows == [["mine", "0.5 (0%)"]]

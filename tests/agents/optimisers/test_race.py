@@ -116,7 +116,7 @@ def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
     ("changed", "words"),
     [
         ({"budget": None}, "neither budget nor seconds"),
-        ({"outside": "wrap"}, "outside = 'wrap' is unknown"),
+        ({"instances": ["gait-time-d17-v2"]}, "is unknown .did you mean gait-time-d1"),
         ({"instances": [NAME, NAME]}, "one or more, once"),
         ({"methods": {}}, "methods: none"),
         ({"methods": {"cma": users.gives_up}}, "a name of your own"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimisers import read_results
+from stickslip.agents.optimisers.report import STORED, gaps, stored_results
 from stickslip.optim import suite
 from tests.agents.optimisers.table import NAME, kept, run
 
@@ -24,7 +25,7 @@ def test_runs_come_back_as_they_were(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"instance": "gait-time-d17-v2"}, "instance .* is unknown .did you mean gait-ti"),
+        ({"instance": "gait-time-d17-v2"}, ".* is unknown .did you mean gait-ti"),
         ({"digest": "0123"}, f"digest 0123 is not that of {NAME} here"),
     ],
 )
@@ -32,6 +33,16 @@ def test_a_run_of_another_instance_is_named_with_its_file(tmp_path, change, word
     path = kept([replace(run([(3, 1.0)], 9), **change)], tmp_path / "race")
     with pytest.raises(ValueError, match=rf"cell-000000\.parquet: {words}"):
         read_results(path)
+
+
+def test_the_package_has_runs_of_its_own_on_the_same_instances():
+    assert STORED.stat().st_size < 2e6
+    stored = stored_results([run([(3, 1.0)], 9, name=f"{NAME}-s1", method="cma")])
+    methods = {one.method for one in stored}
+    assert {one.instance for one in stored} == {f"{NAME}-s1"}
+    assert {"conic", "slsqp", "random"} <= methods
+    assert "cma" not in methods  # whose place the run given takes
+    assert min(gaps(one)[-1] for one in stored) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_each_run_is_read_once(tmp_path):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from stickslip.agents.optimisers.methods import methods_of
-from stickslip.agents.optimisers.report import front_merit, gap
+from stickslip.agents.optimisers.report import gap
 from stickslip.agents.optimisers.worker import EventRecord, Task, run_task
-from stickslip.optim import suite
+from stickslip.optim import instance, suite
 from tests.agents.optimisers.table import BEST, NAME
 
 
@@ -56,8 +56,10 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
     assert gap(noisy, 2 * best) == pytest.approx(1.0)
 
 
-def test_the_known_front_misses_nothing_and_a_part_of_it_more():
-    goals = suite()["goals-gait-time-energy-d32-v2"]
-    front = goals.known.front
-    assert front_merit(goals, front) == pytest.approx(0.0)
-    assert 0 < front_merit(goals, front[::2]) < front_merit(goals, front[:1]) <= 1
+def test_where_no_value_is_known_every_improvement_is_an_event():
+    record = EventRecord(instance=instance(NAME, 10**6))
+    for number, value in enumerate((3.0, 2.9999, 3.0, 2.9998), 1):
+        record.values = number
+        record.note(np.zeros(16), np.array([value]), 0.0, True)
+    assert [one.evaluations for one in record.events] == [1, 2, 4]
+    assert np.isnan(gap(record.instance, 3.0))

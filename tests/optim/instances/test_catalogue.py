@@ -1,6 +1,9 @@
 """The instances: enough of them, what they say of themselves, and what is known of each."""
 
+import json
+import pickle
 import re
+from dataclasses import replace
 
 import jax
 import numpy as np
@@ -8,11 +11,13 @@ import pytest
 
 from stickslip.dynamics.ugv import UGVParams, equilibrium, ground_forces
 from stickslip.optim import FAMILIES, PostureProblem, instance, suite
-from stickslip.optim.instances.instance import parts_of
+from stickslip.optim.instances.instance import VALUES, parts_of
 from stickslip.optim.instances.ugv import STATIONS, split_problem, track_named, vehicle_design
 
 SAME = 1e-6
 """Relative tolerance of a recorded value: roundings of another machine."""
+SEEDED = {name for name in json.loads(VALUES.read_text())["instances"] if "-s" in name[-4:]}
+CHEAP_SEEDED = {f"{name}-s1" for name in ("ugv-bump-energy-d8-v2", "gait-time-d16-v2")}
 CHEAP = {"ugv-bump-energy-d8-v2", "gait-time-d16-v2", "gait-friction-d32-v2"}
 
 
@@ -63,6 +68,44 @@ def test_what_is_recorded_comes_out_again(name):
     assert all(feasible)
     wanted = known.value if known.front is None else known.front
     np.testing.assert_allclose(values, wanted, rtol=SAME, atol=SAME)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *sorted(CHEAP_SEEDED),
+        *(pytest.param(one, marks=pytest.mark.long) for one in sorted(SEEDED - CHEAP_SEEDED)),
+    ],
+)
+def test_a_seeded_instance_is_as_recorded_and_not_solved_where_searches_start(name):
+    one = instance(name)
+    assert one.digest() == one.known.digest
+    value, feasible = one.value(one.known.x)
+    assert feasible
+    assert value[0] == pytest.approx(one.known.value, rel=SAME, abs=SAME)
+    value, feasible = one.value(one.objective().middle)
+    assert not feasible or value[0] - one.known.value > 0.01 * abs(one.known.value)
+
+
+def test_a_seed_draws_another_instance_of_the_same_function():
+    one, other = instance("ugv-bump-energy-d8-v2", seed=7), instance("ugv-bump-energy-d8-v2-s8")
+    assert (one.id, one.n, one.known) == ("ugv-bump-energy-d8-v2-s7", 8, None)
+    assert len({it.digest() for it in (one, other, instance("ugv-bump-energy-d8-v2"))}) == 3
+    assert one.digest() == pickle.loads(pickle.dumps(one)).digest()
+    middle = one.objective().middle
+    assert one.objective()(middle) != other.objective()(middle)
+    for seed in (0, 1.5, 10**9):
+        with pytest.raises(ValueError, match="seed = "):
+            instance("ugv-bump-energy-d8-v2", seed=seed)
+    with pytest.raises(ValueError, match="did you mean gait-time-d16-v2"):
+        instance("gait-tim-d16-v2-s1")
+
+
+def test_a_value_is_proved_or_agreed_or_seen():
+    known = instance("gait-time-d16-v2").known
+    assert known.standing == "proved within 3 %"
+    assert replace(known, bound=None, methods=3).standing == "agreed by 3 methods"
+    assert replace(known, bound=None).standing == "best seen"
 
 
 def test_a_changed_instance_is_not_the_recorded_one(monkeypatch):
