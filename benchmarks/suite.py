@@ -29,16 +29,19 @@ from stickslip.optim.problem import solve
 from stickslip.records.files import write_whole
 
 
-def known_of(runs: list[Run]) -> tuple[dict[str, Any], np.ndarray]:
-    """The entry of VALUES, without a bound, and the point that a race found for an instance."""
+def known_of(runs: list[Run], old: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray | None]:
+    """The entry of VALUES, of a race's runs on an instance, and its point; None: that of the old
+    entry, which is better."""
     one, found = instance(runs[0].instance), [run for run in runs if np.isfinite(run.best)]
     point: Any = min(found, key=lambda run: run.best).point
     (value, *_), feasible = one.value(point)
-    if not feasible:
-        raise ValueError(f"{one.id}: its best point is not feasible")
-    close = {run.method: "" for run in found if run.best - value <= AGREED * abs(value)}
-    entry = {"value": float(value), "how": ", ".join(close), "methods": len(close)}
-    return entry | {"bound": None, "bound_how": "", "digest": one.digest(), "cost": {}}, point
+    best = min(float(value) if feasible else np.inf, old.get("value", np.inf))
+    close = {run.method: "" for run in found if run.best - best <= AGREED * abs(best)}
+    if best < value:
+        return old | {"methods": max(len(close), 1)}, None
+    entry = {"value": best, "how": ", ".join(close), "methods": len(close)}
+    usual = {"bound": None, "bound_how": "", "digest": one.digest(), "cost": {}}
+    return usual | old | entry, point
 
 
 def bound_of(name: str, point: np.ndarray) -> tuple[float | None, str]:
@@ -48,8 +51,7 @@ def bound_of(name: str, point: np.ndarray) -> tuple[float | None, str]:
         return split_bound(problem), "each station by itself"
     if isinstance(problem, GaitProblem | Interpolated):
         fine: Any = getattr(problem, "fine", problem)
-        cells = f"dual, of gaits of {fine.cells} cells a step, limits kept at the nodes"
-        return solve(fine, "conic").lower_bound, cells
+        return solve(fine, "conic").lower_bound, f"dual, of gaits of {fine.cells} cells a step"
     if isinstance(problem, PostureProblem) and not {"rough", "ditch"} & {*name.split("-")}:
         bound = bound_every_drive(problem, problem.free.expand(point)).value
         return bound, "interval arithmetic over cells of leg angles"
@@ -84,10 +86,8 @@ def learn(runs: list[Run]) -> None:
     file, points = json.loads(VALUES.read_text("utf-8")), dict(np.load(POINTS))
     known = file["instances"]
     for name, of in by_instance.items():
-        entry, point = known_of(of)
-        if (old := known.get(name)) and old["value"] <= entry["value"]:
-            entry, point = old | {"methods": entry["methods"]}, points[name]
-        known[name], points[name] = entry, point
+        known[name], point = known_of(of, known.get(name, {}))
+        points |= {} if point is None else {name: point}
     for name in (name for name in by_instance if known[name]["bound"] is None):
         bound, how = bound_of(name, points[name])
         known[name] |= {"bound": bound, "bound_how": how}

@@ -129,7 +129,6 @@ FIRST = 3
 COLOURS = ("#0072B2", "#D55E00", "#008069", "#7B6A8D", "#E69F00", "#56B4E9", "#CC79A7", "#111111")
 DASHES = ("-", (0, (4, 1.5)), (0, (1, 1.2)))
 LABELS = {"evaluations": "evaluations / free numbers", "seconds": "processor time [s]"}
-COLUMNS = 3
 
 
 def gap(instance: Instance, value: float | np.ndarray) -> np.ndarray:
@@ -248,8 +247,7 @@ def _closeness(runs: Sequence[Run]) -> str:
 def first_table(runs: Sequence[Run]) -> Table:
     """Methods that come within CLOSE first, by evaluations and by time, for each function, whose
     seeded instances count together."""
-    heads = ["function", "expected evaluations to 1 %, with interval"]
-    heads += ["expected processor time [s]"]
+    heads = ("function", "expected evaluations to 1 %, interval", "expected processor time [s]")
     rows = [
         [f"`{name}`", *(_first(_comparable(here, cost), cost) for cost in COSTS)]
         for name, here in _grouped(runs, function_of).items()
@@ -312,7 +310,7 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
 
 def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], folder: Path) -> Path:
     families = _by_family(runs)
-    columns = min(COLUMNS, len(families))
+    columns = min(3, len(families))
     rows = -(-len(families) // columns)
     title = f"Share of targets hit ({len(TARGETS)} gaps from {TARGETS[0]:g} to {TARGETS[-1]:g})"
     figure, axes = make_sheet(rows, columns, (max(2.6 * columns, WIDTH), 2.4 * rows + 1.2), title)

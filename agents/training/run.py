@@ -73,8 +73,10 @@ def train(
     for package in PACKAGES:
         require(package, "training", "train")  # before anything is written
     if config is not None:
-        trainer_of(config)  # likewise
-        machine_by_name(config.machine).training_task(config)  # for its ValueError
+        task = machine_by_name(config.machine).training_task(config)  # for its ValueError, likewise
+        if config.trainer == "sb3" and getattr(task.training, "cost_limit", None) is not None:
+            raise ValueError("trainer sb3 with a cost limit; accepted: jax, which keeps it")
+        trainer_of(config)
     directory = Path(directory)
     if resume:
         runs.read_config(directory)  # nothing to resume is no reason to make a directory

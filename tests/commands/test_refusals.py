@@ -64,6 +64,7 @@ REFUSED = {
     "bench run --out a": "neither budget nor seconds",
     "view computed-torque --seconds nan": "seconds = nan",
     "train biped --set hidden=4096 layers=8": "what fits a policy file",
+    "train biped --trainer sb3 --task BipedSprintSafe-v0": "trainer sb3 with a cost limit",
     "train biped --payload 1 --set random_payload=0,2": "payload with random_payload",
     "train biped --set random_mean_rate=4,5": "mean_rate = 3.0 outside random_mean_rate",
     "bench run --budget 0 --out a": "budget = 0",
