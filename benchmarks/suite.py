@@ -52,7 +52,7 @@ def bound_of(name: str, point: np.ndarray) -> tuple[float | None, str]:
     if isinstance(problem, GaitProblem | Interpolated):
         fine: Any = getattr(problem, "fine", problem)
         return solve(fine, "conic").lower_bound, f"dual, of gaits of {fine.cells} cells a step"
-    if isinstance(problem, PostureProblem) and not {"rough", "ditch"} & {*name.split("-")}:
+    if isinstance(problem, PostureProblem) and not {"rough", "ditch", "step"} & {*name.split("-")}:
         bound = bound_every_drive(problem, problem.free.expand(point)).value
         return bound, "interval arithmetic over cells of leg angles"
     return None, ""
@@ -88,12 +88,12 @@ def learn(runs: list[Run]) -> None:
     for name, of in by_instance.items():
         known[name], point = known_of(of, known.get(name, {}))
         points |= {} if point is None else {name: point}
-    for name in (name for name in by_instance if known[name]["bound"] is None):
-        bound, how = bound_of(name, points[name])
-        known[name] |= {"bound": bound, "bound_how": how}
-        print(f"{name}: {known[name]['value']:.6g}, bound {bound}", flush=True)
-    write_whole(VALUES, (json.dumps(file, indent=1) + "\n").encode())
     np.savez_compressed(POINTS, **points)
+    for name in sorted(by_instance):
+        if known[name]["bound"] is None:
+            known[name]["bound"], known[name]["bound_how"] = bound_of(name, points[name])
+            print(f"{name}: {known[name]['value']:.6g}, bound {known[name]['bound']}", flush=True)
+        write_whole(VALUES, json.dumps(file, indent=1) + "\n")
 
 
 def table() -> str:

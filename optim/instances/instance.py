@@ -87,7 +87,7 @@ class Known:
         """How sure the value is: proved, agreed by several methods, or the best that was seen."""
         if self.bound is not None:
             gap = max(0.0, self.value - self.bound) / max(abs(self.value), 1e-12)
-            return f"proved within {100 * gap:.1g} %"
+            return f"proved within {100.5 * gap:.3g} %"
         return f"agreed by {self.methods} methods" if self.methods > 1 else "best seen"
 
 
