@@ -6,6 +6,7 @@ restart until the budget ends. Optional libraries are imported when a method run
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -151,8 +152,7 @@ def _method(name: str, one: Optimiser | str) -> Method:
         require_choice("method", one, METHODS, also="MODULE:FUNCTION")
         return METHODS[one]
     if isinstance(one, str):
-        if "" not in sys.path:  # the working directory, of the workers, too
-            sys.path.append("")
+        sys.path[:] = dict.fromkeys([*sys.path, os.getcwd()])  # which workers take over
         try:
             one = resolve_name(one)
         except (ImportError, AttributeError, ValueError) as error:

@@ -2,7 +2,7 @@
 
 import json
 import re
-from importlib import import_module
+import sys
 from pathlib import Path
 
 import pytest
@@ -37,13 +37,17 @@ def test_a_report_of_two_races(tmp_path, capsys):
 
 
 @pytest.mark.long
-def test_the_program_of_the_page_runs_as_printed(tmp_path, monkeypatch, capsys):
+def test_the_optimiser_of_the_page_races_beside_the_package_s_own_runs(
+    tmp_path, monkeypatch, capsys
+):
     code = next(
-        one for one in re.findall(r"(?s)```py\n(.*?)```", PAGE.read_text()) if "race(" in one
+        one for one in re.findall(r"(?s)```py\n(.*?)```", PAGE.read_text()) if "def search(" in one
     )
+    (tmp_path / "mine.py").write_text(code)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(
-        import_module("stickslip.agents.optimisers.racing"), "cores_here", lambda: 1
-    )
-    exec(compile(code, str(PAGE), "exec"), {"__name__": "__main__"})
-    assert "mine 0 spent 2000" in capsys.readouterr().out
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    given = ["--instances", "ugv-bump-energy-d8-v2-s1", "--budget", "2000", "--seeds", "1"]
+    assert main(["bench", "run", "--methods", "mine:search", *given, "--out", "race"]) == OK
+    printed = capsys.readouterr().out
+    assert re.search(r"\| mine:search +\| [\d.e-]+ \(\d+%\)", printed)
+    assert re.search(r"\| dp-scp +\| [\d.e-]+ \(100%\)", printed)
