@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from argparse import ArgumentParser
-from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,7 @@ import pyarrow as pa
 from pyarrow import parquet
 
 from benchmarks.report import markdown, put_between
-from stickslip.agents.optimisers.report import STORED, Run, read_results
+from stickslip.agents.optimisers.report import STORED, Run, grouped, read_results
 from stickslip.optim import bound_every_drive, suite
 from stickslip.optim.gait.problem import GaitProblem
 from stickslip.optim.instances.biped import Interpolated
@@ -26,17 +25,17 @@ from stickslip.optim.instances.instance import AGREED, POINTS, VALUES, instance
 from stickslip.optim.instances.ugv import FRICTION, SplitProblem
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import solve
-from stickslip.records.files import write_whole
+from stickslip.records.files import write_whole, writing
 
 
 def known_of(runs: list[Run], old: dict[str, Any]) -> tuple[dict[str, Any], np.ndarray | None]:
-    """The entry of VALUES, of a race's runs on an instance, and its point; None: that of the old
+    """The entry of VALUES, of feasible runs on an instance, and its point; None: that of the old
     entry, which is better."""
-    one, found = instance(runs[0].instance), [run for run in runs if np.isfinite(run.best)]
-    point: Any = min(found, key=lambda run: run.best).point
+    one = instance(runs[0].instance)
+    point: Any = min(runs, key=lambda run: run.best).point
     (value, *_), feasible = one.value(point)
     best = min(float(value) if feasible else np.inf, old.get("value", np.inf))
-    close = {run.method: "" for run in found if run.best - best <= AGREED * abs(best)}
+    close = {run.method: "" for run in runs if run.best - best <= AGREED * abs(best)}
     if best < value:
         return old | {"methods": max(len(close), 1)}, None
     entry = {"value": best, "how": ", ".join(close), "methods": len(close)}
@@ -80,20 +79,20 @@ def split_bound(problem: SplitProblem) -> float:
 
 def learn(runs: list[Run]) -> None:
     """Take the best points of races into the suite's files; better values and bounds stay."""
-    by_instance = defaultdict[str, list[Run]](list)
-    for run in runs:
-        by_instance[run.instance].append(run)
+    by_instance = grouped([run for run in runs if np.isfinite(run.best)], lambda run: run.instance)
     file, points = json.loads(VALUES.read_text("utf-8")), dict(np.load(POINTS))
     known = file["instances"]
     for name, of in by_instance.items():
         known[name], point = known_of(of, known.get(name, {}))
         points |= {} if point is None else {name: point}
-    np.savez_compressed(POINTS, **points)
+    with writing(POINTS) as content:
+        np.savez_compressed(content, **points)
+    write_whole(VALUES, json.dumps(file, indent=1) + "\n")
     for name in sorted(by_instance):
         if known[name]["bound"] is None:
             known[name]["bound"], known[name]["bound_how"] = bound_of(name, points[name])
             print(f"{name}: {known[name]['value']:.6g}, bound {known[name]['bound']}", flush=True)
-        write_whole(VALUES, json.dumps(file, indent=1) + "\n")
+            write_whole(VALUES, json.dumps(file, indent=1) + "\n")
 
 
 def table() -> str:
@@ -117,6 +116,7 @@ if __name__ == "__main__":
         runs = read_results(*asked.runs)
         learn(runs)
         whole = pa.concat_tables([run.table() for run in runs], promote_options="default")
-        parquet.write_table(whole, STORED, compression="zstd")
+        with writing(STORED) as content:
+            parquet.write_table(whole, content, compression="zstd")
     if asked.docs:
         put_between(asked.docs, f"\n{table()}\n", "suite")

@@ -226,8 +226,8 @@ def closeness_table(runs: Sequence[Run]) -> Table:
     families = _by_family(runs)
     columns = [Column(name, words=True) for name in ("method", *(FAMILIES[at] for at in families))]
     rows = [
-        [name, *(_closeness(_grouped(here).get(name, [])) for here in families.values())]
-        for name in _grouped(runs)
+        [name, *(_closeness(grouped(here).get(name, [])) for here in families.values())]
+        for name in grouped(runs)
     ]
     return Table(columns, rows)
 
@@ -250,7 +250,7 @@ def first_table(runs: Sequence[Run]) -> Table:
     heads = ("function", "expected evaluations to 1 %, interval", "expected processor time [s]")
     rows = [
         [f"`{name}`", *(_first(_comparable(here, cost), cost) for cost in COSTS)]
-        for name, here in _grouped(runs, function_of).items()
+        for name, here in grouped(runs, function_of).items()
     ]
     return Table([Column(head, words=True) for head in heads], rows)
 
@@ -262,7 +262,7 @@ def function_of(run: Run) -> str:
 
 
 def _first(runs: Sequence[Run], cost: Cost) -> str:
-    found = [(ert(mine, CLOSE, cost), name) for name, mine in _grouped(runs).items()]
+    found = [(ert(mine, CLOSE, cost), name) for name, mine in grouped(runs).items()]
     hit = sorted((one.value, name, one) for one, name in found if np.isfinite(one.value))
     words = (
         f"{name} {one.value:.3g} ({one.low:.3g} to {one.high:.3g}, {one.successes}/{one.runs})"
@@ -281,11 +281,11 @@ def _comparable(runs: Sequence[Run], cost: Cost) -> list[Run]:
 
 def _by_family(runs: Sequence[Run]) -> dict[str, list[Run]]:
     """Runs by family, in the order of FAMILIES."""
-    found = _grouped(runs, lambda run: instance(run.instance).family)
+    found = grouped(runs, lambda run: instance(run.instance).family)
     return {name: found[name] for name in FAMILIES if name in found}
 
 
-def _grouped(
+def grouped(
     runs: Sequence[Run], of: Callable[[Run], str] = lambda run: run.method
 ) -> dict[str, list[Run]]:
     """Runs by method or by something else, in the order of the runs."""
@@ -301,7 +301,7 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
     of pairs of run and target that are hit; a cross where the runs end. Return the paths."""
     styles: dict[str, dict[str, Any]] = {
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
-        for i, name in enumerate(_grouped(runs))
+        for i, name in enumerate(grouped(runs))
     }
     return [
         _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(runs, cost))
@@ -317,7 +317,7 @@ def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], fo
     for axis in axes[len(families) :]:
         axis.set_axis_off()
     for axis, (family, here) in zip(axes, families.items(), strict=False):
-        for method, mine in _grouped(here).items():
+        for method, mine in grouped(here).items():
             at, share = ecdf(mine, cost)
             ends = [float(getattr(one, cost)[-1]) / _scale(one, cost) for one in mine]
             x, y = np.append(at, max([*ends, *at])), np.append(share, max([0.0, *share]))
@@ -326,7 +326,7 @@ def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], fo
         axis.set_xscale("log")
         axis.set_ylim(0, 1.02)
         name_panel(axis, FAMILIES[family], "", LABELS[cost])
-    names = list(_grouped(runs))
+    names = list(grouped(runs))
     lines = [axes[0].plot([], [], **styles[name])[0] for name in names]
     figure.legend(lines, names, loc="outside lower center", ncols=5)
     return save_sheet(figure, folder / f"ecdf_{cost}.png")
