@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from stickslip.agents.ugv.controllers import FollowPath as FollowPath
     from stickslip.agents.ugv.controllers import LevelBody as LevelBody
     from stickslip.agents.ugv.controllers import Optimum as Optimum
-    from stickslip.agents.ugv.controllers import RecedingHorizon as RecedingHorizon
     from stickslip.agents.ugv.machine import UGVTrainConfig as UGVTrainConfig
 else:
     __getattr__, __dir__, __all__ = loaded_when_used(__name__)

@@ -12,7 +12,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
 from stickslip.agents.protocol import Env, Options, Params, Task
-from stickslip.agents.training.configuration import UNNAMED, Config, Configuration, content_of
+from stickslip.agents.training.configuration import Config, Configuration, content_of
 from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
 
@@ -274,7 +274,7 @@ def machine_of_baseline(name: str) -> Machine | None:
 
 def read_configuration(text: str) -> Configuration:
     """The configuration in a JSON text, of whichever machine, or ValueError."""
-    name = content_of(text).get("machine", UNNAMED)
+    name = content_of(text).get("machine")
     if not isinstance(name, str) or name not in _MACHINES:
         near = nearest(name, _MACHINES) if isinstance(name, str) else ""
         raise RefusedError(f"its machine is {shown(name)}, not one of {', '.join(_MACHINES)}{near}")

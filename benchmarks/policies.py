@@ -74,6 +74,8 @@ def usual(task: TaskDefinition) -> list[Any]:
     scene = task.parameters.get("scene")
     if isinstance(scene, dict) and "patches" in scene:  # not every place is as good as another
         del settings["episode_time"]
+    if task.choices.get("see_motion") is False:
+        settings |= {"history": 4, "start_rate": 6.0, "timesteps": 12_000_000}
     return [kind.of(task=task.name, seed=seed, **settings) for seed in SEEDS]
 
 

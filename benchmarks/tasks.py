@@ -124,8 +124,6 @@ PLANNERS = ("optimum",)
 SHIELDED, SHIELD = ("computed-torque", "optimal-gait"), 0.02
 """Baselines that are measured under the shield, too, and its margin."""
 UNDER = f" (shield {SHIELD:g})"
-LEFT_OUT = ("receding-horizon",)
-"""It plans at every step, for minutes; what it earns lies below the optimum's."""
 ROUNDING = 5e-4
 """Relative excess of a return in single precision over a bound in double that is rounding."""
 DOCS = Path(__file__).parents[1] / "docs"
@@ -141,7 +139,7 @@ def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
         print(f"{task.name}: {name}", flush=True)
         return entry(task, name, played_on(task, player, episodes, shield))
 
-    left_out = LEFT_OUT if "mark" in task.parameters else (*LEFT_OUT, STOPPING)
+    left_out = () if "mark" in task.parameters else (STOPPING,)
     names = [name for name in machine.baselines if name not in left_out]
     rows = {name: earned(name, machine.baseline(name, env)) for name in names}
     if task.cost_limit is not None:

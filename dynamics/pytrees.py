@@ -200,16 +200,15 @@ def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., R
         made_here = jax.device_put(np.float32(0))  # traced where all that is computed here is
         if jax.default_backend() != "cpu" or not is_concrete(arguments, named, made_here):
             return usual(*arguments, **named)
-        given, named = jax.tree.map(_as_jax, (arguments[fixed:], named))
+        # Inside an abstract trace JAX 0.10 would round NumPy's arrays to the precision of that
+        # trace, not of the program. Of `asarray`, it compiles a program a shape.
+        given, named = jax.tree.map(
+            lambda leaf: jax.device_put(leaf) if isinstance(leaf, np.ndarray) else leaf,
+            (arguments[fixed:], named),
+        )
         return hurried(*arguments[:fixed], *given, **named)
 
     return call
-
-
-def _as_jax(leaf: Any) -> Any:
-    """An array of NumPy's as one of JAX's: inside an abstract trace, JAX 0.10 would round it to the
-    precision of that trace, not of the program. Of `asarray`, it compiles a program a shape."""
-    return jax.device_put(leaf) if isinstance(leaf, np.ndarray) else leaf
 
 
 def float_kind(dtype: Any, otherwise: Any):

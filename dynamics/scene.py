@@ -146,7 +146,12 @@ class Scene:
         if isinstance(self.floor, Uniform):
             require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
-            _check_friction(self.floor.mu_static, self.floor.mu_kinetic)
+            static, kinetic = self.floor.mu_static, self.floor.mu_kinetic
+            if checks.is_concrete(static, kinetic) and np.any(np.asarray(kinetic) > static):
+                raise ValueError(
+                    f"mu_kinetic = {checks.shown(kinetic)} exceeds mu_static = "
+                    f"{checks.shown(static)}; accepted: {FRICTION['accepted']}"
+                )
         return self
 
 
@@ -173,16 +178,6 @@ RULES: dict[str, dict[str, Any]] = {
     "mu_kinetic": FRICTION,
 }
 """Accepted range of each number of a scene."""
-
-
-def _check_friction(mu_static: Numbers, mu_kinetic: Numbers) -> None:
-    if not checks.is_concrete(mu_static, mu_kinetic):
-        return
-    if np.any(np.asarray(mu_kinetic) > np.asarray(mu_static)):
-        static, kinetic = map(checks.shown, (mu_static, mu_kinetic))
-        raise ValueError(
-            f"mu_kinetic = {kinetic} exceeds mu_static = {static}; accepted: {FRICTION['accepted']}"
-        )
 
 
 def _check_patches(floor: Patches) -> None:

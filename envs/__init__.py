@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from stickslip.envs.collecting import Collected as Collected
     from stickslip.envs.collecting import collect as collect
     from stickslip.envs.functional import FunctionalEnv as FunctionalEnv
+    from stickslip.envs.history import FrameStack as FrameStack
     from stickslip.envs.tasks.definition import TASKS as TASKS
     from stickslip.envs.tasks.definition import TaskDefinition as TaskDefinition
     from stickslip.envs.tasks.definition import task_by_name as task_by_name

@@ -9,7 +9,6 @@ numbers.
 from __future__ import annotations
 
 import time
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -214,11 +213,8 @@ def own_draws(seed: int) -> dict[str, object]:
 
     By itself it takes the seed 0 for the time of day.
     """
-    return {"seed": np.nan, "randn": partial(_normal, np.random.default_rng(seed))}
-
-
-def _normal(rng: np.random.Generator, *shape: int) -> np.ndarray:
-    return rng.standard_normal(shape)
+    drawn = np.random.default_rng(seed).standard_normal
+    return {"seed": np.nan, "randn": lambda *shape: drawn(shape)}
 
 
 def scattered(problem: Problem[Any], count: int) -> Float[np.ndarray, "count n"]:

@@ -78,7 +78,12 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     """Each on its own task, as flags change it; those of one environment in one program."""
     places = players.places_of(named, given)
     require_writable(written)
-    players.require_one_table(places, players.machine_of(named))
+    unit_of = players.machine_of(named).unit_of
+    if len(units := {unit_of(env) for place in places for env in place.who.values()}) > 1:
+        raise ValueError(
+            f"policies trained for {' and '.join(sorted(units))} in one table; accepted: policies "
+            "of one criterion, --criterion, or one at a time"
+        )
     parts = []
     for place in places:
         print(place.line())

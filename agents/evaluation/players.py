@@ -142,16 +142,6 @@ def places_of(named: Mapping[str, Named], options: Options, viewed: bool = False
     return places
 
 
-def require_one_table(places: Sequence[Place], machine: Machine) -> None:
-    """Raise ValueError for places that cannot stand in one table."""
-    units = {machine.unit_of(env) for place in places for env in place.who.values()}
-    if len(units) > 1:
-        raise ValueError(
-            f"policies trained for {' and '.join(sorted(units))} in one table; accepted: policies "
-            "of one criterion, --criterion, or one at a time"
-        )
-
-
 def every_option() -> dict[str, Machine]:
     """The names of all machines' options, and the first machine that has each."""
     return {name: machine for machine in reversed(machines()) for name in machine.options}
@@ -200,7 +190,7 @@ def require_observed(player: object, name: str, env: AnyEnv, params: Timed, task
     """Raise ValueError for a network of other sizes than the task's observation and action."""
     if isinstance(player, MLPPolicy):
         wanted = len(env.observation_bounds(params)[0]), len(env.action_names)
-        if (made := (player.layer_sizes[0], player.layer_sizes[-1])) != wanted:
+        if (made := (player.observation_size, player.layer_sizes[-1])) != wanted:
             raise ValueError(
                 f"{name} observes {made[0]} numbers and gives {made[1]}, {task} has {wanted[0]} "
                 f"and takes {wanted[1]}; accepted: a policy trained on what the task observes"

@@ -124,14 +124,6 @@ class Engine:
         """Positions, velocities and accelerations in a row."""
         return np.concatenate([self.data.qpos, self.data.qvel, self.data.qacc_warmstart])
 
-    def put_floor(self, floor: Floor, swing_contact: bool) -> None:
-        """Give each foot the friction under its ankle; a contact has the larger one of the foot's
-        and the floor's, which is 0."""
-        swinging = self.balls[1 - leg_of(self.angle)]
-        for foot, balls in zip(self.feet, self.balls, strict=True):
-            self.model.geom_friction[balls, 0] = friction_at(floor, self.data.xpos[foot, 0])
-            self.model.geom_conaffinity[balls] = swing_contact or balls != swinging
-
     def ground(self, leg: int) -> tuple[float, float, float]:
         """Friction and normal force on a foot [N], and their centre from the ankle [m]."""
         data, total, moment, force = self.data, np.zeros(3), 0.0, np.zeros(6)
@@ -190,7 +182,10 @@ def _move(shapes, swing_contact, machine, floor, state, *numbers):
         most = power / max(abs(data.qvel[engine.crank]), 1e-9)
         torques.append(np.clip(torque, -most, most))
         data.ctrl[0] = torques[-1]
-        engine.put_floor(floor, swing_contact)
+        swinging = engine.balls[1 - leg_of(engine.angle)]
+        for foot, balls in zip(engine.feet, engine.balls, strict=True):
+            engine.model.geom_friction[balls, 0] = friction_at(floor, data.xpos[foot, 0])
+            engine.model.geom_conaffinity[balls] = swing_contact or balls != swinging
         angles.append(engine.angle)
         engine.mujoco.mj_step(engine.model, data)
         ankles.append(data.xpos[engine.feet, 0])  # of the same instant as the angle

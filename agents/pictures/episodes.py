@@ -21,6 +21,7 @@ from stickslip.records.table import with_unit
 
 if TYPE_CHECKING:
     from jaxtyping import Array
+    from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
     from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
@@ -222,20 +223,19 @@ HEADROOM = 0.3
 def plot_episode(episode: Episode, path: str | Path, title: str) -> Path:
     """Plot all panels of an episode over its axis; return the path. Slips are shaded."""
     below, x = episode.axis or ("time [s]", episode.period * np.arange(episode.samples))
-    return plot_panels(episode.panels, x, below, path, title, episode.slips)
+    return save_sheet(draw_panels(episode.panels, x, below, title, episode.slips), path)
 
 
 @styled
-def plot_panels(
+def draw_panels(
     panels: Sequence[Panel],
     x: np.ndarray,
     below: str,
-    path: str | Path,
-    title: str,
+    title: str = "",
     slips: np.ndarray | None = None,
-) -> Path:
-    """Plot panels over x [n], labelled `below`; return the path. slips: shaded where true [n], from
-    the sample before each slip to its last one."""
+) -> Figure:
+    """Panels over x [n], labelled `below`. slips: shaded where true [n], from the sample before
+    each slip to its last one."""
     figure, axes = make_sheet(len(panels), 1, (9, ROW * len(panels) + 0.8), title)
     for axis, panel in zip(axes, panels, strict=True):
         style = "steps-pre" if panel.steps else "default"
@@ -256,4 +256,4 @@ def plot_panels(
                 axis.axvspan(*ends, color=theme.SLIDES, alpha=0.18, lw=0)
     axes[-1].set_xlabel(below)
     axes[-1].set_xlim(x[0], x[-1] if x[-1] > x[0] else x[0] + 1.0)
-    return save_sheet(figure, path)
+    return figure

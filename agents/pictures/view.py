@@ -40,10 +40,6 @@ class View:
 
     page: Page
 
-    def __repr__(self) -> str:
-        """One line, which a notebook keeps beside the page itself."""
-        return f"View({self.page.title!r}, episodes={len(self.page.episodes)})"
-
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the page atomically as one .html file and return its path.
 
@@ -145,20 +141,16 @@ def _require_players(count: int) -> None:
 
 
 def _file_name(who: str, place: str, task: str | None) -> str:
-    """Name of the animation, or of a page without Pillow: of a shipped policy on its own task the
-    policy's alone."""
-    kind = ".gif"
-    if not find_spec("PIL"):
+    """Name of the animation, or of a page without Pillow: player and place, of a shipped policy on
+    its own task the policy alone."""
+    kind = ".gif" if find_spec("PIL") else ".html"
+    if kind == ".html":
         say_stage('films need Pillow (pip install "stickslip[viz]"): writing a page instead')
-        kind = ".html"
-    shipped = shipped_path(who) is not None
-    if shipped and task is not None:
-        return who + kind
-    path = policy_path(who)
-    name = path.parent.name if path.name == "policy.npz" else path.name
-    name = who if shipped else name.removesuffix(".npz")
+    path, shipped = policy_path(who), shipped_path(who) is not None
+    name = who if shipped else path.parent.name if path.name == "policy.npz" else Path(who).name
     label = Path(place).stem if Path(place).is_file() else place
-    return name + "-" + re.sub(r"[^\w.+-]+", "-", label) + kind
+    where = "" if shipped and task is not None else "-" + re.sub(r"[^\w.+-]+", "-", label)
+    return name.removesuffix(".npz") + where + kind
 
 
 def _page(

@@ -125,8 +125,8 @@ def export_onnx(
 ) -> Path:
     """Write a policy as ONNX and return the path. Needs the extra `onnx`.
 
-    The model takes "observation" [batch, entries] as the environment gives it and returns "action"
-    [batch, entries] in [-1, 1], both in the weights' type. metadata: JSON values that it carries,
+    The model takes "observation" [batch, entries], as the environment or FrameStack gives it, and
+    returns "action" [batch, entries] in [-1, 1], both in the weights' type. metadata: JSON values,
     `read_metadata(name)` for instance. ValueError for a path that exists and is not to be replaced.
     """
     return write_whole(path, as_onnx(policy, metadata).SerializeToString(), overwrite=overwrite)

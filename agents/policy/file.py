@@ -57,8 +57,8 @@ def save_policy(
     """Write a policy and return the path. ValueError if the path exists and is not to be replaced.
 
     metadata: JSON values under names of the caller's choice, kept beside what the file says of
-    itself (format, version, layer_sizes, activation, squash, observation_clip, versions); see
-    `describe_environment`. The file appears whole or not at all.
+    itself (format, version, layer_sizes, activation, squash, observation_clip, history, versions);
+    see `describe_environment`. The file appears whole or not at all.
     """
     require_kind("policy", policy, MLPPolicy, "an MLPPolicy; a baseline is known by its name")
     policy.validate()
@@ -73,6 +73,7 @@ def save_policy(
         "activation": policy.activation,
         "squash": policy.squash,
         "observation_clip": policy.observation_clip,
+        "history": policy.history,
         "versions": installed(),
     }
     text = untrusted.metadata_text(own, metadata)
@@ -218,6 +219,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
             activation=metadata.get("activation", ""),
             squash=metadata.get("squash", ""),
             observation_clip=metadata.get("observation_clip"),
+            history=metadata.get("history", 0),
         ).validate()
     except ValueError as error:
         raise untrusted.RefusedError(str(error)) from error
@@ -229,7 +231,7 @@ def _policy(arrays: dict[str, np.ndarray], metadata: Mapping[str, Any]) -> MLPPo
 
 def _require_described(policy: MLPPolicy, metadata: Mapping[str, untrusted.Json]) -> None:
     """Raise RefusedError for the description of an environment that the policy does not fit."""
-    seen = policy.layer_sizes[0]
+    seen = policy.observation_size
     if (size := metadata.get("observation_size", seen)) != seen:
         raise untrusted.RefusedError(
             f"the policy observes {seen} numbers, the environment that it is described with "

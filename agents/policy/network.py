@@ -9,10 +9,16 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.agents.protocol import Memoryless
-from stickslip.dynamics.checks import is_concrete, require_choice, require_kind, require_number
+from stickslip.dynamics.checks import (
+    is_concrete,
+    require_choice,
+    require_integer,
+    require_kind,
+    require_number,
+)
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.functional import POSITIVE
+from stickslip.envs.history import MOST_FRAMES, pushed, stacked
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -27,13 +33,14 @@ MOST = float(np.finfo(np.float32).max) / 2
 
 
 @pytree_dataclass
-class MLPPolicy(Memoryless):
+class MLPPolicy:
     """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).
 
     x = (observation - shift) / scale, then clipped to +- observation_clip unless that is None.
     weights: [inputs, outputs] of each layer; biases: [outputs]; shift, scale: [observation].
-    activation: "tanh" or "relu" (h). squash: "clip" to [-1, 1] or "tanh". Uses the observation
-    alone and remembers nothing. Computes in the weights' type.
+    activation: "tanh" or "relu" (h). squash: "clip" to [-1, 1] or "tanh". Computes in the weights'
+    type. history: steps before, whose observations and actions `act` stacks behind the observation
+    as FrameStack does; x has them, too. 0: the policy remembers nothing.
     """
 
     weights: tuple[Array, "..."]
@@ -43,11 +50,18 @@ class MLPPolicy(Memoryless):
     activation: str = field(default="tanh", metadata={"static": True})
     squash: str = field(default="clip", metadata={"static": True})
     observation_clip: float | None = field(default=None, metadata={"static": True})
+    history: int = field(default=0, metadata={"static": True})
 
     @property
     def layer_sizes(self) -> tuple[int, ...]:
         """Number of inputs, then of outputs of every layer."""
         return (np.shape(self.weights[0])[-2], *(np.shape(w)[-1] for w in self.weights))
+
+    @property
+    def observation_size(self) -> int:
+        """Number of entries of the environment's observation."""
+        inputs, actions = self.layer_sizes[0], self.layer_sizes[-1]
+        return (inputs - self.history * actions) // (1 + self.history)
 
     def validate(self) -> MLPPolicy:
         """Return self, or raise ValueError naming what does not fit."""
@@ -66,18 +80,35 @@ class MLPPolicy(Memoryless):
                 "each, at least one"
             )
         self._check_shapes()
+        require_integer("history", self.history, low=0, high=MOST_FRAMES)
+        inputs, actions, seen = self.layer_sizes[0], self.layer_sizes[-1], self.observation_size
+        if seen < 1 or inputs != seen + self.history * (seen + actions):
+            raise ValueError(
+                f"history = {self.history} with {inputs} inputs and {actions} outputs; accepted: "
+                "n + history * (n + outputs) inputs, of an observation of n numbers"
+            )
         if is_concrete(self):
             self._check_numbers()
         return self
 
-    def act(
-        self, memory: None, obs: Obs, env_state: object = None, env_params: object = None
-    ) -> tuple[None, Action]:
-        """See Controller. Observations may have leading batch axes here."""
-        return memory, self(obs)
+    def init(self, env_params: object = None, env_state: object = None) -> Array | None:
+        """The frames at the start of an episode, zeros [history, frame]; None without history."""
+        if not self.history:
+            return None
+        width = self.observation_size + self.layer_sizes[-1]
+        return jnp.zeros((self.history, width), jnp.result_type(self.weights[0]))
 
-    def __call__(self, obs: Float[Array, "*batch obs"]) -> Float[Array, "*batch act"]:
-        """The actions for observations."""
+    def act(
+        self, memory: Array | None, obs: Obs, env_state: object = None, env_params: object = None
+    ) -> tuple[Array | None, Action]:
+        """See Controller. Without history, observations may have leading batch axes here."""
+        if memory is None:
+            return memory, self(obs)
+        action = self(stacked(obs, memory))
+        return pushed(memory, obs, action), action
+
+    def __call__(self, obs: Float[Array, "*batch in"]) -> Float[Array, "*batch act"]:
+        """The actions for observations, stacked ones of a policy with history."""
         x = self.unlimited(obs)
         x = jnp.tanh(x) if self.squash == "tanh" else jnp.clip(x, -1.0, 1.0)
         return x.astype(jnp.asarray(obs).dtype)

@@ -269,15 +269,13 @@ class Plan:
     @cached_property
     def definition(self) -> dict[str, object]:
         """Definition that decides the results, as JSON values that sweeps are resumed by."""
-        axes = {name: {"kind": "grid", "values": list(one)} for name, one in self.axes.items()}
+        axes = {name: {"values": list(one)} for name, one in self.axes.items()}
         return {
             "machine": self.machine.name,
             "tasks": {one.task: digest_of(one.params, one.steps) for one in self.cases},
             "policies": {one.policy: digest_of(one.player, one.env) for one in self.cases},
             "cases": [[one.task, one.policy] for one in self.cases],
             "axes": axes,
-            "samples": 0,
-            "design_seed": 0,
             "sets": {name: list(fields) for name, fields in self.cases[0].fields.items()},
             "episodes": self.episodes,
         }

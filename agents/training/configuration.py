@@ -20,14 +20,8 @@ T = TypeVar("T")
 Config = TypeVar("Config", bound="Configuration")
 Config_co = TypeVar("Config_co", bound="Configuration", covariant=True)
 FORMAT, VERSION = "stickslip training", 2
-UNNAMED, UNNAMED_TRAINER = "biped", "sb3"
-"""The machine and the trainer of a file that names none."""
 MOST_STEPS = 10**12 - 1
 """Largest step count in the name of a checkpoint."""
-GROUP = "ppo"
-"""Files may hold the settings of PPO together under this name."""
-REMOVED = ("algorithm", "threads", "sac", "shac")
-"""Entries of files of earlier versions that no run with PPO depends on."""
 
 
 def entry(default: T, kind: untrusted.Kind, about: str, **rule: Any) -> T:
@@ -66,6 +60,7 @@ class Configuration:
     batch_size: int = entry(512, int, "samples a gradient step", low=2)
     hidden: int = entry(64, int, "units a hidden layer", low=1, high=4096)
     layers: int = entry(2, int, "hidden layers", low=1, high=8)
+    history: int = entry(0, int, "steps before that the policy sees", low=0, high=64)
 
     rollout_steps: int = entry(128, int, "steps of each environment an update", low=2)
     epochs: int = entry(6, int, "passes over a rollout", low=1, high=10_000)
@@ -79,7 +74,7 @@ class Configuration:
     evaluation_episodes: int = entry(32, int, "episodes an evaluation", low=1, high=65536)
     task: str | None = entry(None, str, "of `stickslip tasks`; it says all of what is trained on")
 
-    machine: ClassVar[str] = UNNAMED
+    machine: ClassVar[str] = "biped"
     OWN: ClassVar[str] = ""
     """The field with a machine of the user's, as the text of its file."""
     PARTS: ClassVar[tuple[str, ...]] = ()
@@ -134,6 +129,7 @@ class Configuration:
     def _require_room(self, observation: int) -> None:
         """Raise ValueError for networks that no policy file holds, and for samples that no memory
         does. observation: about how many numbers an observation has."""
+        observation += self.history * (observation + 2)
         widths = [observation, *[self.hidden] * self.layers, 2]
         size = 4 * sum((one + 1) * other for one, other in itertools.pairwise(widths))
         if size > untrusted.LARGEST - 2 * untrusted.LARGEST_TEXT:
@@ -185,29 +181,17 @@ class Configuration:
 
         ValueError saying what is wrong with it.
         """
-        content = content_of(text)
-        if (learns := content.get("algorithm", GROUP)) != GROUP:
-            raise untrusted.RefusedError(f"its algorithm is {shown(learns)}, not {GROUP!r}")
-        entries = cls.flat({name: one for name, one in content.items() if name not in REMOVED})
-        entries.setdefault("trainer", UNNAMED_TRAINER)
-        return cls(**cls.defaults_of(entries["trainer"]) | entries)
+        entries = cls.own_entries(content_of(text))
+        return cls(**cls.defaults_of(entries.get("trainer", cls.trainer)) | entries)
 
     @classmethod
-    def flat(cls, content: Mapping[str, untrusted.Json]) -> dict[str, Any]:
-        """A file's entries by field, those of GROUP among them.
-
-        ValueError for another machine's, for unknown ones, and for one in and beside its group.
-        """
-        if (machine := content.get("machine", UNNAMED)) != cls.machine:
+    def own_entries(cls, content: Mapping[str, untrusted.Json]) -> dict[str, Any]:
+        """A file's entries by field. ValueError for another machine's and for unknown ones."""
+        if (machine := content.get("machine", cls.machine)) != cls.machine:
             raise untrusted.RefusedError(f"it is of the {shown(machine)}, not of the {cls.machine}")
-        found = {name: value for name, value in content.items() if name not in ("machine", GROUP)}
-        group = content.get(GROUP, {})
-        if not isinstance(group, dict):
-            raise untrusted.RefusedError(f"{GROUP} = {shown(group)} is no group of settings")
-        if twice := [name for name in group if name in found]:
-            raise untrusted.RefusedError(f"it has {', '.join(twice)} twice")
-        require_known(found | group, [one.name for one in fields(cls)])
-        return found | group
+        found = {name: value for name, value in content.items() if name != "machine"}
+        require_known(found, [one.name for one in fields(cls)])
+        return found
 
     @property
     def digest(self) -> str:
@@ -301,7 +285,7 @@ def read_settings(path: str | Path, kind: type[Configuration]) -> Mapping[str, o
             return changes(kind.from_json(text))
         with untrusted.refusing("it"):
             content = tomllib.loads(text)
-        return kind.flat({"machine": kind.machine} | content)
+        return kind.own_entries({"machine": kind.machine} | content)
     except ValueError as error:
         raise ValueError(
             f"{path}: {error}; accepted: a TOML file of settings, or a run's config.json"

@@ -409,8 +409,8 @@ class PPOTrainer(Trainer):
         found = filled({"learner": self._learner, "episodes": self._progress}, state)
         self._learner, self._progress = found["learner"], found["episodes"]
 
-    def policy(self) -> MLPPolicy:
-        return network(self._learner.actor, self._learner.seen).validate()
+    def network(self) -> MLPPolicy:
+        return network(self._learner.actor, self._learner.seen)
 
     def is_finite(self) -> bool:
         return all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(self._learner))

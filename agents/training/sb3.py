@@ -177,7 +177,7 @@ class SB3Trainer(Trainer):
             reason = str(error).partition("\n")[0]
             raise ValueError(f"{UNFIT} ({reason})") from error
 
-    def policy(self) -> MLPPolicy:
+    def network(self) -> MLPPolicy:
         return from_sb3(self._model)
 
     def is_finite(self) -> bool:

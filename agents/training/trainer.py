@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
@@ -17,6 +18,7 @@ import numpy as np
 from stickslip.agents.training.configuration import Configuration
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.pytrees import is_key
+from stickslip.envs.history import FrameStack
 
 if TYPE_CHECKING:
     from stickslip.agents.policy.network import MLPPolicy
@@ -63,7 +65,8 @@ class Trainer(ABC):
         """env, params: of training episodes. report: called after updates. stop: asked after every
         step, or every few that are one program; once true, learning ends and `stopped` is set.
         """
-        self.config, self.env, self.params = config, env, params
+        self.config, self.params = config, params
+        self.env = FrameStack(env, config.history) if config.history else env
         self.report, self.stop = report, stop
         self.timesteps = 0
         """So far; those of an update that `stop` cut short are not counted."""
@@ -91,8 +94,12 @@ class Trainer(ABC):
         """Undo `take_state`. ValueError if the state does not fit the configuration."""
 
     @abstractmethod
+    def network(self) -> MLPPolicy:
+        """The network so far, without exploration, of what `env` observes."""
+
     def policy(self) -> MLPPolicy:
-        """The policy so far, without exploration."""
+        """The same as a policy of the environment without frames."""
+        return replace(self.network(), history=self.config.history).validate()
 
     @abstractmethod
     def is_finite(self) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 import jax
@@ -156,44 +156,7 @@ class Optimum(Ruled):
 
     def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
         """The path, or the legs held where there is none."""
-        return _follow(self.solve(env, params, state).leg_angles, state, params)
-
-
-@dataclass(frozen=True)
-class RecedingHorizon(Ruled):
-    """At every waypoint plan the next `horizon` steps by dynamic programming and take the first.
-
-    Sees the ground that far ahead exactly, and friction. angles: least number of the grid's, for
-    each leg (see `fitting_grid`). What lies behind the horizon counts nothing. A planner:
-    nothing disturbs the vehicle, so its moves are computed before the drive. Within a horizon of
-    the end the last plan is followed, which planning again would only repeat. Where no plan exists
-    the legs are held from there on.
-    """
-
-    horizon: int = 15
-    angles: int = 21
-    COUNTS: ClassVar = {"horizon": {}, "angles": {"low": 2}}
-
-    def path(self, env: UGVEnv, params: UGVEnvParams, state: UGVEnvState) -> FollowPath:
-        """All moves of the episode that begins in `state`."""
-        problem = env.problem(state, params)
-        steps = len(problem.x) - 1
-        horizon = min(self.horizon, steps)
-        taken = [np.asarray(problem.start_angles, float)]
-        for k in range(steps - horizon + 1):
-            ahead = replace(problem, x=problem.x[k : k + horizon + 1], start_angles=taken[-1])
-            plan = solve(ahead, "dp", polish=False, least=self.angles).leg_angles
-            if plan is None:
-                break
-            taken.extend(plan[1:] if k == steps - horizon else plan[1:2])
-        return _follow(np.stack(taken), state, params)
-
-
-def _follow(
-    angles: Float[np.ndarray, "K 2"] | None, state: UGVEnvState, params: UGVEnvParams
-) -> FollowPath:
-    """The path, its last pair held up to the end; the legs held where there is none."""
-    if angles is None:
-        angles = np.asarray(jax.device_get(state.leg_angles), float)[None]
-    missing = int(params.steps) + 1 - len(angles)
-    return FollowPath(np.concatenate([angles, np.repeat(angles[-1:], missing, axis=0)])).validate()
+        angles = self.solve(env, params, state).leg_angles
+        if angles is None:
+            angles = np.tile(np.asarray(state.leg_angles, float), (int(params.steps) + 1, 1))
+        return FollowPath(angles).validate()

@@ -123,7 +123,6 @@ def require_ground(name: str) -> None:
 UGV_BASELINES = {
     "fixed-posture": "ugv.controllers:FixedPosture",
     "level-body": "ugv.controllers:LevelBody",
-    "receding-horizon": "ugv.controllers:RecedingHorizon",
     "optimum": "ugv.controllers:Optimum",
 }
 

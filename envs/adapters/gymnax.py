@@ -39,16 +39,6 @@ class GymnaxEnv(Generic[State, Params]):
         self.functional, self.default_params = env, params
         self.values = require_integer("values", values, low=5, high=6)
 
-    @property
-    def name(self) -> str:
-        """Name of the functional environment's class."""
-        return type(self.functional).__name__
-
-    @property
-    def num_actions(self) -> int:
-        """Numbers in an action."""
-        return len(self.functional.action_names)
-
     def reset(self, key: Array, params: Params | None = None) -> tuple[Float[Array, " obs"], State]:
         """Begin an episode: observation and state."""
         return self.functional.reset(key, self._or_default(params))
@@ -82,7 +72,7 @@ class GymnaxEnv(Generic[State, Params]):
     def action_space(self, params: Params | None = None) -> Any:
         """A Box of gymnax's, [-1, 1] for every action (extra `gymnax`)."""
         del params
-        one = np.ones(self.num_actions)
+        one = np.ones(len(self.functional.action_names))
         return _box(-one, one)
 
     def _or_default(self, params: Params | None) -> Params:

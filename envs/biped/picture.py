@@ -62,16 +62,11 @@ def stretches_of(floor: Floor) -> tuple[Stretch, ...]:
         )
     ends = [-FAR, *np.clip(edges, -FAR, FAR).tolist(), FAR]
     mus = np.broadcast_arrays(static, kinetic, np.empty(len(edges) + 1))[:2]
-    return tuple(
-        Stretch(start, end, theme.floor_colour(mu), _words(mu, other), mu < theme.SLIPPERY)
-        for (start, end), mu, other in zip(
-            pairwise(ends), *map(np.ndarray.tolist, mus), strict=True
-        )
-    )
-
-
-def _words(static: float, kinetic: float) -> str:
-    return f"μ {static:.3g}" if static == kinetic else f"μₛ {static:.3g}   μₖ {kinetic:.3g}"
+    found = []
+    for (start, end), mu, other in zip(pairwise(ends), *map(np.ndarray.tolist, mus), strict=True):
+        words = f"μ {mu:.3g}" if mu == other else f"μₛ {mu:.3g}   μₖ {other:.3g}"
+        found.append(Stretch(start, end, theme.floor_colour(mu), words, mu < theme.SLIPPERY))
+    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ MISSING = (
 
 
 def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 25) -> Path:
-    """Save pictures, uint8 [height, width, 3] all of one size, and return the path.
+    """Save pictures, one or more, uint8 [height, width, 3] of one size, and return the path.
 
     The suffix chooses the format: .gif has 256 colours a picture, .png (APNG) keeps every colour,
     .webp is the smallest; these repeat for ever. .mp4 is H.264, written by ffmpeg picture by
@@ -45,16 +45,12 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
     fastest = FASTEST_GIF if suffix == ".gif" else 1000.0
     if not 0 < fps <= fastest:
         raise ValueError(f"fps = {fps}; accepted for {suffix}: 0 < fps <= {fastest:g}")
-    checked = _checked(frames)
-    first = next(checked, None)
-    if first is None:
-        raise ValueError("frames is empty; accepted: at least one picture")
     path.parent.mkdir(parents=True, exist_ok=True)
     with writing(path) as file:
         if suffix == MP4:
-            _write_mp4(first, checked, file.name, fps)
+            _write_mp4(iter(frames), file.name, fps)
         else:
-            _write_images(chain([first], checked), file, suffix, fps)
+            _write_images(iter(frames), file, suffix, fps)
     return path
 
 
@@ -75,25 +71,9 @@ def find_ffmpeg() -> str:
         raise ValueError(MISSING) from error
 
 
-def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
-    """The frames, or ValueError saying what is wrong with one."""
-    shape: tuple[int, ...] = ()
-    for index, given in enumerate(frames):
-        frame = np.asarray(given)
-        if frame.dtype != np.uint8 or frame.ndim != 3 or frame.shape[2] != 3 or not frame.size:
-            raise ValueError(
-                f"frame {index} is {frame.dtype} {frame.shape}; accepted: uint8 [height, width, 3]"
-            )
-        if index and frame.shape != shape:
-            raise ValueError(
-                f"frame {index} has shape {frame.shape}; accepted: the first frame's {shape}"
-            )
-        shape = frame.shape
-        yield frame
-
-
-def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: float) -> None:
+def _write_mp4(frames: Iterator[np.ndarray], name: str, fps: float) -> None:
     """Send each picture to ffmpeg as it comes. OSError with its last line where it fails."""
+    first = next(frames)
     height, width = first.shape[:2]
     given = f"-f rawvideo -pix_fmt rgb24 -s {width}x{height} -r {fps!r} -i -".split()
     even = ["-an", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"]
@@ -104,7 +84,7 @@ def _write_mp4(first: np.ndarray, rest: Iterator[np.ndarray], name: str, fps: fl
             command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors
         )
         try:
-            for frame in chain([first], rest):
+            for frame in chain([first], frames):
                 process.stdin.write(frame.tobytes())  # type: ignore[union-attr]
         except BrokenPipeError:
             pass  # ffmpeg has ended: its status says why

@@ -152,7 +152,10 @@ def _sorted_out(
         changes["dropped"] = int(np.sum(~kept))
         places, y = places[kept], y[kept]
     if "merge" in given:
-        first = groups(_in_metres(places), given["merge"])
+        metres = places  # whose distances over a few metres are those on the ground
+        if places.shape[1] > 1:
+            metres = EARTH_RADIUS * places * np.stack([0 * y + 1, np.cos(places[:, 0])], axis=1)
+        first = groups(metres, given["merge"])
         changes["merged"] = len(y) - len(first)
         counts = np.diff(np.append(first, len(y)))
         places = np.add.reduceat(places, first, axis=0) / counts[:, None]
@@ -167,7 +170,11 @@ def _reshaped(
 ) -> Float[np.ndarray, "m 2"]:
     """Points of the track after `gaps`, `noise` or `smooth`, and `envelope`."""
     x = _along(places)
-    _require_advance(x)
+    for i in np.flatnonzero(np.diff(x) <= 0)[:1]:
+        raise ValueError(
+            f"track point {i + 2}: the place of track point {i + 1} again{REPEATED}; accepted: "
+            f"{ACCEPTED_GPX}"
+        )
     at, height = x, y
     if "gaps" in given:
         gap = np.diff(x)
@@ -180,8 +187,14 @@ def _reshaped(
     if wavelength is not None:
         changes["damped_below"] = wavelength
         height = smoothed(at, height, wavelength)
-    if places.shape[1] > 1:
-        _require_slopes(at, height)
+    for i in np.flatnonzero(np.abs(np.diff(height)) > STEEPEST * np.diff(at))[:1]:
+        if places.shape[1] > 1:
+            raise ValueError(
+                f"track point {i + 2}: elevation {height[i + 1]:.6g} m, "
+                f"{height[i + 1] - height[i]:+.6g} m in {at[i + 1] - at[i]:.3g} m (--ground "
+                "outliers=1 drops such points, noise=0.5 smooths them); accepted: "
+                f"{ACCEPTED_GPX}, slopes up to {STEEPEST:g} m a metre"
+            )
     if "envelope" in given:
         at, height = enveloped(at, height, given["envelope"])
     off = np.interp(x, at, height) - y
@@ -200,13 +213,6 @@ def _along(places: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n"]:
     half += np.cos(latitude[1:]) * np.cos(latitude[:-1]) * np.sin(np.diff(longitude) / 2) ** 2
     legs = 2 * EARTH_RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0)))
     return np.append(0.0, np.cumsum(legs))
-
-
-def _in_metres(places: Float[np.ndarray, "n d"]) -> Float[np.ndarray, "n d"]:
-    """Places whose distances over a few metres are those on the ground [m]."""
-    if places.shape[1] == 1:
-        return places
-    return EARTH_RADIUS * places * np.stack([np.ones(len(places)), np.cos(places[:, 0])], axis=1)
 
 
 def outlying(y: Float[np.ndarray, "n"], limit: float) -> Bool[np.ndarray, "n"]:
@@ -355,22 +361,3 @@ class _Tree(ElementTree.TreeBuilder):
 
     def _refuse(self, *_: object) -> None:
         raise ValueError("declares a document type or entities")
-
-
-def _require_advance(x: np.ndarray) -> None:
-    """Raise ValueError for the first point at the place of the one before."""
-    for i in np.flatnonzero(np.diff(x) <= 0)[:1]:
-        raise ValueError(
-            f"track point {i + 2}: the place of track point {i + 1} again{REPEATED}; accepted: "
-            f"{ACCEPTED_GPX}"
-        )
-
-
-def _require_slopes(x: np.ndarray, y: np.ndarray) -> None:
-    """Raise ValueError for the first point that is absurdly steep."""
-    for i in np.flatnonzero(np.abs(np.diff(y)) > STEEPEST * np.diff(x))[:1]:
-        raise ValueError(
-            f"track point {i + 2}: elevation {y[i + 1]:.6g} m, {y[i + 1] - y[i]:+.6g} m in "
-            f"{x[i + 1] - x[i]:.3g} m (--ground outliers=1 drops such points, noise=0.5 smooths "
-            f"them); accepted: {ACCEPTED_GPX}, slopes up to {STEEPEST:g} m a metre"
-        )

@@ -112,11 +112,11 @@ COMMANDS = {
         compiles=False,
     ),
     "export": Command(
-        "a policy as ONNX or a NumPy archive; a robot for MuJoCo or as URDF",
+        "a policy as ONNX; a robot for MuJoCo or as URDF",
         "export:export_command",
         {
             "stickslip export biped-ice --out ice.onnx": "for any runtime of ONNX",
-            "stickslip export runs/mine --out walker.npz": "of a run, for NumPy alone",
+            "stickslip export runs/mine --out walker.onnx": "the policy of a run",
             "stickslip export my.toml --mjcf robot.xml --urdf robot.urdf": (
                 "the robot of a file, see `stickslip robot`"
             ),

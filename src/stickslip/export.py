@@ -9,14 +9,14 @@ from typing import Any
 from stickslip.agents.policy.file import existing_path, read_policy
 from stickslip.records.files import require_suffix, require_writable, write_whole
 
-KINDS = {"out": (".onnx", ".npz"), "mjcf": (".xml", ".mjcf"), "urdf": (".urdf", ".xml")}
+KINDS = {"out": (".onnx",), "mjcf": (".xml", ".mjcf"), "urdf": (".urdf", ".xml")}
 """Endings of the file that each flag names."""
 MU = 0.5
 """Usual friction of an exported floor [-]."""
 
 
 def export_command(flags: Mapping[str, Any]) -> None:
-    """Write a policy to --out, as ONNX or as a NumPy archive, or a machine to --mjcf and --urdf."""
+    """Write a policy to --out, as ONNX, or a machine to --mjcf and --urdf."""
     paths = {kind: Path(flags[kind]) for kind in KINDS if flags[kind] is not None}
     if not paths or ("out" in paths and len(paths) > 1):
         given = " and ".join(f"--{kind}" for kind in paths) or "no file"
@@ -28,15 +28,10 @@ def export_command(flags: Mapping[str, Any]) -> None:
     if "out" not in paths:
         export_machine(flags, paths)
         return
-    path, overwrite, source = paths["out"], flags["overwrite"], existing_path(flags["who"])
-    policy, metadata = read_policy(source)
-    require_writable([path], overwrite)
-    if path.suffix.lower() == ".npz":
-        write_whole(path, source.read_bytes(), overwrite=overwrite)
-    else:
-        from stickslip.agents.policy.exchange import export_onnx
+    from stickslip.agents.policy.exchange import export_onnx
 
-        export_onnx(policy, path, metadata, overwrite=overwrite)
+    path, (policy, metadata) = paths["out"], read_policy(existing_path(flags["who"]))
+    export_onnx(policy, path, metadata, overwrite=flags["overwrite"])
     sizes = policy.layer_sizes
     print(f"Written: {path}, {sizes[0]} numbers in, {sizes[-1]} out, normalisation included")
 

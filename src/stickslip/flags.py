@@ -185,7 +185,7 @@ def export_flags(parser: Parser, _: object) -> None:
     """Add the policy or the machine, and the files."""
     add = parser.add
     add("who POLICY", "one of those below, a file, a run, or a robot's file in TOML")
-    add("--out FILE", "a policy as .onnx, or .npz for NumPy alone")
+    add("--out FILE", "a policy as .onnx")
     add("--mjcf FILE", "a robot for MuJoCo: closed loops, floor, motor, two feet")
     add("--urdf FILE", "a robot as URDF: a tree, whose loops are cut")
     add("--mu", "friction of the floor for MuJoCo, static and kinetic (default: 0.5)", type=float)

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.agents.pictures.episodes import Line, Panel, panel, plot_panels
+from stickslip.agents.pictures.episodes import Line, Panel, draw_panels, panel
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.biped.estimation import NAMES
 from stickslip.dynamics.biped.settings import precision
+from stickslip.envs.rendering.sheet import save_sheet
 from stickslip.optim.identification import Identified, WalkLog, identify
 from stickslip.records.table import Column, Content, Table
 from stickslip.report import picture_path, write_files
@@ -70,4 +71,4 @@ def draw(found: Identified, log: WalkLog, path: Path) -> Path:
             )
     slips = numbers["foot_velocity"] != 0
     title = "Walk as the filter sees it; slips are shaded"
-    return plot_panels(panels, log.times[1:], "time [s]", path, title, slips)
+    return save_sheet(draw_panels(panels, log.times[1:], "time [s]", title, slips), path)

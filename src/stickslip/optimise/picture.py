@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import numpy as np
 
+from stickslip.agents.pictures.episodes import draw_panels, panel
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.scene import draw_machines
 from stickslip.envs.rendering.sheet import LEVEL, WIDTH, make_sheet, name_panel, styled
@@ -155,23 +156,14 @@ def draw_gait(problem: GaitProblem, result: GaitResult) -> Figure:
     return figure
 
 
-@styled
 def draw_slip(walk: SlipTransfer) -> Figure:
     """Crank rate, torque and the foot's velocity of a walk over time."""
-    figure, axes = make_sheet(3, 1, (WIDTH, 5.4))
-    rate, torque, foot = axes
     limit = walk.problem.torque_limit
-    for row in range(len(walk.theta)):
-        clock = walk.clock[row]
-        rate.plot(clock, walk.crank_rate[row], color=theme.MOTOR)
-        torque.stairs(walk.torque[row], clock, baseline=None, color=theme.MOTOR)
-        foot.plot(clock, walk.foot_velocity[row], color=theme.SLIDES)
-    for level in () if limit is None else (limit, -limit):
-        torque.axhline(float(level), **LEVEL)
-    for axis in axes:
-        axis.set_xlim(0, walk.duration)
-    name_panel(rate, "crank rate [rad/s]", f"steps: {len(walk.theta)}")
-    name_panel(torque, "torque [N m]", "dashed: the motor's limit")
-    slid = f"slides {walk.slid:.3g} m; the centre of mass gets {walk.distance:.3g} m ahead"
-    name_panel(foot, "foot's velocity [m/s]", slid, "time [s]")
-    return figure
+    limits = () if limit is None else (-float(limit), float(limit))
+    torque = np.pad(walk.torque, ((0, 0), (1, 0)), mode="edge")  # of the piece that ends there
+    panels = (
+        panel("crank rate", "rad/s", walk.crank_rate.ravel()),
+        panel("motor torque", "N m", torque.ravel(), limits, steps=True),
+        panel("foot velocity", "m/s", walk.foot_velocity.ravel()),
+    )
+    return draw_panels(panels, walk.clock.ravel(), "time [s]")

@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip.agents.biped.episodes import walk_panels
 from stickslip.agents.biped.task import floor_words
-from stickslip.agents.pictures.episodes import plot_panels, write_pictures
+from stickslip.agents.pictures.episodes import draw_panels, write_pictures
 from stickslip.commands import NOTHING_FOUND, OK
 from stickslip.dynamics import PRESETS, Scene
 from stickslip.dynamics.biped import SUPPORT_START, BipedParams, BipedState, EventExact
@@ -22,6 +22,7 @@ from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.scene import Grip, SceneOptions
 from stickslip.envs.biped.picture import BipedFrame, biped_picture, slipping, stretches_of
 from stickslip.envs.rendering.scene import paint
+from stickslip.envs.rendering.sheet import save_sheet
 from stickslip.optim.progress import say_stage
 from stickslip.records.table import Column, Content, Table
 from stickslip.report import require_files, show, write_simulation
@@ -71,7 +72,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         title = f"{_law_in_words(given)[2:].capitalize()}, floor: {floor_words(scene)}"
         at = frames_of(walk)
         panels = walk_panels(at, walk.along.momentum)
-        plot_panels(panels, at.time, "time [s]", path, title, at.slips)
+        save_sheet(draw_panels(panels, at.time, "time [s]", title, at.slips), path)
 
     def film(path: Path) -> None:
         draw = partial(paint, biped_picture(frames_of(walk), walk.robot.params))

@@ -95,6 +95,16 @@ def test_the_file_says_what_it_is(tmp_path):
     json.dumps(environment, allow_nan=False)
 
 
+def test_a_policy_keeps_its_history_and_needs_the_inputs_for_it(tmp_path):
+    policy = make_policy((3 + 2 * 4, 5, 1), history=2).validate()
+    about = {"observation_size": 3}
+    assert_same(load_policy(save_policy(policy, tmp_path / "policy.npz", about)), policy)
+    with pytest.raises(ValueError, match="observes 3 numbers"):
+        save_policy(policy, tmp_path / "other.npz", {"observation_size": 11})
+    with pytest.raises(ValueError, match="history = 2 with 12 inputs and 1 outputs; accepted"):
+        make_policy((12, 5, 1), history=2).validate()
+
+
 def test_nothing_is_overwritten_unless_asked(path):
     before = path.read_bytes()
     with pytest.raises(ValueError, match=r"policy\.npz exists"):

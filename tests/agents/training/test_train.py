@@ -36,7 +36,7 @@ SHORT = {
     "keep_checkpoints": 9,
     "seed": 3,
 }
-FEW = {"timesteps": 768, "rollout_steps": 32, "batch_size": 64, "epochs": 2}
+FEW = {"timesteps": 768, "rollout_steps": 32, "batch_size": 64, "epochs": 2, "history": 2}
 PPO = TrainConfig.of(trainer="sb3", checkpoint_interval=256, **FEW, **SHORT)
 JAX = TrainConfig.of(trainer="jax", checkpoint_interval=256, **FEW, **SHORT)
 CONFIGS = {"sb3": PPO, "jax": JAX}
@@ -70,7 +70,9 @@ def test_a_run_leaves_everything_it_promises(runs, trainer: str):
     assert trained.finished
     assert trained.timesteps == config.timesteps
     assert TrainConfig.from_json((path / "config.json").read_text()) == config
-    used = read_metadata(path / "policy.npz")["versions"].keys()
+    about = read_metadata(path / "policy.npz")
+    assert (about["history"], about["layer_sizes"][0]) == (2, 6 + 2 * 7)
+    used = about["versions"].keys()
     assert {"jax", "python", *(() if config is JAX else ("torch",))} <= used
     metrics, tests = read_columns(path / "metrics.csv"), read_columns(path / "evaluations.csv")
     assert metrics["timesteps"] == sorted(set(metrics["timesteps"]))

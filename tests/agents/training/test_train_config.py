@@ -46,19 +46,17 @@ def test_a_configuration_says_what_learns_where_it_is_not_what_always_did():
         TrainConfig.of(trainer="torch")
 
 
-def test_a_file_of_an_earlier_version_is_read():
+def test_a_file_without_a_field_has_its_default():
     content = json.loads(TrainConfig.of(epochs=3).to_json())
-    older = {"algorithm": "ppo", "threads": 1, "ppo": {"epochs": content.pop("epochs")}, "sac": {}}
-    assert TrainConfig.from_json(json.dumps(content | older)) == TrainConfig.of(epochs=3)
-    with pytest.raises(ValueError, match="its algorithm is 'sac', not 'ppo'"):
-        TrainConfig.from_json(json.dumps(content | older | {"algorithm": "sac"}))
+    del content["history"]
+    assert TrainConfig.from_json(json.dumps(content)) == TrainConfig.of(epochs=3)
 
 
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"ppo": {"buffer_size": 3}}, "'buffer_size' is no field"),
-        ({"ppo": {"epochs": 3}}, "it has epochs twice"),
+        ({"buffer_size": 3}, "'buffer_size' is no field"),
+        ({"history": 65}, "history = 65; accepted: an integer"),
         ({"format": "a recipe"}, "does not say"),
     ],
 )
@@ -110,7 +108,7 @@ def test_the_config_of_a_run_and_a_toml_file_give_settings(tmp_path, config):
     assert given_in(*words, str(run)) == config
     assert given_in(*words, str(run), "--seed", "3") == replace(config, seed=3)
     mine = tmp_path / "mine.toml"
-    mine.write_text('machine = "biped"\nseed = 3\nrandom_mass = [0.5, 1.25]\n[ppo]\nepochs = 3\n')
+    mine.write_text('machine = "biped"\nseed = 3\nrandom_mass = [0.5, 1.25]\nepochs = 3\n')
     found = TrainConfig.of(seed=3, random_mass=(0.5, 1.25), epochs=5)
     assert given_in(*words, str(mine), "--set", "epochs=5") == found
 
@@ -119,7 +117,7 @@ def test_the_config_of_a_run_and_a_toml_file_give_settings(tmp_path, config):
     ("name", "text", "reason"),
     [
         ("a.toml", "sed = 1", "'sed' is no field; accepted: .*did you mean seed"),
-        ("a.toml", "[ppo]\nbuffer_size = 3", "'buffer_size' is no field"),
+        ("a.toml", "[ppo]\nepochs = 3", "'ppo' is no field"),
         ("a.json", UGVTrainConfig.of().to_json(), "it is of the 'ugv', not of the biped"),
     ],
 )

@@ -14,7 +14,6 @@ from stickslip.agents.ugv.controllers import (
     FollowPath,
     LevelBody,
     Optimum,
-    RecedingHorizon,
 )
 from stickslip.dynamics.ugv import Track
 from stickslip.optim import solve
@@ -61,17 +60,6 @@ def test_the_level_rule_takes_out_the_pitch_of_a_slope():
     pitch = np.asarray(played.state.attitude.pitch)
     assert pitch[0] > 0.1
     assert abs(pitch[-1]) < 0.3 * pitch[0]
-
-
-def test_a_horizon_of_the_whole_track_is_the_optimum():
-    env, params = task()
-    state = first_state(env, params, 0)
-    whole = RecedingHorizon(horizon=99, angles=21).path(env, params, state)
-    np.testing.assert_array_equal(whole.angles, Optimum(21).path(env, params, state).angles)
-    short = RecedingHorizon(horizon=4, angles=21)
-    cost = -total(env, params, short.path(env, params, state))
-    assert Optimum(21).solve(env, params, state).value <= cost * (1 + 1e-4)
-    assert cost < -held()
 
 
 def test_a_table_has_the_cost_of_drives_that_reached_the_end():

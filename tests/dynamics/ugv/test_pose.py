@@ -119,9 +119,9 @@ def test_a_leg_stretched_or_folded_until_the_wheelbase_vanishes(float64):
     params = rebuilt(UGVParams(), **fields)  # the constructor refuses it
     folded = jnp.asarray([[0.0, 0.0], [1e-9, 1e-9], [1e-3, 1e-3], [np.pi, np.pi]])
     state = balanced(params, Track.bump().astype(float64), jnp.full(4, 4.0), folded)
-    assert state.status[0] == Status.NO_SOLUTION
+    assert np.all(state.status[:2] == Status.NO_SOLUTION)  # cos(1e-9) is 1 to the last digit
     for leaf in jax.tree.leaves((state.forces, state.torque, state.leg_torques)):
-        assert np.all(np.isfinite(leaf[1:]))
+        assert np.all(np.isfinite(leaf[2:]))
     assert state.pose.status[3] == Status.OK
     np.testing.assert_allclose(state.pose.wheelbase[3], 1.4, rtol=1e-14)
 

@@ -75,12 +75,8 @@ def test_a_failure_leaves_the_file_that_was_there(tmp_path):
     path.write_bytes(b"the old one")
     with pytest.raises(RuntimeError, match="drawing failed"):
         save_animation(breaks(), path)
-    wrong = [np.zeros((4, 4, 3), np.uint8), np.zeros((5, 4, 3), np.uint8)]
-    for frames in (wrong, [], [np.zeros((4, 4))]):
-        with pytest.raises(ValueError, match="accepted"):
-            save_animation(frames, path)
     with pytest.raises(ValueError, match="fps"):
-        save_animation(wrong[:1], path, fps=100)
+        save_animation([np.zeros((4, 4, 3), np.uint8)], path, fps=100)
     assert path.read_bytes() == b"the old one"
     assert list(tmp_path.iterdir()) == [path]
 
