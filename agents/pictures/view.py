@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
@@ -38,7 +38,7 @@ PAGES = (".html", ".htm")
 class View:
     """A page: a notebook shows it in place, `save` writes it to a file."""
 
-    page: Page
+    page: Page = field(repr=False)
 
     def save(self, path: str | Path, *, overwrite: bool = False) -> Path:
         """Write the page atomically as one .html file and return its path.

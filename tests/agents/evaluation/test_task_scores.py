@@ -78,6 +78,8 @@ def test_baselines_and_doing_nothing_earn_what_is_written_of_them(name):
         assert row.count == known.episodes
         # Falls decide whole episodes, and single precision differs from machine to machine.
         spread = 0.0 if earned.high is None else earned.high - earned.value
+        # output-feedback's noise is drawn by the angle's last bits: another machine, another draw.
+        rel = 0.03 if earned.policy == "output-feedback" else 0.01
         assert row.metrics["return"].value == pytest.approx(
-            earned.value, rel=0.01, abs=0.25 * spread
+            earned.value, rel=rel, abs=0.25 * spread
         )

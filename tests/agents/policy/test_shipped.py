@@ -17,7 +17,7 @@ from stickslip.agents.training.configuration import settings_given
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
 
-LARGEST = 40_000
+LARGEST = 400_000
 """Bytes of a file."""
 NEAR = 0.05
 """Of a score: single precision differs from machine to machine."""
