@@ -37,7 +37,7 @@ class MLPPolicy:
     """Deterministic policy: action = squash(W_n h(... h(W_1 x + b_1) ...) + b_n).
 
     x = (observation - shift) / scale, then clipped to +- observation_clip unless that is None.
-    weights: [inputs, outputs] of each layer; biases: [outputs]; shift, scale: [observation].
+    weights: [inputs, outputs] of each layer; biases: [outputs]; shift, scale: [inputs].
     activation: "tanh" or "relu" (h). squash: "clip" to [-1, 1] or "tanh". Computes in the weights'
     type. history: steps before, whose observations and actions `act` stacks behind the observation
     as FrameStack does; x has them, too. 0: the policy remembers nothing.
