@@ -118,8 +118,8 @@ class MLPPolicy:
         size = self.layer_sizes[0]
         if np.shape(obs)[-1:] != (size,):
             raise ValueError(
-                f"observation has shape {np.shape(obs)}; accepted by this policy: {size} entries. "
-                "It was made for another configuration of the environment"
+                f"observation has shape {np.shape(obs)}; accepted by this policy: {size} entries, "
+                f"{'which `act` stacks' if self.history else 'as another environment has'}"
             )
         given = jnp.asarray(obs)
         x = (given.astype(jnp.result_type(self.weights[0])) - self.shift) / self.scale
