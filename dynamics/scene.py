@@ -147,7 +147,7 @@ class Scene:
             require_broadcast(**vars(self.floor))
         if isinstance(self.floor, Uniform | Patches):
             static, kinetic = self.floor.mu_static, self.floor.mu_kinetic
-            if checks.is_concrete(static, kinetic) and np.any(np.asarray(kinetic) > static):
+            if checks.is_concrete(static, kinetic) and np.any(np.greater(kinetic, static)):
                 raise ValueError(
                     f"mu_kinetic = {checks.shown(kinetic)} exceeds mu_static = "
                     f"{checks.shown(static)}; accepted: {FRICTION['accepted']}"
