@@ -158,8 +158,7 @@ class Machine(ABC, Generic[Env, Params, Config]):
         return ""
 
     def baseline(self, name: str, env: Env) -> Player:
-        """A baseline, of the environment where it has a field for one. ValueError for an unknown
-        name."""
+        """A baseline, of the environment where it has a field for one. ValueError if unknown."""
         places = self.baselines if isinstance(self.baselines, Mapping) else {}
         require_choice("baseline", name, tuple(places))
         kind = resolve_name(f"stickslip.agents.{places[name]}")

@@ -249,8 +249,7 @@ def arrays_and_metadata(raw: bytes, largest: int = LARGEST) -> tuple[dict[str, n
     its JSON text.
 
     RefusedError for anything else, and for more than `largest` bytes packed or unpacked. Each entry
-    is read up to the size that the archive declares, into memory that the system provides as it is
-    written.
+    is read up to the size that the archive declares, into memory that grows as it is written.
     """
     import numpy as np
 

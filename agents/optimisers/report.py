@@ -110,7 +110,10 @@ def _read(file: Path) -> list[Run]:
 def _run_of(row: dict[str, Any]) -> Run:
     lists = {name: np.array(row[name], of) for name, of in ARRAYS.items() if row[name] is not None}
     run = Run(**{**row, **lists})
-    known = instance(run.instance).known
+    try:
+        known = instance(run.instance).known
+    except ValueError as error:
+        raise RefusedError(str(error)) from error
     if known and not known.digest.startswith(run.digest[:DIGITS]):
         raise RefusedError(f"digest {run.digest} is not that of {run.instance} here")
     return run

@@ -115,10 +115,8 @@ def reward_panels(
         panel("return so far", unit, earned),
     ]
     if scale is not None:
-        score = (earned - scale.zero) / (scale.one - scale.zero)
-        panels.append(
-            panel("score so far (0: trivial, 1: best known)", "-", score, limits=(0.0, 1.0))
-        )
+        title = "score so far (0: trivial, 1: best known)"
+        panels.append(panel(title, "-", scale.score(earned), limits=(0.0, 1.0)))
     return tuple(panels)
 
 

@@ -26,8 +26,7 @@ COLUMNS = 3
 
 
 def write_products(trained: Trained[Configuration]) -> list[Path]:
-    """Write learning.png, episode.png and the machine's film into the run's directory; return
-    the paths."""
+    """Write learning.png, episode.png and the machine's film into the run's directory."""
     config, directory = trained.config, trained.directory
     machine = machine_by_name(config.machine)
     task = machine.training_task(config)

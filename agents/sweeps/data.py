@@ -191,8 +191,7 @@ def drawn_axes(found: SweepArrays) -> tuple[str, ...]:
 def write_pictures(
     found: SweepArrays, path: Path, slip: tuple[str, str] | None = None
 ) -> list[Path]:
-    """Write sweep.png, numbered where there are several tasks. Nothing is drawn where nothing
-    varies."""
+    """Write sweep.png, numbered where there are several tasks; none where nothing varies."""
     view, written = drawn_axes(found), []
     if not view:
         return []

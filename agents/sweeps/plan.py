@@ -329,8 +329,7 @@ class CellPlayer:
 
         values: of the fields that axes set, each [points]; place: each episode's index into them.
         Parameters that no axis sets are constants; those that depend on an axis are computed once
-        for each point. Seed s draws as the first episode after reset(seed=s), the same at every
-        point.
+        for each point. Seed s draws what the first episode after reset(seed=s) does.
         """
         found: list[PyTree] = []
 

@@ -64,8 +64,7 @@ def train(
 
     config: may be None to resume. bar: show progress; None shows a bar on a terminal and a line an
     evaluation elsewhere, False nothing. stop: asked after every step; once true, a checkpoint is
-    written and Trained.finished is false. ValueError for a directory in use and for anything
-    damaged in it.
+    written and Trained.finished is false. ValueError for a directory in use or damaged.
     """
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
     if config is not None:

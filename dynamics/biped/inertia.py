@@ -5,8 +5,7 @@ series each: the slopes are interpolated at Chebyshev nodes (in every piece) and
 dM is exactly the derivative of M inside a piece, and single precision keeps its digits in both.
 Beyond the ends of the support phase the outermost pieces go on for one more length, which is what
 locating the exchange needs; farther out the values stay what they are there. One series of high
-degree needs no piece to be looked up, but every one of its terms: `python -m benchmarks.tradeoff`
-measures both.
+degree needs no piece to be looked up, but all its terms (`python -m benchmarks.tradeoff`).
 """
 
 from __future__ import annotations

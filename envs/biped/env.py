@@ -114,8 +114,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
 
     ## End
     Terminated: topple, lift-off, runaway (|crank rate| > `max_crank_rate`), no solution, non-finite
-    (info["status"], a Status), or the end of a one-step scene. Truncated: after `time_limit` (10
-    s).
+    (info["status"], a Status), or the end of a one-step scene. Truncated: at `time_limit` (10 s).
 
     ## Info
     Of the step: cost, what a constraint limits, no part of the reward: slid [m], and 1 more if it

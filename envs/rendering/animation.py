@@ -46,12 +46,24 @@ def save_animation(frames: Iterable[np.ndarray], path: str | Path, fps: float = 
     if not 0 < fps <= fastest:
         raise ValueError(f"fps = {fps}; accepted for {suffix}: 0 < fps <= {fastest:g}")
     path.parent.mkdir(parents=True, exist_ok=True)
+    frames = _checked(frames)
     with writing(path) as file:
         if suffix == MP4:
-            _write_mp4(iter(frames), file.name, fps)
+            _write_mp4(frames, file.name, fps)
         else:
-            _write_images(iter(frames), file, suffix, fps)
+            _write_images(frames, file, suffix, fps)
     return path
+
+
+def _checked(frames: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
+    """The pictures as they come. ValueError for one of another type or size."""
+    size: tuple[int, ...] = ()
+    for i, frame in enumerate(frames):
+        size = size or frame.shape
+        if frame.dtype != np.uint8 or frame.shape != size or size[2:] != (3,):
+            kind = f"picture {i} is {frame.dtype} {frame.shape}"
+            raise ValueError(f"{kind}; accepted: uint8 [height, width, 3], all of one size")
+        yield frame
 
 
 def require_format(path: Path) -> None:

@@ -223,8 +223,7 @@ def _scale(painter: Painter, camera: Camera) -> None:
 
 
 def draw_machines(axis: Axes, drawing: Drawing, scale: float) -> None:
-    """Draw the machine of every sample on a matplotlib axis, both ways in metres; scale: points a
-    pixel."""
+    """Draw the machine of every sample on a matplotlib axis in metres; scale: points a pixel."""
     axis.grid(visible=False)
     axis.set_yticks([])
     axis.set_aspect("equal", adjustable="datalim")

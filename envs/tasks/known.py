@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import TaskDefinition
@@ -60,7 +60,7 @@ class Scale:
                 f"zero = {self.zero}, one = {self.one}; accepted: finite returns, zero < one"
             )
 
-    def score(self, earned: float) -> float:
+    def score(self, earned: Any) -> Any:
         """(earned - zero) / (one - zero); above 1 where more is earned than was known."""
         return (earned - self.zero) / (self.one - self.zero)
 
@@ -73,8 +73,7 @@ class Scale:
 class Earned:
     """The mean return of a policy over a task's episodes; low, high: its 95 % interval, None where
     the task has one episode. failures: share of episodes that ended before their time. returns: of
-    every episode, empty where they were not kept. cost: mean of an episode, None where there is no
-    limit."""
+    every episode, empty where they were not kept. cost: an episode's mean, None without a limit."""
 
     policy: str
     value: float
@@ -153,8 +152,7 @@ class Known:
         return self.cost_limit is None or (cost is not None and cost <= self.cost_limit)
 
     def score_of(self, earned: Earned) -> Interval:
-        """Score of a measured policy, NaN over the cost limit; no interval where its returns were
-        not kept."""
+        """Score of a measured policy, NaN over the cost limit; no interval without its returns."""
         if not self.keeps(earned.cost):
             return Interval(UNKNOWN)
         if len(earned.returns) == self.episodes:

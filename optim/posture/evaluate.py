@@ -293,8 +293,7 @@ def each_angle(slopes: Station) -> Station:
 
 
 def pushed(function: Callable[..., Any], at: tuple[Station, ...], each: tuple[Station, ...]):
-    """The function's value, and its slopes in each direction as a new last axis; 0 where not
-    finite."""
+    """The function's value, and its slopes as a new last axis; 0 where not finite."""
     numbers = tuple(of.numbers for of in at)
 
     def of_numbers(*numbers: tuple[Array, ...]) -> Any:

@@ -25,7 +25,7 @@ def test_runs_come_back_as_they_were(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"instance": "gait-time-d17-v2"}, ".* is unknown .did you mean gait-ti"),
+        ({"instance": "gait-time-d17-v2"}, "id = 'gait-time-d17-v2' is unknown .did you mean"),
         ({"digest": "0123"}, f"digest 0123 is not that of {NAME} here"),
     ],
 )
@@ -40,8 +40,7 @@ def test_the_package_has_runs_of_its_own_on_the_same_instances():
     stored = stored_results([run([(3, 1.0)], 9, name=f"{NAME}-s1", method="cma")])
     methods = {one.method for one in stored}
     assert {one.instance for one in stored} == {f"{NAME}-s1"}
-    assert {"conic", "slsqp", "random"} <= methods
-    assert "cma" not in methods  # whose place the run given takes
+    assert methods & {"cma", "conic", "slsqp"} == {"conic", "slsqp"}  # cma's place is taken
     assert min(gaps(one)[-1] for one in stored) == pytest.approx(0.0, abs=1e-9)
 
 

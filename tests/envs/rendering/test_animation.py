@@ -75,8 +75,9 @@ def test_a_failure_leaves_the_file_that_was_there(tmp_path):
     path.write_bytes(b"the old one")
     with pytest.raises(RuntimeError, match="drawing failed"):
         save_animation(breaks(), path)
-    with pytest.raises(ValueError, match="fps"):
-        save_animation([np.zeros((4, 4, 3), np.uint8)], path, fps=100)
+    for count, fps, words in ((1, 100, "fps"), (2, 25, "picture 1")):
+        with pytest.raises(ValueError, match=words):
+            save_animation([*shades(1), *shades(1, 9)][:count], path, fps)
     assert path.read_bytes() == b"the old one"
     assert list(tmp_path.iterdir()) == [path]
 
