@@ -74,9 +74,7 @@ def drawn(kind: str) -> Drawn:
     torque = {"lift-off": (0.2, 1.5), "topple": (0.3, 0.8)}.get(kind, (-0.1, 0.4))
     rates = {"lift-off": (0.3, 0.6), "topple": (0.0, 0.2)}.get(kind, (0.1, 0.3))
     friction, velocities, share = (0.1, 0.6), (-0.5, 0.5), 0.5
-    if (
-        lost
-    ):  # fast backward slides on floors where the equations lose their solution at some phases
+    if lost:  # fast backward slides, where the equations lose their solution at some phases
         friction, velocities, share = (2.0, 4.0), (-9.0, -1.0), 1.0
         rates, torque = (-0.3, 0.6), (-0.8, 1.0)
     still = random.uniform(*friction, n)
@@ -205,9 +203,8 @@ class Reference:
         return solve_ivp(slope, (0.0, until), y, method="DOP853", events=events, **settings)
 
     def end(self) -> tuple[float, str]:
-        now, state = 0.0, self.begin
+        now, slips, state = 0.0, 0, self.begin
         y = [float(v) for v in (state.phase, state.crank_rate, 0.0, state.foot_velocity)]
-        slips = 0
         while now < PERIODS * self.period:
             mode = int(np.sign(y[3])) or slips
             if not mode:
@@ -216,6 +213,7 @@ class Reference:
             for kind, margin in zip(ENDS, self.margins(mode, y[0], y[1]), strict=True):
                 if margin <= 0:
                     return now, kind
+            y[3] = y[3] or 1e-12 * mode  # or a short slide would end where it begins
             found = self.leg(mode, y, PERIODS * self.period - now)
             now, y, slips = now + found.t[-1], list(found.y[:, -1]), 0
             hit = [i for i, times in enumerate(found.t_events) if len(times)]
@@ -241,6 +239,8 @@ def by_scipy(kind: str) -> list[tuple[float, str]]:
 @pytest.mark.parametrize(("spec", "parts", "tolerance"), [(EXACT, 1, 1e-6), (RK4Split(), 16, 1e-5)])
 def test_scipy_finds_the_same_end(float64, kind, spec, parts, tolerance):
     """tolerance: of the time, in control periods."""
+    if kind == "no solution" and parts > 1:  # forces grow without bound towards it
+        parts, tolerance = 64, 1e-4
     use, (state, status) = chosen(kind)[:25], ended(kind, spec, parts)
     times, kinds = zip(*by_scipy(kind), strict=True)
     off = np.abs(times - state.time[use]) / np.asarray(drawn(kind).period)[use]
