@@ -17,7 +17,7 @@ from stickslip.agents.training.configuration import settings_given
 from stickslip.cli import OK, WRONG_INPUT, main, make_parser
 from stickslip.envs import TASKS, known_of
 
-LARGEST, WITH_HISTORY = 40_000, 400_000
+LARGEST, WITH_HISTORY = 40_000, 600_000
 """Bytes of a file, and of one whose policy has hundreds of inputs: it sees twelve steps."""
 NEAR = 0.05
 """Of a score: single precision differs from machine to machine."""
