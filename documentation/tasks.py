@@ -24,6 +24,7 @@ MOMENTS = {
     "UGVRough-v1": 0.6,
     "UGVLowGrip-v1": 0.5,
     "UGVPatchyGrip-v1": 0.5,
+    "UGVRoughGrip-v0": 0.5,
 }
 """Time in a biped's episode [s], share of a UGV's drive."""
 
