@@ -264,6 +264,7 @@ def test_at_six_radians_a_second_the_policy_stays_up_where_computed_torque_falls
 
 
 @pytest.mark.parametrize("criterion", ["wheel_energy", "grip"])
+@pytest.mark.long
 def test_the_teacher_of_drives_agrees_with_the_optimiser_on_its_grid(criterion):
     env = UGVEnv(criterion=criterion, autoreset="disabled")
     legs = np.linspace(np.pi / 6, 5 * np.pi / 6, 9)

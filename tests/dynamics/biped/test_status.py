@@ -81,8 +81,7 @@ def test_a_fast_crank_lifts_the_foot_off(float64):
 
 
 def test_a_foot_that_nothing_presses_down_for_a_moment_lifts_off(float64):
-    """The normal force dips below 0 for 1.5 ms before the exchange of support, behind which it is
-    18 N again."""
+    """The normal force dips below 0 for 1.5 ms before the exchange of support; then it is 18 N."""
     scene = Scene.uniform(jnp.asarray(0.097), jnp.asarray(0.0873), outputs="state")
     start = BipedState(phase=jnp.asarray(2.88), crank_rate=jnp.asarray(5.3))
     walked = simulate(default_model(), scene, start, 1.8, 0.2, 0.005)

@@ -71,8 +71,7 @@ def test_derivatives_are_those_of_the_function():
 
 
 def machine_code(program, given, folder: Path) -> list[str]:
-    """Names of the functions that XLA compiles a program to, in as many pieces as it does by
-    default."""
+    """Names of the functions that XLA compiles a program to, in as many pieces as usual."""
     options = {"xla_cpu_parallel_codegen_split_count": 32, "xla_disable_hlo_passes": ""}
     program.lower(*given).compile(compiler_options=options | {"xla_dump_to": str(folder)})
     return [path.name.split("obj-file.")[1] for path in folder.glob("*obj-file*.o")]

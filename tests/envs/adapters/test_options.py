@@ -52,8 +52,7 @@ OPTIONS: list[dict[str, float]] = [{}, {"start": 0.25}, {"start": -0.75}]
 
 
 class Single:
-    """One environment by hand: the functional environment, and the chain of keys that PackedEnvs
-    documents."""
+    """One environment by hand: the functional one, and the chain of keys that PackedEnvs has."""
 
     def __init__(self, seed: int):
         self.env, self.key = Pushed("disabled"), jax.random.key(seed)

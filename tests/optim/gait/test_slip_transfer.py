@@ -47,6 +47,7 @@ def test_a_floor_too_slippery_to_brake_without_slip_is_slid_over_and_the_replay_
     assert walk.arrives
 
 
+@pytest.mark.long
 def test_where_no_torque_can_make_the_foot_slip_the_best_walk_is_that_of_the_convex_program():
     problem = transfer(1, end_rate=5.0, mu=1.0, torque_limit=1.5)
     best, walk = solve(problem), slip_transfer(problem, 0.8, reserve=0.0, cells=24)
@@ -55,6 +56,7 @@ def test_where_no_torque_can_make_the_foot_slip_the_best_walk_is_that_of_the_con
     assert walk.arrives
 
 
+@pytest.mark.long
 def test_a_slip_shortens_a_start_that_keeps_its_steps():
     problem = transfer(1, end_rate=4.0, mu=0.012)
     still, walk = solve(problem), slip_transfer(problem, 0.01, reserve=0.02, cells=24)
