@@ -94,7 +94,7 @@ def measure(task: TaskDefinition) -> dict[str, Any]:
 def scores(entry: dict[str, Any], name: str) -> np.ndarray:
     """Scores [seeds, points] of an entry."""
     known: Any = known_of(TASKS[name])
-    return np.vectorize(known.scale.score)(np.asarray(entry["returns"], float))
+    return known.scale.score(np.asarray(entry["returns"], float))
 
 
 def reached(entry: dict[str, Any], name: str) -> list[int]:

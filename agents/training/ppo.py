@@ -54,7 +54,7 @@ FIRST_MULTIPLIER = 0.1
 """The multiplier at the beginning, when a policy has to learn to move before it learns to be safe:
 where falls are dear from the first step on, it learns to stand."""
 ASCENT = 0.025
-"""Most that the log of the multiplier changes in an update: at a cost of 0, or of two limits."""
+"""Most that the multiplier's log changes in an update: at no cost, or twice the limit and more."""
 
 
 class Sizes(NamedTuple):

@@ -43,7 +43,7 @@ def towards(
 class FollowPath(Memoryless):
     """Play back a path: the legs' angles at every waypoint, the first included.
 
-    angles: [K, 2], rear and front [rad]; a result's `leg_angles`. The last pair stays.
+    angles: [K, 2], rear and front [rad]; a result's `leg_angles`. Past its end the last stays.
     """
 
     angles: ArrayLike

@@ -22,10 +22,8 @@ STEPS = int(sys.argv[1]) if sys.argv[1:] else 102_400_000
 TASK = task_by_name(sys.argv[2] if sys.argv[2:] else "BipedIce-v0")
 POLICY = load_policy(sys.argv[3] if sys.argv[3:] else "biped-ice")
 AHEAD, TAIL, KNOT, NOISE = 30, 20, 5, 0.3
-known = known_of(TASK)
-EPISODES = 32 if known is None else known.episodes
+EPISODES = known_of(TASK).episodes
 SAMPLES = max(2, STEPS // (EPISODES * TASK.max_episode_steps * (AHEAD + TAIL)))
-env, params = TASK.make("disabled")
 
 
 @pytree_dataclass
@@ -75,7 +73,7 @@ class SamplingMPC:
         return rewards.sum(), acts
 
 
-who = {"policy": POLICY, "planned": SamplingMPC(POLICY, env)}
+who = {"policy": POLICY, "planned": SamplingMPC(POLICY, TASK.make("disabled")[0])}
 found = evaluate_task(TASK.name, who)
 for name in who:
     print(f"{name}: return {found.row(TASK.name, name).metrics['return'].value:.4g}")

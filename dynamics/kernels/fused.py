@@ -323,7 +323,8 @@ def compacting_while(
     """`lax.while_loop` of carry = body(args, carry) while going(args, carry), compacted under vmap.
 
     Where most members need one round and a few need many, the members still going are gathered
-    into a batch several times smaller, which runs on alone and is compacted in turn.
+    into a batch several times smaller, which runs on alone and is compacted in turn; results go
+    back in place.
     args: everything else that the functions read, as pytrees of arrays (no closures over traced
     values). Not differentiable in reverse mode, as any while loop of unknown length.
     """

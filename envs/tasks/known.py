@@ -61,7 +61,7 @@ class Scale:
             )
 
     def score(self, earned: Any) -> Any:
-        """(earned - zero) / (one - zero); above 1 where more is earned than was known."""
+        """(earned - zero) / (one - zero), of numbers or arrays; above 1: more than was known."""
         return (earned - self.zero) / (self.one - self.zero)
 
     def earned(self, score: float) -> float:

@@ -24,7 +24,8 @@ from stickslip.envs.tasks.known import known_of
 DIGESTS: dict[str, list[str]] = json.loads(
     (Path(__file__).parent / "digests.json").read_text(encoding="utf-8")
 )
-"""Of every definition that ever was, by name, and of what is built of it."""
+"""Of every definition that ever was, by name, and of what is built of it. A changed one gets the
+next version."""
 
 
 def built(task: TaskDefinition) -> str:
