@@ -245,8 +245,7 @@ def unpack(raw: bytes, largest: int = LARGEST) -> dict[str, Any]:
 
 
 def arrays_and_metadata(raw: bytes, largest: int = LARGEST) -> tuple[dict[str, np.ndarray], Json]:
-    """Arrays of an .npz file's contents, little-endian numbers (NUMBERS) and text, and the value of
-    its JSON text.
+    """Arrays of an .npz file, little-endian numbers (NUMBERS) and text, and its JSON text's value.
 
     RefusedError for anything else, and for more than `largest` bytes packed or unpacked. Each entry
     is read up to the size that the archive declares, into memory that grows as it is written.

@@ -39,7 +39,7 @@ def known_of(runs: list[Run], old: dict[str, Any]) -> tuple[dict[str, Any], np.n
     if best < value:
         return old | {"methods": max(len(close), 1)}, None
     entry = {"value": best, "how": ", ".join(close), "methods": len(close)}
-    usual = {"bound": None, "bound_how": "", "digest": one.digest(), "cost": {}}
+    usual = {"bound": None, "bound_how": "", "digest": one.digest()}
     return usual | old | entry, point
 
 

@@ -5,8 +5,7 @@ the precision that it will be computed in. Text, bytes, booleans, None, objects 
 refused. Every refusal is a ValueError that names the field, shows what was given in at most a line
 and says what is accepted.
 
-JAX and NumPy are imported inside: the command line's help needs names and sizes, and waits for
-neither.
+JAX and NumPy are imported inside: the command line's help needs names and sizes alone.
 """
 
 from __future__ import annotations
@@ -164,9 +163,8 @@ def require_number(
 def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:
     """The value of a field checked by `require_number`, as a pytree leaf.
 
-    Python and NumPy scalars become floats (which take the type of the arrays they meet), lists and
-    tuples NumPy arrays, whose digits do not depend on JAX's switches; arrays and traced values pass
-    unchanged.
+    Python and NumPy scalars become floats (of the type of the arrays they meet), lists and tuples
+    NumPy arrays, whose digits do not depend on JAX's switches; arrays and traced values stay.
     """
     import jax.numpy as jnp
     import numpy as np

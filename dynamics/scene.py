@@ -1,8 +1,7 @@
 """Contents of a scene, which decide what is compiled.
 
-The *kind* of floor, of walk and of outputs is part of the tree structure, hence static under jit;
-the friction coefficients, edges and payload are numbers and may be traced, batched and
-differentiated.
+The *kind* of floor, walk and outputs is tree structure, hence static under jit; the friction
+coefficients, edges and payload are numbers and may be traced, batched and differentiated.
 """
 
 from __future__ import annotations

@@ -80,8 +80,7 @@ def collect(
     there are, while each has 512. Inside a trace, one. With autoreset "disabled" an environment
     whose episode is over is stepped on; use "same_step" or "next_step".
 
-    ValueError for numbers that are none, unknown names in `keep`, and results that memory cannot
-    hold.
+    ValueError for numbers that are none, unknown names in `keep`, and results beyond memory.
     """
     checks.require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
     env.check_params(params)

@@ -150,8 +150,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
 
         action: one number for each of `action_names`, which saturates beyond [-1, 1] as a motor
         does. key: used only if this step resets (the new episode is then `reset(key, params)`).
-        Raises ValueError for an action of the wrong shape and, unless it is traced, for one that is
-        not finite.
+        ValueError for an action of the wrong shape and, unless traced, for one that is not finite.
         """
         self.check_params(params)
         return _jit_step(self, key, state, jnp.asarray(self.check_action(action)), params)

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import require_memory, shown
+from stickslip.dynamics.checks import shown
 from stickslip.dynamics.pytrees import read_only, refuse_after_fork, settle
 from stickslip.optim.problem import Evaluation, Problem, Result, Structure, as_floats
 
@@ -113,21 +113,14 @@ class FunctionProblem(Problem[Result]):
     def at_all(self, X: Any, draws: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The same of a batch, [B, k] and [B, m]; compiled once for each power of two that B
         rounds up to. draws: one for each point, else the problem's own."""
-        if len(X) == 0:
-            k, m = self.sizes
-            return np.zeros((0, k)), np.zeros((0, m))
-        X = self.batch(X)
-        count = len(X)
-        draws = np.full(count, self.draw) if draws is None else np.asarray(draws)
-        size = 1 << (count - 1).bit_length()
-        require_memory(f"X of {count} points", "members of a batch", size, MEMBER * self.n)
-        X, draws = (np.concatenate([a, np.repeat(a[-1:], size - count, 0)]) for a in (X, draws))
-        values, margins = self._call(_at_all, X, draws.astype(np.uint32))
+        draws = np.asarray(np.full(len(X), self.draw) if draws is None else draws, np.uint32)
+        count, given = self.filled(X, draws, each=MEMBER * self.n)
+        values, margins = self._call(_at_all, *given)
         return _sound(values[:count], margins[:count])
 
     def evaluate(self, x: Vector) -> Evaluation:
         values, margins = self.at(x)
-        feasible = self.meets(np.asarray(x, float), margins)
+        feasible = bool(self.meets(np.asarray(x, float), margins))
         missed = float(max(0.0, -np.min(margins, initial=0.0)))
         return Evaluation(float(values[self.goal]), margins, feasible, {"margins": missed})
 

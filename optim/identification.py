@@ -78,14 +78,12 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True)
 class Identified:
-    """What a log tells. parameters: by name, mu_static, mu_kinetic [-] and what was asked for, in
-    the units of Belief.
+    """What a log tells. parameters: mu_static, mu_kinetic [-], others asked for in Belief's units.
 
-    slipped: False where the log shows no slip: then mu_static's value and upper end are infinite,
-    its lower end is what the foot held, and mu_kinetic is NaN. explained: whether the noises
-    explain the angles. noise: of an angle [rad]. disturbance: of the torque, all that the model
-    leaves out [N m]. means [n, 8], innovations and deviations [n] [rad]: the filter's, as in
-    Belief.
+    slipped: False without a slip in the log: then mu_static's value and upper end are infinite, its
+    lower end is what the foot held, and mu_kinetic is NaN. explained: whether the noises explain
+    the angles. noise: of an angle [rad]. disturbance: of the torque, all that the model leaves out
+    [N m]. means [n, 8], innovations and deviations [n] [rad]: the filter's, as in Belief.
     """
 
     parameters: Mapping[str, Interval]
@@ -299,8 +297,7 @@ class _Search:
     def frictions(
         self, best: np.ndarray, reach: np.ndarray, disturbance: float
     ) -> tuple[list[Interval], list[_Tried]]:
-        """Intervals of both frictions and the scans that tell them, the second time about the means
-        of the first."""
+        """Intervals of both frictions and their scans, the second about the first's means."""
         found, scans = [], []
         for _ in range(2):
             scans = [self.scan(best, axis, reach[axis], disturbance) for axis in range(2)]
@@ -359,8 +356,7 @@ def likely(scan: _Tried, axis: int) -> Interval:
 def _bank(loads, integrator, history, robot, log, friction, begun, noise) -> Belief:
     """One filter a friction, over all rows of a log: the last beliefs, or those of every row.
 
-    log: times and the torque's integral up to them; begin, end, torque, duration and next angle of
-    each row.
+    log: times and torque integrated so far; begin, end, torque, duration, next angle of each row.
     """
     impulse, rows = log
     angle, rate, deviations, means, spread = begun

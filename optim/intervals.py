@@ -1,11 +1,10 @@
 """Intervals that hold every value that exact arithmetic could give, and derivatives of it.
 
-Sums, products, quotients and roots are those of IEEE 754, off by half a unit in the last place,
-and are widened by a whole one. NumPy's sine, cosine, exponential and arctangent are taken to be off
-by at most ULPS units in the last place (they claim 4 or fewer), and are widened by that: the one
-assumption. Division by an interval that holds 0, and roots of numbers below 0, give [-inf, inf]; so
-does what has no value, such as the difference of two infinite ends: an end is never NaN unless it
-was given so.
+Sums, products, quotients and roots are those of IEEE 754, off by half a unit in the last place, and
+are widened by a whole one. NumPy's sine, cosine, exponential and arctangent are taken to be off by
+at most ULPS units (they claim 4 or fewer), and are widened by that: the one assumption. Division by
+an interval that holds 0, and roots of numbers below 0, give [-inf, inf]; so does what has no value,
+such as the difference of two infinite ends: an end is NaN only where given so.
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 numbers), and evolution by the package cma (extra "optim").
 
 Evolution sees values only: the objective of whole generations at once, and an exact penalty for
-violated constraints. With a start that is good it polishes; it is no global search in hundreds of
-numbers.
+violated constraints. From a good start it polishes; it is no global search in hundreds of numbers.
 """
 
 from __future__ import annotations

@@ -20,7 +20,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Self, Type
 
 import numpy as np
 
-from stickslip.dynamics.checks import require_choice, require_kind, require_known, require_number
+from stickslip.dynamics.checks import (
+    require_choice,
+    require_kind,
+    require_known,
+    require_memory,
+    require_number,
+)
 from stickslip.dynamics.pytrees import Lists, Number, given_state, read_only, require_one
 from stickslip.optim import GENERAL_METHODS
 
@@ -41,7 +47,7 @@ COUNT = 10**12
 
 def shortfall(margins: Float[np.ndarray, "... m"]) -> Float[np.ndarray, "..."]:
     """Sum of the violated scaled margins of each point; 0 for feasible points."""
-    return np.sum(np.maximum(-margins, 0), axis=-1)
+    return np.maximum(-margins, 0).sum(-1)
 
 
 class OptimStatus(Enum):
@@ -83,9 +89,8 @@ class Result:
     x: the decision vector [n], None where there is none. value: the problem's own objective at x,
     evaluated anew; infinite without x. lower_bound: no feasible point of the problem has a lower
     value; at most `value`; None: nothing is proved. feasible, residuals: of x, by the problem
-    (Problem.residuals). evaluations: how many were made, of what the method says in its own
-    docstring. seconds: all of it, compilation too. message: for a person. details: the method's
-    own findings.
+    (Problem.residuals). evaluations: their number, of what the method's docstring says. seconds:
+    all of it, compilation too. message: for a person. details: the method's own findings.
     """
 
     method: str
@@ -226,13 +231,13 @@ class Problem(ABC, Generic[R]):
     def is_feasible(self, x: Vector, tolerance: float = FEASIBLE) -> bool:
         """True if no scaled constraint and no bound is violated by more than `tolerance`."""
         point = self.point(x)
-        return self.meets(point, self.constraints(point), tolerance)
+        return bool(self.meets(point, self.constraints(point), tolerance))
 
-    def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> bool:
-        """True if a point with these margins violates none of them and no bound by more."""
+    def meets(self, x: np.ndarray, margins: np.ndarray, tolerance: float = FEASIBLE) -> Any:
+        """True if points with these margins violate none of them and no bound by more."""
         low, high = self.bounds
-        within = np.all((x >= low - tolerance) & (x <= high + tolerance))
-        return bool(within and np.all(margins >= -tolerance))
+        within = (x >= low - tolerance) & (x <= high + tolerance)
+        return within.all(-1) & (margins >= -tolerance).all(-1)
 
     def shortcomings(self, x: Vector) -> str:
         """Text of the constraints that a point violates and by how much; empty for none."""
@@ -242,13 +247,21 @@ class Problem(ABC, Generic[R]):
         return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated)
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
-        """A batch of decision vectors, perhaps of none; ValueError for a wrong length or what is no
-        finite number."""
+        """A batch of decision vectors, or of none; ValueError for wrong lengths, and not finite."""
         none = isinstance(X, np.ndarray) and X.size == 0 and X.dtype == float
         array = X if none else as_floats("x", X, f"{self.n} finite numbers")
         if array.ndim != 2 or array.shape[1] != self.n:
             raise ValueError(f"x has shape {array.shape[1:]}; accepted: ({self.n},)")
         return array
+
+    def filled(self, X: Any, *others: np.ndarray, each: float) -> tuple[int, list[np.ndarray]]:
+        """The rows of a batch, and it with other arrays of its points, the last one repeated up to
+        a power of two, so that few sizes are compiled; each: bytes that a point takes."""
+        count = len(X) if np.ndim(X) else 0
+        size = count and 1 << (count - 1).bit_length()
+        require_memory(f"X of {count} points", "members of a batch", size, each)
+        at = np.minimum(np.arange(size), count - 1)
+        return count, [of[at] for of in (self.batch(X), *others)]
 
     def point(self, x: Vector) -> Float[np.ndarray, "n"]:
         """One decision vector, checked alike."""
@@ -352,7 +365,9 @@ class FreeProblem(Problem[Result]):
         """The problem's decision vector, or a batch; ValueError for a wrong length."""
         free = np.asarray(x, dtype=float) if self.n == 0 else as_floats("x", x, "the free numbers")
         free = _of_length(free, self.n)
-        whole = np.broadcast_to(self.problem.bounds[0], (*free.shape[:-1], self.problem.n)).copy()
+        given = self.problem.bounds[0]
+        whole = np.empty((*free.shape[:-1], len(given)))
+        whole[:] = given
         whole[..., self.which] = free
         return whole
 

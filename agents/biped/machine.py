@@ -25,8 +25,7 @@ BIPED_OBSERVATION = 10
 class TrainConfig(Configuration):
     """Training configuration of the biped. The defaults learn to walk the slippery floor with PPO.
 
-    Names, meanings and units of the fields are those of `stickslip train biped --help`, which is
-    made from them.
+    The fields' meanings and units are those of `stickslip train biped --help`, made from them.
     """
 
     timesteps: int = shared("timesteps", 8_000_000, sb3=6_000_000)

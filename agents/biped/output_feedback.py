@@ -83,11 +83,10 @@ class OutputFeedback(Ruled):
     """Walk and stop by an encoder of the crank alone, on a floor and with a load not known.
 
     A bank of extended Kalman filters, one for each of FRICTIONS, estimates the state and the load
-    from the angle read and the torque applied (`dynamics.biped.estimation.observe`); the
-    probabilities of the frictions follow (interacting multiple models: the floor may change). The
-    controller acts on the likeliest filter's state as if it were true (certainty equivalence), and
-    the torque is the nearest one under which a foot on the estimated friction neither slips nor
-    tips (`safe_torque`).
+    from the angle read and the torque applied (`dynamics.biped.estimation.observe`); friction
+    probabilities follow (interacting multiple models: the floor may change). The controller acts on
+    the likeliest filter's state (certainty equivalence), and the torque is the nearest one under
+    which a foot on the estimated friction neither slips nor tips (`safe_torque`).
 
     controller: what is followed. noise: standard deviation of an angle read [rad], which this
     controller adds to the true angle; by default a 12-bit encoder's. disturbance: of the torque,

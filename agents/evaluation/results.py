@@ -162,8 +162,7 @@ def _training(path: Path) -> dict[str, Any]:
 
 
 def read_results(path: Path) -> Method:
-    """The method in a file of results; its policies lie beside it. ValueError naming the file and
-    what is wrong with it."""
+    """The method in a file of results; its policies lie beside it. ValueError naming the file."""
     with untrusted.reading(path, ACCEPTED):
         content = untrusted.parse_json(untrusted.read_text(path), "it")
         content = untrusted.require_head(content, FORMAT, VERSION, "a file of results")

@@ -62,8 +62,7 @@ class Measures(Generic[State_contra, Params_contra, Kept]):
 
     keep: (rollout, parameters) -> a NamedTuple of numbers, traced; evaluations hold it with arrays
     [episodes]. It has `reward` and says which episodes ended outside the model, `fell`. kept: its
-    entries that a sweep writes, with units. cost: the mean cost of an episode, a column of tasks
-    with a cost limit.
+    entries that a sweep writes, with units. cost: an episode's mean, where a task limits it.
     """
 
     keep: Callable[[Rollout[State_contra], Params_contra], Kept]
@@ -244,8 +243,7 @@ def _student(value: float, residuals: np.ndarray) -> Interval:
 class StandardEpisodes(NamedTuple):
     """Kept data of each episode; every entry [episodes].
 
-    reward: sum. duration: control steps times control period [s]. terminated: ended otherwise than
-    by the time limit.
+    reward: sum. duration: steps times control period [s]. terminated: not by the time limit.
     """
 
     reward: Array | np.ndarray

@@ -111,8 +111,7 @@ def cma(objective: Objective, seed: int) -> None:
 
 
 def _starts(objective: Objective, seed: int) -> Iterator[np.ndarray]:
-    """The middle of the bounds first with seed 0, uniformly random points else, until a search
-    evaluates nothing."""
+    """With seed 0 first the bounds' middle, else uniform points, until one evaluates nothing."""
     rng, before = np.random.default_rng([seed, 7]), -1
     start = objective.middle if seed == 0 else objective.from_unit(rng.random(objective.n))
     while objective.record.evaluations > before:

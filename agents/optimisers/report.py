@@ -135,8 +135,7 @@ LABELS = {"evaluations": "evaluations / free numbers", "seconds": "processor tim
 
 
 def gap(instance: Instance, value: float | np.ndarray) -> np.ndarray:
-    """(value - best known) / |best known|: 0 for the best known, negative for what is better; NaN
-    where none is known."""
+    """(value - best known) / |best known|: negative for what is better; NaN where none is known."""
     best = instance.best_known if instance.known else np.nan
     return (np.asarray(value, float) - best) / max(abs(best), LEAST)
 

@@ -56,8 +56,7 @@ def standard_episode(
 
 
 def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
-    """The states of one episode with its start before them, every leaf [n + 1], and the infos,
-    zero at the start."""
+    """States of an episode with its start, leaves [n + 1], and the infos, zero at the start."""
     played = played.trimmed()
     states = jax.tree.map(
         lambda first, rest: np.concatenate([np.asarray(first)[None], rest]),

@@ -260,8 +260,7 @@ class Plan:
         return len(self.cases) * -(-self.of_case // self.cell)
 
     def at(self, number: int) -> tuple[Case, int, int]:
-        """A cell by its number, case by case: episodes first to last - 1 of a case, point by point,
-        seed by seed."""
+        """A cell by its number: episodes first to last - 1 of a case by point and seed."""
         case, place = divmod(number, -(-self.of_case // self.cell))
         first = place * self.cell
         return self.cases[case], first, min(first + self.cell, self.of_case)

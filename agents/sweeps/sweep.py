@@ -64,15 +64,13 @@ def sweep(
     every point. No result depends on cores, devices, workers or their order.
 
     out: a directory of its own, which `read_sweep` reads. cell: episodes of a file and of one call
-    of the vmapped program (default: what suits memory). executor: one of concurrent.futures' kind
-    that computes the cells, in other processes or on other machines (default: a thread for each
-    core or device).
+    of the vmapped program (default: what suits memory). executor: of concurrent.futures' kind, in
+    other processes or on other machines (default: a thread for each core or device).
 
     resume: continue the sweep in `out`. progress: show a bar. stop: polled; StoppedError where it
     returns True, and the sweep can be resumed.
 
-    ValueError for unknown axes, values out of a task's range, policies that do not fit, a directory
-    of something else.
+    ValueError for unknown axes, values out of range, policies that do not fit, other directories.
     """
     grid = axes_of(axes)
     machine, cases = cases_on(task, policies, grid)

@@ -205,8 +205,7 @@ def digest_of(text: str) -> str:
 
 
 def shared(name: str, default: T, sb3: T | None = None) -> T:
-    """The field of Configuration of that name, with a machine's own default; sb3: with the trainer
-    of that name."""
+    """Configuration's field of that name, with a machine's own default; sb3: with that trainer."""
     known = Configuration.__dataclass_fields__[name].metadata
     return field(default=default, metadata={**known, "sb3": sb3})
 
@@ -262,8 +261,8 @@ def changes(config: Configuration) -> dict[str, object]:
 
 
 def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
-    """Fields by name as parsed arguments give them: those of --config FILE, and before them those
-    of the command line."""
+    """Fields by name as parsed arguments give them: of --config FILE, and before them of the
+    command line."""
     found: dict[str, Any] = {}
     if given.get("config") is not None:
         found |= read_settings(given["config"], kind)

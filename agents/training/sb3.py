@@ -41,8 +41,7 @@ def _by_parameter(tensors: dict[str, torch.Tensor]) -> dict[int, dict[str, torch
 class Reporter(BaseCallback):
     """Sets the schedules before each rollout, and reports after updates.
 
-    An unfinished rollout is given up where the trainer is stopped, so `num_timesteps` is that of
-    the last update.
+    A stop gives an unfinished rollout up, so `num_timesteps` is that of the last update.
     """
 
     def __init__(self, trainer: SB3Trainer):

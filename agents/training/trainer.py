@@ -78,8 +78,7 @@ class Trainer(ABC):
         """Make what learns, from nothing."""
 
     def begin_stretch(self) -> None:  # noqa: B027, nothing where the state holds all of them
-        """Restart all random generators and episodes that the state does not hold from the seed and
-        the steps so far."""
+        """Restart what the state does not hold, generators and episodes, from seed and steps."""
 
     @abstractmethod
     def advance(self, goal: int) -> None:

@@ -40,11 +40,9 @@ LEGS = 30, 150
 
 @dataclass(frozen=True)
 class UGVTrainConfig(Configuration):
-    """Training configuration of the UGV. The defaults take a minute on two cores, most
-    of it to compile.
+    """Training configuration of the UGV. Defaults take a minute on two cores, mostly to compile.
 
-    Names, meanings and units of the fields are those of `stickslip train ugv --help`, which is made
-    from them.
+    The fields' meanings and units are those of `stickslip train ugv --help`, made from them.
     """
 
     timesteps: int = shared("timesteps", 600_000)

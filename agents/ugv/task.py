@@ -61,8 +61,7 @@ UNITS = {
 
 
 def ground_by_name(name: str) -> Track | str:
-    """The ground in the file of that name, or the name as `make_params` takes it. ValueError
-    listing the names."""
+    """The ground in that file, or the name for `make_params`. ValueError listing the names."""
     require_ground(name)
     if name in TRACK_NAMES:
         return name

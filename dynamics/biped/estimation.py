@@ -64,8 +64,7 @@ class Belief(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard deviations of one angle [rad], and of the torque of one step, all that the model
-    leaves out [N m]."""
+    """Standard deviations of an angle [rad], and of a step's torque left out [N m]."""
 
     angle: Number
     torque: Number

@@ -118,13 +118,12 @@ class BipedParams:
         """Uniform bars of one density, a hip and two feet; the defaults are the reference robot.
 
         crank_length [m], bar_density [kg/m], masses [kg], foot_inertia [kg m^2], gravity [m/s^2];
-        every other length (also offset, heel, toe, hip_centre, hip_span) in crank lengths. Bars
-        have their centre in the middle and I = m L^2 / 12, the hip I = m hip_span^2 / 12; the
-        double crank is 2 crank lengths long; the foot's centre is the ankle. The chapter prints
-        the lengths but no masses: bar_density and hip_mass are calibrated on its start torque
-        (0.84 N m) and least friction (0.08 at 3 rad/s). dtype: of all numbers, by default JAX's
-        own; a robot made in float32 keeps its 7 digits also in a float64 walk. Raises ValueError as
-        `validate` does.
+        every other length (offset, heel, toe, hip_centre, hip_span) in crank lengths. Bars have
+        their centre in the middle and I = m L^2 / 12, the hip I = m hip_span^2 / 12; the double
+        crank is 2 crank lengths long; the foot's centre is the ankle. The chapter prints the
+        lengths but no masses: bar_density and hip_mass are calibrated on its start torque (0.84 N
+        m) and least friction (0.08 at 3 rad/s). dtype: of all numbers, by default JAX's own; a
+        robot made in float32 keeps its 7 digits in a float64 walk. ValueError: see `validate`.
         """
         numbers = dict(locals())  # all arguments by name
         for name in NO_NUMBERS:
@@ -176,8 +175,7 @@ class BipedParams:
 
         changes: of `stickslip.dynamics.biped.robot_file.ROBOT`, as {"robot.crank_length": 0.04,
         "robot.mass.hip": 2.0}; they may be traced. Arguments of `from_bars` change the lengths and
-        the links that are uniform bars; other links keep their numbers. ValueError for an unknown
-        name.
+        the links that are uniform bars; others keep their numbers. ValueError for an unknown name.
         """
         from stickslip.dynamics.biped.robot_file import changed_robot
 

@@ -120,10 +120,9 @@ def recommend(
     tolerance: of the crank angle, for each simulated second [rad/s], and of the foot's slide as far
     as such a turn walks. scene: a Scene, judged by its floor (Grip: smooth, Uniform: stick-slip,
     Patches: ice), or such a name, or a scene's. batch: environments stepped together; the nearest
-    measured number stands for it. params: the robot, or a batch, of which the quickest counts; the
-    default one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and
-    random robots were walked, too. Raises ValueError with the best reachable error if nothing meets
-    the tolerance.
+    measured one counts. params: the robot, or a batch, of which the quickest counts; the default
+    one if None. Steps, errors and costs scale with its own time sqrt(crank / gravity), and random
+    robots were walked, too. ValueError with the best reachable error if none meets it.
     """
     accepted = "a finite error > 0 for each simulated second"
     checks.require_number("tolerance", tolerance, low=0.0, strict=True, accepted=accepted)

@@ -38,8 +38,7 @@ class Reduced:
 class Table:
     """Piecewise polynomials: number of pieces and degree.
 
-    With 32 pieces of degree 7 the default robot's values are good to 2e-10 and slopes to 2e-8, in
-    SI units and float64.
+    In float64 32 pieces of degree 7 hold the default robot's values to 2e-10, slopes to 2e-8 (SI).
     """
 
     pieces: int = 32
@@ -230,8 +229,7 @@ class Setting:
     """Fidelity, integrator, step size and precision of a computation.
 
     fidelity, integrator: names or instances, kept as instances. dt: length of a step [s]; for
-    EventExact, which chooses its own steps, the time between its outputs. dtype: of the robot, the
-    scene and the state.
+    EventExact the time between outputs. dtype: of the robot, the scene and the state.
     """
 
     fidelity: Fidelity = "table"

@@ -50,12 +50,11 @@ def step(
 
     Equations of MODEL 1.4 (eqs. 26-37); switching instants and exchanges of support are located
     inside the step and the step is split there (see RK4Split). Ends (lift-off, topple, no solution)
-    are located likewise: the state is that of the end's instant, and its time says when that was.
-    scene: a Scene, or a name (see Scene.named). Scalars: batch with vmap. Pass a model from
-    `prepare` when stepping often: from bare parameters it is built again at every call. Works in
-    the widest floating type among the arguments. A torque or a state that is not finite gives the
-    status NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before
-    tracing.
+    are located likewise: the state is that of the end's instant, and its time says when. scene: a
+    Scene, or a name (see Scene.named). Scalars: batch with vmap. Pass a model from `prepare` when
+    stepping often: from bare parameters it is built again at every call. Works in the widest
+    floating type among the arguments. A torque or a state that is not finite gives the status
+    NON_FINITE, traced or not. Raises ValueError for dt <= 0 and unknown choices, before tracing.
     """
     checks.require_number("dt", dt, low=0.0, strict=True, accepted=TIME_STEP)
     pytrees.require_numeric(torque=torque, dt=dt)

@@ -137,9 +137,8 @@ class Events:
 class Trajectory:
     """A walk in n steps: states [n + 1] with the initial one, torques and contacts [n].
 
-    After a terminal status the last state and contact stand to the end, with nothing more done in
-    the steps: work, positive_work, slide_distance and switches 0 and no events, so that sums are
-    those of the walk.
+    After a terminal status the last state and contact stand, and nothing more is done: work,
+    positive_work, slide_distance and switches 0 and no events, so that sums are those of the walk.
     """
 
     states: BipedState

@@ -153,8 +153,7 @@ class _Kernel:
         in_blocks: bool = False,
     ):
         """body: for `width` members together; in_kernels: for all members, as a processor runs it,
-        in_blocks: one block after the other; at_once: for all members, as vmap makes it; less: see
-        `less`.
+        in_blocks: one block after the other; at_once: for all, as vmap makes it; less: see `less`.
         """
         self.body, self.width, self.in_blocks = body, width, in_blocks
         self.in_kernels, self.at_once = jax.jit(in_kernels), jax.jit(at_once)
@@ -271,8 +270,7 @@ def _in_blocks(
 ) -> list[Array]:
     """A batch of `size`, block by block; the last is filled up with copies of the last member.
 
-    Cut before the kernel and joined after it: on whole arrays XLA uses several threads, which a
-    kernel cannot.
+    Cut before and joined after the kernel: on whole arrays XLA uses several threads, a kernel one.
     """
     count = -(-size // block)
     parts = [
@@ -347,8 +345,7 @@ def compacting_while(
 def where_needed(
     needed: Flag, function: Callable[..., Carry], args: tuple[object, ...], otherwise: Carry
 ) -> Carry:
-    """function(*args) where `needed`, else `otherwise`; in a batch in which no member needs it,
-    nothing is computed.
+    """function(*args) where `needed`, else `otherwise`; nothing is computed that none needs.
 
     args: everything that the function reads, as a tuple of pytrees of arrays. Derivatives are those
     of the choice between both.

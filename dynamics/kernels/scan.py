@@ -36,9 +36,8 @@ def fused_scan(
     """Scan step(*fixed, shared, carry, None) -> (carry, row) in one kernel: the last carry
     and the rows, every leaf [length, ...].
 
-    step, fixed: hashable, the same from call to call, or all is compiled again. shared: a pytree of
-    arrays. For one member: batch with vmap. Where a step cannot be in a kernel (see `fused`), this
-    is a scan.
+    step, fixed: hashable, the same at each call, or all compiles again. shared: a pytree of arrays.
+    For one member: batch with vmap. Where no kernel holds a step (see `fused`), this is a scan.
     """
     if length == 0:
         return jax.lax.scan(partial(step, *fixed, shared), carry, length=0)

@@ -97,10 +97,9 @@ class UGVParams:
     ) -> UGVParams:
         """The vehicle of a TOML file: its table `vehicle` has the fields, all optional.
 
-        Numbers are in SI units, or texts with their units, as "830 mm" or "30 deg". The table
-        `motor` is for the commands. path: None for the default vehicle. changes: single numbers by
-        dotted names, as {"vehicle.leg_mass": 25}. ValueError naming the file, the entry and what is
-        accepted.
+        Numbers are in SI units, or texts with units, as "830 mm" or "30 deg". The table `motor` is
+        for the commands. path: None for the default vehicle. changes: single numbers by dotted
+        names, as {"vehicle.leg_mass": 25}. ValueError naming file, entry and what is accepted.
         """
         return cls.with_motor(path, changes).params
 

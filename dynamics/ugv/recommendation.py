@@ -22,9 +22,8 @@ from stickslip.dynamics.ugv.track import Track
 from stickslip.dynamics.ugv.wheel import PoseSolver
 
 MEASURED = measured_beside(__file__)
-"""Measurements that `python -m benchmarks.ugv --update` wrote: settings without a wrong
-status in their sample, not beaten by one of the same precision and checks in cost and in both
-promised errors.
+"""Measurements of `python -m benchmarks.ugv --update`: settings without a wrong status in their
+sample, not beaten by one of like precision and checks in cost and both promised errors.
 
 settings: solver, dtype. promises: ground, place, index of the setting, poses in the sample; errors
 of the torque over weight times radius [-] and of the rear contact in radii, each typical, promised

@@ -199,8 +199,7 @@ def solved(
     levers: tuple[Any, Any],
     G: Any,
 ) -> tuple[Any, Any, Any]:
-    """F_front, N_front and N_rear by the equations of `ground_forces`, for any numbers that know
-    +, -, * and /.
+    """F_front, N_front and N_rear by `ground_forces`' equations, for anything with +, -, * and /.
 
     weight: along the ground at the rear contact, and across it [N]. turn: cos D and sin D. levers:
     d x t_f and d x n_f [m].

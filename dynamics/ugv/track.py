@@ -107,9 +107,8 @@ class Track:
     ) -> Track:
         """y = function(x): one number to one number, in jax.numpy, twice differentiable.
 
-        The function is kept as it is, static and hashable; slope and second derivative come from
-        differentiating it. Five points from start to end are tried: ValueError where it fails
-        or is not finite.
+        The function is kept, static and hashable; its derivatives are JAX's. Five points from start
+        to end are tried: ValueError where it fails or is not finite.
         """
         track = _placed(shapes.Function(function), start, end)
         if is_concrete(start, end):

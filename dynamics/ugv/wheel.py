@@ -275,9 +275,8 @@ def locate(
     """The rear contact [m], by how much the wheelbase is missed there [m] and its slope in x [-].
 
     In the frame of the track's base. The distance between the centres is at least the wheelbase R
-    at x = s_f - R - r and 0 at the front contact, so a crossing lies between. Derivatives: the last
-    Newton step is differentiated, with the point before it held fixed, which is the implicit
-    function theorem.
+    at x = s_f - R - r and 0 at the front contact, so a crossing lies between. Derivatives are those
+    of the last Newton step from a fixed point: the implicit function theorem.
     """
     chord = Chord(track, radius, front.centre, wheelbase)
     low = front.centre[..., 0] - wheelbase - radius

@@ -59,9 +59,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     | --- | --- | --- | --- |
     | 0 | torque | [-1, 1] | motor torque on the crank, times `torque_limit` (4 N m) |
 
-    Actions beyond the range saturate. info["torque"] is the applied torque [N m]. With
-    `max_power` the motor gives less where |torque x crank rate| would be more; info has the torque
-    at the step's end.
+    Actions beyond the range saturate. info["torque"] is the applied torque [N m]. `max_power` caps
+    |torque x crank rate|; info has the torque at the step's end.
 
     ## Observation
     | entry | unit | range | when |
@@ -179,8 +178,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     def make_params(self, **changes: Any) -> BipedEnvParams:
         """Parameters with some entries changed: robot, scene (a Scene, or a name of
         stickslip.dynamics.names.SCENES), randomisation, dtype or any number of BipedEnvParams.
-        Raises ValueError naming the field or the unknown name. The dtype is the setting's unless
-        given."""
+        ValueError naming the field or name. The dtype is the setting's unless given."""
         require_known(changes, self.parameter_names(), "parameter of BipedEnv")
         if self.setting is None:
             return make_params(self.fidelity, **changes)

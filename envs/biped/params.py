@@ -134,8 +134,7 @@ class BipedEnvParams:
     def replace(self, **changes: Any) -> BipedEnvParams:
         """A copy with some fields changed, validated; ValueError for an unknown name.
 
-        robot: a BipedModel, or a BipedParams, which is prepared with the fidelity and in the type
-        of the robot before.
+        robot: a BipedModel, or a BipedParams, prepared with fidelity and type of the robot before.
         """
         checks.require_known(changes, [one.name for one in fields(self) if one.init])
         robot = changes.get("robot")
@@ -269,8 +268,7 @@ def episode_params(params: BipedEnvParams, options: Mapping[str, Any]) -> BipedE
 
 
 def scene_from_plain(scene: Any) -> Any:
-    """A scene: a name, or {"uniform": {...}} or {"patches": {...}} with the constructor's
-    arguments."""
+    """A scene: a name, or {"uniform": {...}} or {"patches": {...}} with arguments."""
     if not isinstance(scene, dict):
         return scene
     ((kind, numbers),) = scene.items()

@@ -76,8 +76,7 @@ class Mechanism:
     def placed(
         self, phases: np.ndarray, place: np.ndarray, leg: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Pins in the world [n, p, 2] m in the order of NAMES, and x, y and angle of both feet and
-        of the hip [n, 3, 3].
+        """Pins in the world [n, p, 2] m as in NAMES, and x, y, angle of feet and hip [n, 3, 3].
 
         phases: crank angles of the supporting leg [n, rad]; place: of its ankle [n, m]; leg: which
         it is [n]. Kinematics put the supporting leg first; here a leg keeps its place, so that what

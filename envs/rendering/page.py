@@ -61,8 +61,7 @@ class Event:
 class Episode(Picture):
     """An episode of one player, sample by sample. period: between samples [s]. name: of the player.
 
-    facts: titles and values of the whole. axis: of plots, title with unit and values [n]; None:
-    time.
+    facts: titles and values. axis: of plots, title with unit and values [n]; None: time.
     """
 
     name: str

@@ -179,8 +179,7 @@ class Known:
 
 
 def known_of(task: TaskDefinition) -> Known | None:
-    """Measurements of a task; None where nothing was measured. ValueError where another definition
-    of that name was."""
+    """Measurements of a task, or None. ValueError for those of another definition."""
     content = read_known().get(task.name)
     if content is None:
         return None

@@ -91,10 +91,9 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
     | height of the ground ahead over the front contact, one a point | r | +- 5, clipped | always |
     | friction coefficient there, one a point | - | [0, 10] | `see_friction` |
 
-    The `preview` (8) points lie at equal distances along x ahead of the front contact, the last
-    one `preview_length` (2 m) ahead. With `preview_noise` [m] each height has an independent normal
-    error of this standard deviation in every step. "max": criteria that are a worst value over the
-    stations.
+    The `preview` (8) points lie evenly along x ahead of the front contact, the last one
+    `preview_length` (2 m) ahead. With `preview_noise` [m] heights have independent normal errors of
+    this deviation in every step. "max": criteria that are a worst value over the stations.
 
     ## Reward
     Minus the increase of the criterion (`stickslip.optim.CRITERIA`) in this step, in its own unit.
@@ -186,8 +185,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
     def make_params(self, **changes: Any) -> UGVEnvParams:
         """Parameters with some entries changed: vehicle, track (a Track, or a name of
         stickslip.dynamics.ugv.TRACKS or stickslip.dynamics.names.RANDOM_TRACKS), randomisation,
-        dtype or any number of UGVEnvParams. Raises ValueError naming the field or the unknown
-        name."""
+        dtype or any number of UGVEnvParams. ValueError naming the field or name."""
         require_known(changes, self.parameter_names(), "parameter of UGVEnv")
         return make_params(self.measure, **changes)
 

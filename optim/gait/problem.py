@@ -13,7 +13,7 @@ from stickslip.dynamics.biped import BipedParams
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.pytrees import Lists, Number, read_only, settle
 from stickslip.optim.gait import METHODS
-from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program
+from stickslip.optim.gait.convex.grid_problem import UNITS, GridProblem, Program, finite_margins
 from stickslip.optim.gait.gait import Gait, GaitResult, Goal, goal_of
 from stickslip.optim.gait.profile import ROBOT, Grid, Profiles, mark_of, robot_of
 from stickslip.optim.problem import (
@@ -31,11 +31,13 @@ if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Float
 
-    from stickslip.optim.problem import Vector
+    from stickslip.optim.problem import Batch, Vector
 
 ACCEPTED = "None, a number >= 0, or one for each step"
 NODE = 20_000
 """Bytes that a node takes while a program is built and solved, about."""
+MEMBER = 500
+"""Bytes that each number of a gait takes in a batch, about."""
 LEAST_CELLS, MOST_STEPS, LEAST_END = 8, 1000, 0.01
 CAP = 20.0
 """Crank rates up to this many times the lift-off rate are searched, where no limit is given."""
@@ -187,15 +189,15 @@ class GaitProblem(Problem[GaitResult]):
     def n(self) -> int:
         return 1 + self.steps_taken * (self.cells + 1)
 
-    @property
-    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+    @cached_property
+    def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]
         """Bounds of b at the beginning, and of the accelerations by the greatest torque."""
         at, nodes = self.on_grid, self.on_grid.profiles.nodes
         b = at.cap**2
         needed = at.torque + np.abs(nodes.fall) + np.abs(nodes.dM) / 2 * b
         most = np.ravel(needed / nodes.M)
         low, high = at.first
-        return np.concatenate([[low], -most]), np.concatenate([[high], most])
+        return read_only(np.concatenate([[low], -most])), read_only(np.concatenate([[high], most]))
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
         """See Problem. ValueError for what is no convex program: "friction", and NOT_CONVEX."""
@@ -222,20 +224,29 @@ class GaitProblem(Problem[GaitResult]):
         """Value and constraints at the grid's nodes."""
         return self.evaluate_gait(self.gait(x))
 
+    def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
+        value, margins = self.on_grid.of_point["both"](self.point(x))
+        return float(value), margins
+
+    def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+        """See Problem; compiled once for each power of two that B rounds up to."""
+        count, (rows,) = self.filled(X, each=MEMBER * self.n)
+        values, margins = self.on_grid.of_point["all"](rows)
+        return values[:count], margins[:count]
+
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         """See Problem; a subgradient where the torque changes its sign or friction its worst
         node, 0 where the crank stands still."""
-        return _finite(self.on_grid.slopes[0](self.point(x)))
+        return _finite(self.on_grid.of_point["gradient"](self.point(x)))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        return _finite(self.on_grid.slopes[1](self.point(x)))
+        return _finite(self.on_grid.of_point["jacobian"](self.point(x)))
 
     def evaluate_gait(self, gait: Gait) -> Evaluation:
         """Value and constraints of a gait on the problem's grid."""
         at, spent = self.on_grid, gait.spent_on_grid
         value = gait.friction_at_nodes if self.goal.is_friction else self.goal.of(spent)
-        margins = at.margins(gait.a, gait.b, np.asarray(spent["time"]))
-        margins = np.nan_to_num(margins, nan=-1.0, posinf=1e9, neginf=-1.0)
+        margins = finite_margins(at.margins(gait.a, gait.b, np.asarray(spent["time"])))
         excess = np.max(at.rows.excess(gait.a, gait.b), axis=(1, 2))
         residuals: dict[str, float] = {}
         for name, worst in zip(at.rows.names, excess, strict=True):

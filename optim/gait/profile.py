@@ -157,8 +157,7 @@ class Robot:
 class Profile:
     """M, P, Y, L, their slopes and X of MODEL 1.4 at crank angles theta [...], in float64.
 
-    With b = crank rate^2, a = crank acceleration = b'/2 and the foot at rest, torque and forces are
-    affine in a and b.
+    With the foot at rest torque and forces are affine in b = crank rate^2 and a = b'/2.
     """
 
     robot: Robot

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Array, Float, PyTree
 
-    from stickslip.optim.problem import Vector
+    from stickslip.optim.problem import Batch, Vector
 
 FINE = biped.RK4Split(substeps=2, max_events=6)
 """Of the scene "firm", on which a walk in usual steps topples a little later."""
@@ -134,6 +134,12 @@ class Interpolated(Problem[Result]):
 
     def evaluate(self, x: Vector) -> Evaluation:
         return self.fine.evaluate(self.matrix @ self.point(x))
+
+    def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
+        return self.fine.value_and_margins(self.matrix @ self.point(x))
+
+    def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+        return self.fine.evaluate_all(self.batch(X) @ self.matrix.T)
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
         return self.fine.gradient(self.matrix @ self.point(x)) @ self.matrix

@@ -34,9 +34,8 @@ SIGMA = 0.2
 
 
 def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> dict[str, External]:
-    """Arguments of scipy.optimize.minimize (SLSQP, trust-constr, COBYQA, ...), with exact slopes
-    where the instance has them; cyipopt.minimize_ipopt takes them, too. x0: the middle of the
-    bounds unless given.
+    """Arguments of scipy.optimize.minimize (SLSQP, trust-constr, COBYQA, ...), with exact slopes if
+    there are any; cyipopt.minimize_ipopt takes them, too. x0: by default the bounds' middle.
 
     SciPy warns where a method leaves slopes or constraints aside (L-BFGS-B and Nelder-Mead take no
     constraints: they may end at a point that is not feasible, which the record does not keep)."""
@@ -55,8 +54,7 @@ def as_scipy(objective: Objective, x0: Float[np.ndarray, "n"] | None = None) -> 
 def as_scipy_global(objective: Objective) -> dict[str, External]:
     """Arguments of scipy.optimize.differential_evolution, dual_annealing, shgo and direct.
 
-    differential_evolution may be given vectorized=True, updating="deferred": a generation is then
-    one batch."""
+    With vectorized=True, updating="deferred" a generation is one batch."""
     _require_one_goal(objective)
     bounds = list(zip(*objective.bounds, strict=True))
     return {"func": partial(_penalised, objective, np.transpose), "bounds": bounds}

@@ -70,14 +70,13 @@ class Known:
     """Known solution of an instance. value: of the best feasible point, whose free numbers are x;
     NaN with several goals. how: what found it; methods: how many came within AGREED of it. bound:
     what no feasible point is below, and why; None. digest: of the instance that this is about.
-    front: with several goals, unbeaten values [points, k]. cost: microseconds, by kind of call."""
+    front: with several goals, unbeaten values [points, k]."""
 
     value: float
     how: str
     bound: float | None
     bound_how: str
     digest: str
-    cost: dict[str, float]
     methods: int = 1
     x: np.ndarray | None = None
     front: np.ndarray | None = None
@@ -181,9 +180,8 @@ def suite(*families: str) -> dict[str, Instance]:
 def instance(name: str, seed: int | None = None) -> Instance:
     """The instance with an id. ValueError, with the nearest ids, for an unknown one.
 
-    seed: an instance of the same function: machine, ground, limits and box are drawn near the usual
-    ones (`seeded.drawn`). Its id ends in "-s" and the seed. Where `known` is None, it may have no
-    feasible point.
+    seed: of the same function: machine, ground, limits and box are drawn near the usual (`seeded`).
+    Its id ends in "-s" and the seed. Without `known` it may have no feasible point.
     """
     require_kind("id", name, str, "an id of `suite()`")
     if seed is None and (drawn := SEEDED.fullmatch(name)):
@@ -216,8 +214,7 @@ def _all() -> dict[str, Instance]:
 
 
 def _built(build: list[dict[str, Any]], seed: int | None = None) -> tuple[AnyProblem, ...]:
-    """build: of each goal's problem the function that makes it, as module.function of this folder,
-    and its arguments."""
+    """build: each goal's problem, as module.function of this folder, and its arguments."""
     given = (one | {"seed": seed} for one in build)
     return tuple(resolve_name(f"stickslip.optim.instances.{o.pop('make')}")(**o) for o in given)
 

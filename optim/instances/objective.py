@@ -48,9 +48,8 @@ class Record:
     values, gradients: how often these were asked for; repeated: values that were asked for again at
     the point evaluated last, and not computed again. batches: calls for many. clipped, not_numbers:
     points that lay out of bounds and were moved in, and points that were no numbers. improvements:
-    of feasible points, for one goal alone.
-    least_violation: of the points seen. front: with several goals, unbeaten points and their
-    values.
+    of feasible points, for one goal alone. least_violation: of the points seen. front: with several
+    goals, unbeaten points and their values.
     """
 
     values: int = 0
@@ -83,14 +82,14 @@ class Record:
         luckiest draw, as a rule far below what `Instance.value(best_x)` says, the mean of 256."""
         return self.improvements[-1].value if self.improvements else np.inf
 
-    def count(self, name: str) -> None:
-        """Add one to a counter."""
+    def count(self, name: str, by: int = 1) -> None:
+        """Add to a counter."""
         if os.getpid() != self.process:
             raise RuntimeError(
                 "an objective of another process, whose record would miss this evaluation; "
                 "accepted: batches (`batch`, `penalised_batch`), or an objective of each process"
             )
-        setattr(self, name, getattr(self, name) + 1)
+        setattr(self, name, getattr(self, name) + by)
 
     def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
         """Keep the point that was counted last, if it is better."""
@@ -104,6 +103,19 @@ class Record:
         elif values[0] < self.best:
             self.improvements.append(Improvement(self.evaluations, self.seconds, float(values[0])))
             self.best_x = read_only(x)
+
+    def note_batch(self, X: Any, values: Any, violations: Any, feasible: Any) -> None:
+        """Keep what is better of a batch that was counted last."""
+        counted = self.values
+        self.least_violation = min(self.least_violation, np.min(violations, initial=np.inf))
+        better = feasible & np.isfinite(values).all(-1)
+        if values.shape[1] == 1:
+            least = np.minimum.accumulate(np.where(better, values[:, 0], np.inf))
+            better &= values[:, 0] < np.minimum(self.best, np.append(np.inf, least[:-1]))
+        for i in np.flatnonzero(better):
+            self.values = counted - len(X) + int(i) + 1
+            self.note(X[i], values[i], float(violations[i]), True)
+        self.values = counted
 
 
 class _Last(NamedTuple):
@@ -212,25 +224,23 @@ class Objective:
 
     def batch_with_constraints(self, X: Float[np.ndarray, "B n"]) -> tuple[Any, np.ndarray]:
         """Values of a batch, [B] or [B, k], and its constraints [B, m]."""
-        inside = [self._inside(x) for x in np.atleast_2d(_numbers(X))]
-        left = self._left(len(inside))
-        points = np.array([x for x, _ in inside[:left]]).reshape(-1, self.n)
-        sound = np.flatnonzero([ok for _, ok in inside[:left]])
+        points, sound = self._inside(np.atleast_2d(_numbers(X)))
+        left = self._left(asked := len(points))
+        points, sound = points[:left], np.flatnonzero(sound[:left])
         values, margins = np.full((left, self.k), np.inf), np.full((left, self.m), -np.inf)
         self.record.count("batches")
         if len(sound):
             values[sound], margins[sound] = self._all(points[sound], sound)
-        for i, x in enumerate(points):
-            self.record.count("values")
-            if i in sound:
-                self._note(x, values[i], margins[i])
-        if left < len(inside):
+        self.record.count("values", left)
+        feasible = self.free[0].meets(points, margins)
+        self.record.note_batch(points, values, shortfall(margins), feasible)
+        if left < asked:
             raise self._spent()
         return (values[:, 0] if self.k == 1 else values), margins
 
     def gradient(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """The first goal's slope; NotImplementedError where the instance has none."""
-        x, sound = self._inside(x)
+        x, sound = self._point(x)
         draw, seen = self._draw(), self._seen_at(x)
         self._left(1)
         self.record.count("gradients")
@@ -248,7 +258,7 @@ class Objective:
 
     def jacobian(self, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "m n"]:
         """Slopes of `constraints`; not counted."""
-        x, sound = self._inside(x)
+        x, sound = self._point(x)
         return self.free[0].jacobian(x) if sound else np.zeros((self.m, self.n))
 
     def violation(self, x: Float[np.ndarray, "n"]) -> float:
@@ -272,27 +282,32 @@ class Objective:
             optimiser(self)
         return self.record
 
-    def _inside(self, x: object) -> tuple[np.ndarray, bool]:
-        x = _numbers(x).reshape(-1)
-        if x.shape != (self.n,):
-            raise ValueError(f"x has shape {x.shape}; accepted: ({self.n},)")
-        if not np.all(np.isfinite(x)):
-            self.record.count("not_numbers")
-            return x, False
-        low, high = self.bounds
-        if np.any((x < low) | (x > high)):
-            self.record.count("clipped")
-        return np.clip(x, low, high), True
+    def _point(self, x: object) -> tuple[np.ndarray, np.ndarray]:
+        """One point, inside, and if it is numbers."""
+        return self._inside(_numbers(x).reshape(-1))
+
+    def _inside(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points [..., n] moved into the bounds, a copy, and a mask of those that are numbers."""
+        if x.shape[-1] != self.n:
+            raise ValueError(f"x has shape {x.shape[-1:]}; accepted: ({self.n},)")
+        moved = np.minimum(np.maximum(x, self.bounds[0]), self.bounds[1])
+        same = moved == x
+        if same.all():
+            return moved, np.ones(x.shape[:-1], bool)
+        sound = np.asarray(np.isfinite(x).all(-1))
+        self.record.count("not_numbers", int(np.sum(~sound)))
+        self.record.count("clipped", int(np.sum(sound & ~same.all(-1))))
+        return moved, sound
 
     def _seen_at(self, x: np.ndarray) -> _Last | None:
         """Evaluation of the last point, if that is this one."""
         seen = self.__dict__.get("_seen")
-        return seen if seen is not None and np.array_equal(seen.x, x) else None
+        return seen if seen is not None and (seen.x == x).all() else None
 
     def _look(self, x: object, asked: bool = False) -> _Last:
         """Evaluation of a point, or that of the last, but for a value of a noisy instance; infinite
         where x is none. asked: for its value."""
-        x, sound = self._inside(x)
+        x, sound = self._point(x)
         seen = None if asked and self.noisy else self._seen_at(x)
         if seen is not None:
             if asked and seen.asked:
@@ -309,9 +324,9 @@ class Objective:
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])
-        seen = _Last(np.array(x), values, margins, draw, asked)
+        seen = _Last(x, values, margins, draw, asked)
         object.__setattr__(self, "_seen", seen)
-        self._note(x, values, margins)
+        self.record.note(x, values, float(shortfall(margins)), self.free[0].meets(x, margins))
         return seen
 
     def _all(self, X: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -332,10 +347,6 @@ class Objective:
         if not self.noisy or not isinstance(free.problem, FunctionProblem):
             return free
         return free.problem.drawn(draw).free
-
-    def _note(self, x: np.ndarray, values: np.ndarray, margins: np.ndarray) -> None:
-        feasible = self.free[0].meets(x, margins)
-        self.record.note(np.array(x), np.array(values), float(shortfall(margins)), feasible)
 
     def _left(self, wanted: int) -> int:
         """Number of these evaluations that the budget allows; BudgetSpent for none."""
@@ -360,8 +371,8 @@ def _penalised(values: Any, margins: Float[np.ndarray, "... m"]) -> np.ndarray:
 
 
 def _numbers(x: Any) -> np.ndarray:
-    """Real numbers, finite or not, in double precision; ValueError for what is none, as complex
-    and masked arrays are."""
+    """Real numbers, finite or not, in double precision; ValueError for complex, masked and
+    others."""
     if type(x) is np.ndarray and (x.dtype == float or x.size == 0):
         return x
     return as_real("x", x, "real numbers").astype(float)

@@ -108,8 +108,7 @@ class SplitProblem(FunctionProblem):
 def split_problem(
     track: str, criterion: str, stations: int, seed: int | None = None
 ) -> SplitProblem:
-    """F_front - F_rear at every station over the middle of a track, in weights, that keeps grip at
-    both wheels.
+    """F_front - F_rear at each station over a track's middle, in weights, that keeps grip.
 
     criterion: "squared_torque": the sum of both motors' torques squared, over the stations
     [N^2 m^2]; "peak_torque": the largest of all [N m]. What a newton adds is taken for none where
@@ -174,8 +173,7 @@ class VehicleDesign:
 def vehicle_design(
     criterion: str, tracks: tuple[str, ...], seed: int | None = None
 ) -> FunctionProblem:
-    """Wheelbase, leg length and the legs' angles, for several tracks at once; seed: of tracks,
-    masses and box."""
+    """Wheelbase, leg length and angles for several tracks at once; seed: of tracks, masses, box."""
     data, params = [], vehicle(seed)
     for track in (track_named(name, seed) for name in tracks):
         start, end = float(np.asarray(track.start)), float(np.asarray(track.end))

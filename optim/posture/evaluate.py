@@ -18,7 +18,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.pytrees import Numeric, float64_program, pytree_dataclass
+from stickslip.dynamics.pytrees import Numeric, bound_program, float64_program, pytree_dataclass
 from stickslip.dynamics.ugv import Odometer, PoseSolver, UGVParams
 from stickslip.dynamics.ugv.poses import over_poses
 from stickslip.optim.posture.criteria import Station, drive_cost, station, torque_left
@@ -136,17 +136,24 @@ def _sloped(*given: Any) -> Sloped:
     return Sloped(Station(*at, status=status), Station(*slopes, status=status), status)
 
 
-_rows = float64_program(lambda posture, angles: posture.stations(angles).rows)
-_with_slopes = float64_program(lambda posture, angles: posture.sloped(angles))
+def _rows(posture: Posture, angles: Float[Array, "K 2"]) -> Float[Array, "rows K"]:
+    return posture.stations(angles).rows
+
+
+class _Call(NamedTuple):
+    """A call for stations. begin: in the row; rows, sloped: programs that take angles [size, 2]."""
+
+    begin: int
+    size: int
+    rows: Callable[[np.ndarray], jax.Array]
+    sloped: Callable[[np.ndarray], Sloped]
 
 
 class Waypoints(NamedTuple):
-    """Shared data of one row of stations, on the device."""
+    """Shared data of one row of `length` stations, on the device."""
 
-    calls: tuple[tuple[int, int, Posture], ...]
-    """Calls: start in the row, size, and vehicle, ground and solver with x and friction [size]."""
+    calls: tuple[_Call, ...]
     length: int
-    """Length of the row."""
 
     @classmethod
     def of(cls, posture: Posture, x: Numeric, friction: Numeric) -> Waypoints:
@@ -162,33 +169,30 @@ class Waypoints(NamedTuple):
             places = [padded(x[begin:], size) for begin, size in each]
             longest = max((np.ptp(at) for at in places), default=0.0)
 
-            def part(begin: int, size: int, at: np.ndarray) -> Posture:
+            def part(begin: int, size: int, at: np.ndarray) -> _Call:
                 first = np.min(at) - reach
                 ground = posture.odometer.between(first, first + longest + 2 * reach)
                 own = {"x": at, "friction": padded(friction[begin:], size), "odometer": ground}
-                return replace(shared, **jax.device_put(own))
+                given = replace(shared, **jax.device_put(own))
+                programs = (bound_program(of, given) for of in (_rows, Posture.sloped))
+                return _Call(begin, size, *programs)
 
-            calls = tuple((*call, part(*call, at)) for call, at in zip(each, places, strict=True))
+            calls = tuple(part(*call, at) for call, at in zip(each, places, strict=True))
         return cls(calls, len(x))
 
     def rows(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The stations at these angles as `Station.rows`, in NumPy."""
-        parts = self._called(_rows, pairs)
-        found = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
-        return found[:, : self.length]
+        return np.asarray(self.padded_rows(pairs))[:, : self.length]
+
+    def padded_rows(self, pairs: Float[np.ndarray, "length 2"]) -> Any:
+        """`rows` and the stations that fill the calls; of one call as it lies on the device."""
+        parts = [one.rows(padded(pairs[one.begin :], one.size)) for one in self.calls]
+        return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
 
     def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
-        """Stations and slopes of `Sloped`."""
-        parts = self._called(_with_slopes, pairs)
-        whole = jax.tree.map(
-            lambda *of: (of[0] if len(of) == 1 else np.concatenate(of))[: self.length], *parts
-        )
-        return whole[:2]
-
-    def _called(self, program: Callable[..., Any], pairs: np.ndarray) -> list[Any]:
-        return [
-            program(posture, padded(pairs[begin:], size)) for begin, size, posture in self.calls
-        ]
+        """Stations and slopes of `Sloped`, in NumPy."""
+        parts = [one.sloped(padded(pairs[one.begin :], one.size)) for one in self.calls]
+        return jax.tree.map(lambda *of: np.concatenate(of)[: self.length], *parts)[:2]
 
 
 def stations(posture: Posture, angles: Float[np.ndarray, "... K 2"]) -> Station:
@@ -211,8 +215,7 @@ def rows_at(
 
 
 def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
-    """Mask of stations that meet each group of constraints; `pose` asks for finite numbers, too.
-    at: of NumPy."""
+    """Mask of stations that meet each group of constraints; `pose`: finite, too. at: of NumPy."""
     left = slacks(posture, at).items()
     found = {name: np.all([(one >= 0) & (one < np.inf) for one in of], 0) for name, of in left}
     return found | {"pose": np.asarray(at.placed & at.finite)}
@@ -221,6 +224,13 @@ def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
 def padded(rows: np.ndarray, size: int) -> np.ndarray:
     """The first of them up to that many, filled up with the last."""
     return rows[np.minimum(np.arange(size), len(rows) - 1)]
+
+
+def together(drives: int, count: int) -> int:
+    """Drives of so many stations that go through in one call, for the least time of all."""
+    fitting = [size for size in SIZES if size >= count] or [count]
+    size = min(fitting, key=lambda size: -(-drives // (size // count)) * (size + A_CALL))
+    return size // count
 
 
 @lru_cache
@@ -243,13 +253,13 @@ def finite_cost(
 value = float64_program(finite_cost)
 
 
-def _value_and_margins(
+def value_and_margins(
     posture: Posture, criterion: Criterion, rows: Array, angles: Float[Array, "K 2"]
 ) -> Float[Array, "1+m"]:
     """The value of `Station.rows`, `Posture.margins` of these stations [K], and where the rate is
     limited 1 -+ each leg's move over what the rate allows [K-1, 4], one after the other: one array
-    is read faster than two."""
-    at = Station.of_rows(rows)
+    is read faster than two. Rows past the last waypoint are left out."""
+    at = Station.of_rows(rows[:, : len(angles)])
     margins = list(posture.margins(at).values())
     if posture.leg_rate is not None:
         share = jnp.diff(angles, axis=0) / (posture.leg_rate * jnp.diff(posture.x))[:, None]
@@ -257,8 +267,7 @@ def _value_and_margins(
     return jnp.concatenate([finite_cost(criterion, at)[None], *map(jnp.ravel, margins)])
 
 
-value_and_margins = float64_program(_value_and_margins)
-value_and_margins_all = float64_program(jax.vmap(_value_and_margins, (None, None, 1, 0)))
+value_and_margins_all = jax.vmap(value_and_margins, (None, None, 1, 0))
 """The same of a batch of drives, stations [B, K] and angles [B, K, 2]: [B, 1+m]."""
 
 

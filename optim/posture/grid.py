@@ -1,9 +1,8 @@
 """Methods over every pair of leg angles at every waypoint: `grid`, the chapter's choice of each
 waypoint by itself, and `dp`, the best path.
 
-The costs of arriving, y, are potentials that bound all paths: y_head <= y_tail + cost for every
-edge, so no path costs less than y at its end. That is the dual of the shortest path, without a
-linear program.
+Costs of arriving, y, are potentials: y_head <= y_tail + cost for every edge, so no path costs less
+than y at its end. That is the dual of the shortest path, without a linear program.
 """
 
 from __future__ import annotations
@@ -166,8 +165,7 @@ class PostureGrid:
         return {"method": self.method, "began": self.began, "evaluations": count}
 
     def without_path(self, k: int, progress: bool) -> PostureResult:
-        """The result where no path leads to waypoint k, though one does to k - 1. details: see
-        `shortfall`.
+        """The result where paths lead to waypoint k - 1, none to k. details: see `shortfall`.
 
         INFEASIBLE where the problem leaves one pair of angles at k, and that breaks a constraint.
         Else FAILED: there are angles off the grid, and a posture that ends in a numerical status
@@ -215,10 +213,9 @@ def solve_grid(
 ) -> PostureResult:
     """Choose at each waypoint the admissible pair of leg angles whose own cost is least.
 
-    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over
-    steps are not known of one station: wheel_energy and total_energy take |M| in their place,
-    torque_variation |M - M'|, M' being the choice before (0 at the first waypoint). So such a
-    choice has no bound.
+    The chapter's search. A worst-station criterion is judged by the station's cost. Sums over steps
+    need two stations: wheel_energy and total_energy take |M| in their place, torque_variation |M -
+    M'|, M' being the choice before (0 at the first waypoint). It has no bound.
 
     angles, least: of the grid, as in dp. leg_rate is not looked at, as in the chapter, and the
     result may break it (VIOLATED; its residuals say by how much). For single worst-station

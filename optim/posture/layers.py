@@ -174,8 +174,7 @@ def _back(grid: Any, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
 
 
 def _misses(problem: PostureProblem, angles: np.ndarray) -> dict[str, tuple[float, float]]:
-    """Worst violation of each constraint on a drive, in its own unit, and its place [m]; the worst
-    in scale first."""
+    """Worst violation of each of a drive's limits, in its unit, and place [m]; largest first."""
     margins, _ = _scaled(
         problem.limits, jax.tree.map(np.asarray, problem.stations(angles.reshape(-1)))
     )

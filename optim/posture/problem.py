@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
-from stickslip.dynamics.pytrees import read_only, refuse_after_fork, settle
+from stickslip.dynamics.pytrees import bound_program, read_only, refuse_after_fork, settle
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 FACTOR = 10
 """Refinement factor of a drive."""
 LEAST_PAD, MOST = 1024, 2**17
-"""Stations are padded to a power of two, so that few sizes are compiled. Above MOST stations the
+"""Stations are padded to powers of two, for few sizes to compile. Above MOST stations the
 refinement factor is lower."""
 
 _MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}
@@ -135,10 +136,16 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
                 **jax.tree.map(_number, numbers), solver=self.solver, free_split=self.free_split
             )
 
-    @cached_property
+    @property
     def waypoints(self) -> evaluate.Waypoints:
         """Shared data of a drive's stations, on the device."""
-        return evaluate.Waypoints.of(self.posture, self.posture.x, self.posture.friction)
+        return self._waypoints_of(1)
+
+    @cached_property
+    def _waypoints_of(self) -> Callable[[int], evaluate.Waypoints]:
+        """`waypoints` of so many drives, one after the other."""
+        at = (self.posture.x, self.posture.friction)
+        return cache(lambda drives: evaluate.Waypoints.of(self.posture, *np.tile(at, drives)))
 
     @cached_property
     def limits(self) -> evaluate.Posture:
@@ -147,34 +154,44 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         with jax.enable_x64(True):
             return jax.device_put(bare)
 
+    @cached_property
+    def _of_rows(self) -> tuple[Callable[..., jax.Array], Callable[..., jax.Array]]:
+        """`evaluate.value_and_margins` of `Station.rows` and angles: of a drive, of a batch."""
+        both = (evaluate.value_and_margins, evaluate.value_and_margins_all)
+        one, all_ = (bound_program(of, self.limits, self.posture.criterion) for of in both)
+        return one, all_
+
     def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
         rows = self.waypoints.rows(angles)
         value, margins = self._value_and_margins(rows, angles)
-        feasible = self.meets(angles.reshape(-1), margins)
+        feasible = bool(self.meets(angles.reshape(-1), margins))
         found = evaluate.violations(self, angles, Station.of_rows(rows))
         return Evaluation(value, margins, feasible, found)
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
         waypoints, angles = self.waypoints, self.angles(x)  # a fork is refused before the point
-        return self._value_and_margins(waypoints.rows(angles), angles)
+        return self._value_and_margins(waypoints.padded_rows(angles), angles)
 
-    def _value_and_margins(self, rows: np.ndarray, angles: np.ndarray) -> tuple[float, np.ndarray]:
-        criterion = self.posture.criterion
-        found = np.array(evaluate.value_and_margins(self.limits, criterion, rows, angles))
+    def _value_and_margins(self, rows: Any, angles: np.ndarray) -> tuple[float, np.ndarray]:
+        found = np.array(self._of_rows[0](rows, angles))
         return float(found[0]), found[1:]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
         """See Problem; compiled once for each power of two that B rounds up to."""
-        angles, count = self._padded(X)
+        count, (rows,) = self.filled(X, each=len(self.x) * STATION)
+        angles = rows.reshape(-1, len(self.x), 2)
         if count == 0:
             return np.zeros(0), np.zeros(
                 (0, max(of.stop for of in self.constraint_groups.values()))
             )
-        rows = evaluate.rows_at(self.posture, self.posture.x, self.posture.friction, angles)
-        criterion = self.posture.criterion
-        found = np.array(evaluate.value_and_margins_all(self.limits, criterion, rows, angles))
+        drives, shape = evaluate.together(len(angles), len(self.x)), angles.shape[:2]
+        waypoints = self._waypoints_of(drives)
+        begins = range(0, len(angles), drives)
+        parts = [waypoints.rows(angles[i : i + drives].reshape(-1, 2)) for i in begins]
+        rows = np.concatenate(parts, axis=-1)[:, : angles[..., 0].size]
+        found = np.array(self._of_rows[1](rows.reshape(-1, *shape), angles))
         return found[:count, 0], found[:count, 1:]
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
@@ -212,8 +229,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         """Largest violation of each constraint, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers
-        are not finite.
+        and wheels [m], torque [N m], pose: waypoints without. Infinite where not finite.
         """
         return evaluate.violations(self, self.angles(x), self.stations(x))
 
@@ -239,14 +255,6 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     def angles(self, x: Vector) -> Float[np.ndarray, "K 2"]:
         """The decision vector as pairs; see `point`."""
         return self.point(x).reshape(-1, 2)
-
-    def _padded(self, X: Any) -> tuple[Float[np.ndarray, "P K 2"], int]:
-        """A batch as angles, repeated up to a power of two, and how many drives it has."""
-        drives = len(X) if np.ndim(X) else 0
-        size = 1 << max(drives - 1, 0).bit_length()  # checked before the batch is looked at
-        require_memory(f"X of {drives} drives", "stations", float(size) * len(self.x), STATION)
-        angles = self.batch(X).reshape(-1, len(self.x), 2)
-        return evaluate.padded(angles, size) if len(angles) else angles, len(angles)
 
 
 def _number(value: Any) -> Any:

@@ -77,12 +77,11 @@ def read_track(path: str | Path, interpolation: str = "cubic", **treatments: Any
 
     treatments: lengths [m] by the names of `stickslip.optim.posture.TREATMENTS`.
 
-    *.gpx: track points in their order; x is the great-circle distance along them on a sphere of
-    the Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
-    refused. Anything else: a table, see `read_columns`; a column `mu` is the friction coefficient
-    along the track (`Surface`), untreated. Both in UTF-8, regular files of at most MOST_BYTES.
-    ValueError names the file, the line and what is accepted; OSError where the file cannot be
-    opened.
+    *.gpx: track points in their order; x is the great-circle distance along them on a sphere of the
+    Earth's mean radius (haversine) and y the elevation; document types, and so entities, are
+    refused. All else: a table, see `read_columns`; a column `mu` is the friction coefficient along
+    the track (`Surface`), untreated. Both in UTF-8, regular files of at most MOST_BYTES. ValueError
+    names the file, the line and what is accepted; OSError where it cannot be opened.
     """
     return read_survey(path, interpolation, **treatments).track
 

@@ -23,8 +23,7 @@ UNITS = {"payload": "kg", "torque_loss": "N m", "encoder_bias": "rad", "encoder_
 
 
 def identify_command(flags: Mapping[str, Any]) -> Content:
-    """Estimate, print the intervals and draw the fit; NOTHING_FOUND where the model does not
-    explain the log."""
+    """Print the intervals and draw the fit; NOTHING_FOUND where the model does not fit."""
     given = Namespace(**flags)
     path = Path(given.log)
     picture = picture_path(given.out, path, given.overwrite)

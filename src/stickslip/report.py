@@ -80,8 +80,7 @@ def write_result(
     usual: Iterable[str],
     found: bool,
 ) -> Content:
-    """Print a result and write its files by name into the folder, beside the facts in RESULT;
-    return all of it.
+    """Print and return a result; write its files into the folder, beside the facts in RESULT.
 
     usual: names of all that the command may write, of which no older one stays beside these.
     """

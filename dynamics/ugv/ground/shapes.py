@@ -5,10 +5,9 @@ class is tree structure, hence static under jit; its fields are numbers and may 
 and differentiated. All of them are defined for every x. A shape with a method `near(base, u)` gives
 the same at base + u without rounding that sum.
 
-Everything about a vehicle follows from differences of x and of height over a metre or two. Taken
-from places near by (`Near`), they keep their digits however far from x = 0 and y = 0 the ground
-lies; taken from world coordinates they lose what those round off, in single precision 6e-5 m at
-1000 m.
+All about a vehicle follows from differences of x and of height over a metre or two. Taken from
+places near by (`Near`), they keep their digits however far from x = 0 and y = 0 the ground lies;
+taken from world coordinates they lose what those round off, in single precision 6e-5 m at 1000 m.
 """
 
 from __future__ import annotations
@@ -80,8 +79,8 @@ class Closed:
         return self._near(*as_floats(base, u, *_numbers_of(self).values()))
 
     def greatest_bend(self, radius: Values | float) -> Values | None:
-        """A number that the second derivative exceeds nowhere [1/m]; infinite or None: not known.
-        radius: of the wheel [m]."""
+        """The second derivative's upper bound [1/m]; infinite or None: not known. radius: of the
+        wheel [m]."""
         return self._greatest_bend(*as_floats(radius, *_numbers_of(self).values()))
 
     def profile(self, x: Numeric) -> Profile:
@@ -402,9 +401,8 @@ def locate(
 ) -> tuple[Int[Array, "..."], Values, Values]:
     """The piece that base + u lies in, how far behind its left knot that is, and how far outside.
 
-    knots + rests: [pieces + 1] increasing places [m], in two parts. Outside the first or the last
-    of them the piece is the nearest, and its distance that of its end. outside: negative before
-    the first knot.
+    knots + rests: [pieces + 1] increasing places [m], in two parts. Outside them the piece is the
+    nearest, and its distance that of its end. outside: negative before the first knot.
     """
     count = knots.shape[-1] - 1
     before = ((base - knots[0]) - rests[0]) + u

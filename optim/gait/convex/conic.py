@@ -55,9 +55,8 @@ HALVINGS = 4
 
 @dataclass(frozen=True)
 class Answer:
-    """The gait on the grid, its certificate, a bound on every gait (None: none proved), and how the
-    solver ended. problem: what was solved. relaxed: the limit that the program minimised the excess
-    of, if it did."""
+    """The gait on the grid, its certificate, a bound on every gait (None: none), and how the solver
+    ended. problem: what was solved. relaxed: the limit whose excess was minimised, if one was."""
 
     gait: Gait
     certificate: Certificate
@@ -205,10 +204,9 @@ def solve_conic(
     between the nodes and comes to rest nowhere on its way, which takes another solve or more;
     "grid", of gaits of the grid alone: then held and every_bound are None.
 
-    evaluations: programs that were solved. Status: OPTIMAL where the bound of `certificate`,
-    computed without the solver, meets the value to 1e-6; INFEASIBLE where that is proved, and the
-    message names the limit. details: cells. What the grid leaves open: the result's
-    `discretisation`.
+    evaluations: programs solved. Status: OPTIMAL where the bound of `certificate`, computed without
+    the solver, meets the value to 1e-6; INFEASIBLE where proved; the message names the limit.
+    details: cells. What the grid leaves open: the result's `discretisation`.
     """
     began = time.perf_counter()
     require_choice("certify", certify, CERTIFY)

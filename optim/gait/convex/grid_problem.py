@@ -59,8 +59,7 @@ says how good the gait is all the same."""
 @dataclass(frozen=True)
 class Sample:
     """A program's scaled coefficients at crank angles [m]: rows A, B, C; torque = torque[0] a +
-    torque[1] b + torque[2]; least and greatest b; `weight` of each angle in an integral over the
-    phase."""
+    torque[1] b + torque[2]; least and greatest b; `weight` in an integral over the phase."""
 
     A: Float[np.ndarray, "rows m"]
     B: Float[np.ndarray, "rows m"]
@@ -90,9 +89,8 @@ class Numbers(Sample):
 
 
 class Duals(NamedTuple):
-    """Multipliers of the solver, 0 where it gives none that is finite: of each cell's dynamics
-    [n, K], of b at each exchange [n - 1, or n where periodic], of the time >= 0, of the rows
-    [m, nodes]."""
+    """Multipliers of the solver, 0 where none is finite: of each cell's dynamics [n, K], of b at
+    each exchange [n - 1, or n where periodic], of the time >= 0, of the rows [m, nodes]."""
 
     motion: Float[np.ndarray, "n K"]
     exchange: Float[np.ndarray, "e"]
@@ -447,26 +445,34 @@ class GridProblem:
         return any(np.min(part, initial=0.0) < -FEASIBLE for part in parts)
 
     @cached_property
-    def slopes(self) -> tuple[Callable[..., np.ndarray], Callable[..., np.ndarray]]:
-        """Functions of x: gradient of the value and jacobian of `margins`; none at kinks."""
+    def of_point(self) -> dict[str, Callable[..., Any]]:
+        """Functions of x. both: value and `margins`; all: of a batch. gradient of the value,
+        jacobian of the margins: none at kinks."""
         p = self.profiles.nodes
 
-        def walk(x: Traced) -> tuple[Traced, Traced, dict[str, Traced]]:
+        def both(x: Traced) -> tuple[Traced, Traced]:
             a = x[1:].reshape(self.grid.theta.shape)
             b = squares_of(self.grid, a, x[0], jnp)
-            return a, b, terms_on_grid(self.grid, b, p.torque(a, b), jnp)
-
-        def value(x: Traced) -> Traced:
-            a, b, spent = walk(x)
+            spent: Any = terms_on_grid(self.grid, b, p.torque(a, b), jnp)
+            margins = finite_margins(self.margins(a, b, spent[TIME], jnp), jnp)
             if self.goal.is_friction:
-                return jnp.max(friction_uses(p.friction(a, b), p.normal(a, b), jnp))
-            return self.goal.of(spent)
+                uses = friction_uses(p.friction(a, b), p.normal(a, b), jnp)
+                return jnp.max(uses), margins
+            value = self.goal.of(spent)
+            return jnp.where(jnp.isfinite(value), value, jnp.inf), margins
 
-        def margins(x: Traced) -> Traced:
-            a, b, spent = walk(x)
-            return self.margins(a, b, spent[TIME], jnp)
+        functions = {
+            "both": both,
+            "all": jax.vmap(both),
+            "gradient": jax.grad(lambda x: both(x)[0]),
+            "jacobian": jax.jacfwd(lambda x: both(x)[1]),
+        }
+        return {name: float64_program(of) for name, of in functions.items()}
 
-        return float64_program(jax.grad(value)), float64_program(jax.jacfwd(margins))
+
+def finite_margins(margins: Traced, xp: ModuleType = np) -> Traced:
+    """-1 for margins that are no numbers or infinitely violated, 1e9 for infinite ones."""
+    return xp.nan_to_num(margins, nan=-1.0, posinf=1e9, neginf=-1.0)
 
 
 def squares_of(grid: Grid, a: Traced, first: Traced, xp: ModuleType = np) -> Traced:

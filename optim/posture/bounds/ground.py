@@ -35,8 +35,7 @@ ACCEPTED = (
 class Ground:
     """A profile over intervals. profile(x): see Derivatives; what jumps is hulled.
 
-    kinks: where height or slope jump [m]; bends: where the second derivative does, so that the
-    third is none there.
+    kinks: where height or slope jump [m]; bends: where the second derivative does.
     """
 
     profile: Callable[[Interval], Derivatives]

@@ -2,10 +2,9 @@
 
 With the front wheel at its waypoint the rear contact x follows from the squared wheelbase alone:
 P(x) = |C(x) - C_front|^2 = Q(leg angles), C being the path of the wheel's centre (eq. 38, 39). The
-bracket in which contacts are looked for is cut into bins; where P falls all through the bins that
-may hold a contact, there is one and no other. Forces and turns are written once for numbers that
-know +, -, *, /, sin, cos, sqrt and arctan: Interval for a posture, Jet for a box of postures with
-derivatives.
+bracket of contacts is cut into bins; where P falls all through the bins that may hold a contact,
+there is just one. Forces and turns are written once for numbers that know +, -, *, /, sin, cos,
+sqrt and arctan: Interval for a posture, Jet for a box of postures with derivatives.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ LONG = Track.from_points([0.0, 1e12], [0.0, 0.0], interpolation="linear")
         (lambda: PostureProblem.along(Track.bump(), spacing=1e-9), "spacing = 1e-09 m from start"),
         (lambda: PostureProblem.along(LONG), r"makes 1e\+13 waypoints"),
         (lambda: UGVEnv().make_params(spacing=1e-12), "spacing = 1e-12 m from start"),
-        (lambda: over_bump().objectives(np.broadcast_to(1.5, (2**24, 20))), "X of 16777216 drives"),
+        (lambda: over_bump().objectives(np.broadcast_to(1.5, (2**24, 20))), "X of 16777216 points"),
         *(
             (lambda m=method, o=options: solve(over_bump(), m, **o), said)
             for method, options, said in (
@@ -41,7 +41,7 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
         (
             "cma",
             {"start": np.full(20, 1.5), "population": 20},
-            "X of 20 drives makes 320 stations",
+            "X of 20 points makes 32 members of a batch",
         ),
         ("dp", {}, "polish = True with 10 waypoints"),
         (
