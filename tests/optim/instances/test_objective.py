@@ -47,10 +47,10 @@ def test_a_value_asked_for_again_needs_budget():
         it(X)
 
 
-def test_the_best_is_feasible_and_improvements_fall():
+@pytest.mark.parametrize("ask", [lambda it, X: [it(x) for x in X], lambda it, X: it.batch(X)])
+def test_the_best_is_feasible_and_improvements_fall(ask):
     it = toy().objective()
-    for x in ([1.0, 0.0], [0.0, 0.0], [-1.0, 0.0], [0.5, -0.1], [0.75, -0.25]):
-        it(x)
+    ask(it, [[1.0, 0.0], [0.0, 0.0], [-1.0, 0.0], [0.5, -0.1], [0.75, -0.25]])
     values = [one.value for one in it.record.improvements]
     assert values == pytest.approx([1.0, 0.26, LEAST])  # (1, 0) is not feasible
     assert [one.evaluations for one in it.record.improvements] == [2, 4, 5]
@@ -83,8 +83,7 @@ def test_what_is_out_of_bounds_or_no_number_is_counted():
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{"budget": 0}, {"seconds": 0.0}, {"seconds": np.nan}, {"seed": -1}],
+    "options", [{"budget": 0}, {"seconds": 0}, {"seconds": np.nan}, {"seed": -1}]
 )
 def test_options_that_will_not_do_are_named(options):
     with pytest.raises(ValueError, match=next(iter(options))):
@@ -112,6 +111,12 @@ def test_penalties_lead_on_where_a_gait_has_no_value(name):
     found, moved = it.penalised_batch(none), it.penalised_batch(nearer)
     assert np.all(np.isfinite(found))
     assert np.all((found != moved) & (abs(found - moved) < 1e-2 * found))
+    seen = it.batch_with_constraints(points)
+    for of, value, margins in zip(points, *seen, strict=True):  # traced, one by one, in NumPy
+        at = it.problems[0].evaluate(it.expand(of))
+        for found in (it(of), it.constraints(of)), (at.value, at.margins):
+            np.testing.assert_allclose(found[0], value, rtol=1e-12)
+            np.testing.assert_allclose(found[1], margins, rtol=1e-9, atol=1e-12)
 
 
 def test_noise_is_of_the_seed_and_the_evaluation():

@@ -38,17 +38,9 @@ def test_what_does_not_fit_is_refused_before_it_exists(refused, said: str):
     ("method", "options", "said"),
     [
         ("scp", {"start": np.full(20, 1.5)}, "method = 'scp' with 10 waypoints"),
-        (
-            "cma",
-            {"start": np.full(20, 1.5), "population": 20},
-            "X of 20 points makes 32 members of a batch",
-        ),
+        ("cma", {"start": np.full(20, 1.5), "population": 20}, "X of 20 points makes 32 members"),
         ("dp", {}, "polish = True with 10 waypoints"),
-        (
-            "dp",
-            {"angles": 31, "polish": False},
-            "31 x 31 at 10 waypoints makes 9,610 stations",
-        ),
+        ("dp", {"angles": 31, "polish": False}, "31 x 31 at 10 waypoints makes 9,610 stations"),
     ],
 )
 def test_the_limit_is_the_users(monkeypatch, method: str, options, said: str):

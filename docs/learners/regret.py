@@ -1,0 +1,132 @@
+"""What each step cost against the optimum, in a Minari data set, and a clone that makes use of it.
+
+`pip install "stickslip[train]" "minari[hdf5]"`, then `python -m docs.learners.regret [EPISODES]` in
+a checkout. Dynamic programming over waypoints and leg angles of each episode's ground says what a
+state is worth, `infos["value"]`. `infos["regret"]` is what a step lost of it: over an episode these
+sum to the value at the start less the return. The grid's errors make single ones negative.
+"""
+
+import os
+import sys
+import tempfile
+from dataclasses import dataclass
+from itertools import pairwise
+
+import gymnasium
+import jax
+import jax.numpy as jnp
+import minari
+import numpy as np
+import optax
+from minari.data_collector import EpisodeBuffer
+
+import stickslip  # noqa: F401  (registers the environments)
+from benchmarks.imitation import solved, whole
+from stickslip.agents import MLPPolicy, evaluate_task, load_policy
+from stickslip.agents.evaluation.rollout import play
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs import task_by_name
+
+TASK, POLICY, NAME = "UGVRandomBumps-v1", "ugv-random-bumps", "stickslip/random-bumps-v0"
+FIRST, NOISE = 2**20, {"expert": 0.0, "medium": 0.5, "random": 1.0}  # test episodes are 0, 1, ...
+SCALE = 0.03  # J, the best on validation episodes of 0.003, 0.01, 0.03, 0.1 and 0.3
+EPISODES = int(sys.argv[1]) if sys.argv[1:] else 90
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Noisy:
+    """A policy whose actions are random in so many parts."""
+
+    policy: MLPPolicy
+    noise: float
+    key: jax.Array
+
+    def init(self, env_params, env_state):
+        return self.key
+
+    def act(self, key, obs, env_state, env_params):
+        key, now = jax.random.split(key)
+        random = jax.random.uniform(now, (2,), minval=-1.0, maxval=1.0)
+        return key, (1 - self.noise) * self.policy(obs) + self.noise * random
+
+    def validate(self):
+        return self
+
+
+@jax.jit
+def worth(drive, values, states):
+    """The return that dynamic programming expects from each state on."""
+    read = jax.vmap(lambda state: drive.grid.read(values, drive.place(state)))(states)
+    return read * (drive.scale.one - drive.scale.zero)
+
+
+def recorded(task, number, name):
+    """An episode of the data set."""
+    env, params = task.make()
+    noisy = Noisy(load_policy(POLICY), jnp.float32(NOISE[name]), jax.random.key(number))
+    played = play(env, noisy, params, [FIRST + number], whole)
+    played = jax.tree.map(lambda leaf: leaf[0], played).trimmed()
+    join = lambda first, later: np.concatenate([first[None], later])  # noqa: E731
+    states = jax.tree.map(join, played.start_state, played.state)
+    value = np.array(worth(*solved(TASK, FIRST + number), states))
+    value[-1] *= not (played.terminated[-1] or played.truncated[-1])
+    regret = value[:-1] - played.reward - value[1:]
+    return EpisodeBuffer(
+        id=number,
+        observations=join(played.start_obs, played.obs),
+        actions=np.clip(played.action, -1, 1),
+        rewards=played.reward,
+        terminations=played.terminated,
+        truncations=played.truncated,
+        infos={"value": value, "regret": np.append(regret, 0.0)},  # Minari wants n + 1 of them
+    )
+
+
+os.environ.setdefault("MINARI_DATASETS_PATH", tempfile.mkdtemp())
+names = [name for _, name in zip(range(EPISODES), list(NOISE) * EPISODES, strict=False)]
+buffers = [recorded(task_by_name(TASK), number, name) for number, name in enumerate(names)]
+minari.create_dataset_from_buffers(
+    NAME,
+    buffers,
+    env=gymnasium.make(f"stickslip/{TASK}"),
+    algorithm_name=f"{POLICY} with random parts of {list(NOISE.values())}",
+    description="an expert, a medium and a random policy in turn, with value and regret",
+)
+data = minari.load_dataset(NAME)
+print(f"{data.total_episodes} episodes, {data.total_steps} steps, {data.storage.get_size():.1f} MB")
+episodes = list(data.iterate_episodes())
+for name in NOISE:
+    of = [one for one in episodes if names[one.id] == name]
+    earned, lost = (
+        np.mean([np.sum(part) for part in each])
+        for each in zip(*((one.rewards, one.infos["regret"]) for one in of), strict=True)
+    )
+    print(f"{name}: return {earned:.4g}, regret {lost:.4g}")
+seen = np.concatenate([one.observations[:-1] for one in episodes])
+actions = np.concatenate([one.actions for one in episodes])
+regret = np.concatenate([one.infos["regret"][:-1] for one in episodes])
+optimiser = optax.adam(optax.cosine_decay_schedule(2e-3, 3000))
+
+
+@jax.jit
+def fitted(clone, moments, weight):
+    """A step of Adam on all of the data."""
+    error = lambda clone: jnp.mean(weight * jnp.mean((clone.unlimited(seen) - actions) ** 2, 1))  # noqa: E731
+    change, moments = optimiser.update(jax.grad(error)(clone), moments)
+    return optax.apply_updates(clone, change), moments
+
+
+clones = {}
+for name, weight in {
+    "all alike": np.ones_like(regret),
+    "by regret": np.exp(-np.maximum(regret, 0) / SCALE),
+}.items():
+    sizes, init = (seen.shape[1], 64, 64, actions.shape[1]), jax.nn.initializers.lecun_normal()
+    weights = tuple(map(init, jax.random.split(jax.random.key(0), 3), pairwise(sizes)))
+    clone = MLPPolicy(weights, tuple(map(jnp.zeros, sizes[1:])), seen.mean(0), seen.std(0) + 1e-6)
+    moments = optimiser.init(clone)
+    for _ in range(3000):
+        clone, moments = fitted(clone, moments, weight / weight.mean())
+    clones[f"steps {name}"] = clone
+print(evaluate_task(TASK, clones).to_text())
