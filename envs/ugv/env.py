@@ -93,7 +93,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
 
     The `preview` (8) points lie evenly along x ahead of the front contact, the last one
     `preview_length` (2 m) ahead. With `preview_noise` [m] heights have independent normal errors of
-    this deviation in every step. "max": criteria that are a worst value over the stations.
+    this standard deviation. "max": criteria that are a worst value over the stations.
 
     ## Reward
     Minus the increase of the criterion (`stickslip.optim.CRITERIA`) in this step, in its own unit.

@@ -180,8 +180,8 @@ def suite(*families: str) -> dict[str, Instance]:
 def instance(name: str, seed: int | None = None) -> Instance:
     """The instance with an id. ValueError, with the nearest ids, for an unknown one.
 
-    seed: of the same function: machine, ground, limits and box are drawn near the usual (`seeded`).
-    Its id ends in "-s" and the seed. Without `known` it may have no feasible point.
+    seed: an instance whose machine, ground, limits and box are drawn near the usual ones. Its id
+    ends in "-s" and the seed. Without `known` it may have no feasible point.
     """
     require_kind("id", name, str, "an id of `suite()`")
     if seed is None and (drawn := SEEDED.fullmatch(name)):
