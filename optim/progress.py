@@ -1,7 +1,7 @@
 """Progress on standard error, in one style.
 
-On a terminal a bar of tqdm's, where that is installed; elsewhere a line now and then, none for what
-is soon done.
+On a terminal a bar of tqdm's, where that is installed; elsewhere a line now and then, and none for
+work that is soon done.
 """
 
 from __future__ import annotations

@@ -261,8 +261,8 @@ def changes(config: Configuration) -> dict[str, object]:
 
 
 def settings_given(given: Mapping[str, Any], kind: type[Configuration]) -> dict[str, object]:
-    """Fields by name as parsed arguments give them: of --config FILE, and before them of the
-    command line."""
+    """Fields by name as parsed arguments give them: those of --config FILE, and before them those
+    of the command line."""
     found: dict[str, Any] = {}
     if given.get("config") is not None:
         found |= read_settings(given["config"], kind)

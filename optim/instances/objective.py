@@ -107,7 +107,7 @@ class Record:
     def note_batch(self, X: Any, values: Any, violations: Any, feasible: Any) -> None:
         """Keep what is better of a batch that was counted last."""
         counted = self.values
-        self.least_violation = min(self.least_violation, np.min(violations, initial=np.inf))
+        self.least_violation = min(self.least_violation, float(np.min(violations, initial=np.inf)))
         better = feasible & np.isfinite(values).all(-1)
         if values.shape[1] == 1:
             least = np.minimum.accumulate(np.where(better, values[:, 0], np.inf))
@@ -371,8 +371,8 @@ def _penalised(values: Any, margins: Float[np.ndarray, "... m"]) -> np.ndarray:
 
 
 def _numbers(x: Any) -> np.ndarray:
-    """Real numbers, finite or not, in double precision; ValueError for complex, masked and
-    others."""
+    """Real numbers, finite or not, in double precision; ValueError for what is none, as complex
+    and masked arrays are."""
     if type(x) is np.ndarray and (x.dtype == float or x.size == 0):
         return x
     return as_real("x", x, "real numbers").astype(float)

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 FACTOR = 10
 """Refinement factor of a drive."""
 LEAST_PAD, MOST = 1024, 2**17
-"""Stations are padded to powers of two, for few sizes to compile. Above MOST stations the
+"""Stations are padded to a power of two, so that few sizes are compiled. Above MOST stations the
 refinement factor is lower."""
 
 _MODULES = {"grid": "grid", "dp": "grid", "branch": "bounds.branch", "scp": "scp"}

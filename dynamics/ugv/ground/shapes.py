@@ -79,8 +79,8 @@ class Closed:
         return self._near(*as_floats(base, u, *_numbers_of(self).values()))
 
     def greatest_bend(self, radius: Values | float) -> Values | None:
-        """The second derivative's upper bound [1/m]; infinite or None: not known. radius: of the
-        wheel [m]."""
+        """A number that the second derivative exceeds nowhere [1/m]; infinite or None: not known.
+        radius: of the wheel [m]."""
         return self._greatest_bend(*as_floats(radius, *_numbers_of(self).values()))
 
     def profile(self, x: Numeric) -> Profile:

@@ -192,8 +192,8 @@ SAME = 1e-6
 
 @dataclass(frozen=True)
 class PhaseRates:
-    """Crank rates [rad/s] at crank angles of the supporting leg [rad], straight in between, alike
-    in all steps."""
+    """Crank rates [rad/s] at crank angles of the supporting leg [rad], straight between them and
+    the same in every step."""
 
     angles: Float[np.ndarray, " n"]
     rates: Float[np.ndarray, " n"]
