@@ -255,8 +255,8 @@ class Problem(ABC, Generic[R]):
         return array
 
     def filled(self, X: Any, *others: np.ndarray, each: float) -> tuple[int, list[np.ndarray]]:
-        """The rows of a batch, and it with other arrays of its points, the last one repeated up to
-        a power of two, so that few sizes are compiled; each: bytes that a point takes."""
+        """The number of rows of a batch, and it with other arrays [B], the last row repeated up to
+        a power of two, so that few sizes are compiled. each: bytes that a point takes."""
         count = len(X) if np.ndim(X) else 0
         size = count and 1 << (count - 1).bit_length()
         require_memory(f"X of {count} points", "members of a batch", size, each)
@@ -287,9 +287,7 @@ class Problem(ABC, Generic[R]):
         """Where a local method begins, its value, and a note on it: see `start_point`. Or the
         result, where there is no value at it, or no choice. ValueError without finite bounds."""
         if not np.all(np.isfinite(self.bounds)):
-            raise ValueError(
-                "bounds are not finite; accepted by methods that search: finite bounds"
-            )
+            raise ValueError("bounds are not finite; accepted: finite bounds, to search in")
         x, note = self.start_point(start, progress)
         value = self.objective(x)
         if self.free.n == 0:
@@ -333,10 +331,9 @@ AnyProblem = Problem[Any]
 
 @dataclass(frozen=True)
 class FreeProblem(Problem[Result]):
-    """The same problem in the numbers that its bounds leave free.
+    """The same problem without numbers whose bounds are equal, as given ends are (n may be 0).
 
-    Left out are those whose bounds are equal, as given ends are (n is 0 where all are). Objective
-    and constraints, in value and number, are the problem's at `expand(x)`.
+    Objective and constraints, in value and number, are the problem's at `expand(x)`.
     """
 
     problem: Problem[Any]
@@ -422,10 +419,9 @@ def solve(
 ) -> R:
     """Solve a problem by one of `methods_of` it; None: its default ("dp" of a posture problem).
 
-    polish: let a local method follow where a method has that choice (scp after dp); False: the
-    method's own point, of which alone is proved what it proves. The other methods take no notice
-    of it. progress: told on standard error. options: the method's own, see its function's
-    docstring; ValueError lists them where one is unknown.
+    polish: let a local method follow where a method can (scp after dp); False: the method's own
+    point, of which alone is proved what it proves. progress: told on standard error. options: the
+    method's own, see its function's docstring; ValueError lists them where one is unknown.
     """
     require_kind("problem", problem, Problem, "a Problem, such as a PostureProblem")
     known = methods_of(problem)
@@ -442,8 +438,7 @@ def solve(
 
 
 def options_of_method(method: Method) -> tuple[str, ...]:
-    """Names of the options that `solve` takes for one of `methods_of` a problem: keyword-only
-    parameters of its function, without those of `solve` itself."""
+    """Names of the options that `solve` hands to a method: keyword-only ones of its function."""
     found = inspect.signature(resolve_name(method.function)).parameters.values()
     own = ("progress", "polish")
     return tuple(p.name for p in found if p.kind is p.KEYWORD_ONLY and p.name not in own)
@@ -469,8 +464,7 @@ STATUSES = {
     "user_limit": OptimStatus.LIMIT,
     "infeasible": OptimStatus.INFEASIBLE,
 }
-"""cvxpy's statuses as named outcomes, whatever the objective; all others are FAILED. Inaccurate is
-never passed off as optimal, nor as a proof that there is no point."""
+"""Outcomes of cvxpy's statuses; all others are FAILED. Inaccurate proves nothing."""
 
 
 class Ended(NamedTuple):
@@ -489,9 +483,8 @@ def solve_quietly(problem: cp.Problem, *, bounded: bool = False, **settings: flo
     """Solve with Clarabel, and name the outcome; FAILED where the solver gave up.
 
     bounded: the objective has a floor, so that "infeasible or unbounded" means INFEASIBLE.
-    settings: the solver's own. No solve leaves anything to the next: a solver that is kept scales
-    other numbers as it scaled the first, and may then fail. cvxpy's warning that a solution may be
-    inaccurate is left out: the status says it.
+    settings: the solver's own. Each solve starts afresh: a solver that is kept scales other numbers
+    as it scaled the first, and may fail. A warning of inaccuracy is left out: the status says it.
     """
     import cvxpy as cp
 
