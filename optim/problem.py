@@ -247,7 +247,7 @@ class Problem(ABC, Generic[R]):
         return "; misses " + ", ".join(f"{name} by {by:.4g}" for name, by in violated)
 
     def batch(self, X: Any) -> Float[np.ndarray, "B n"]:
-        """A batch of decision vectors, or of none; ValueError for wrong lengths, and not finite."""
+        """Decision vectors, or none; ValueError for a wrong length or what is not finite."""
         none = isinstance(X, np.ndarray) and X.size == 0 and X.dtype == float
         array = X if none else as_floats("x", X, f"{self.n} finite numbers")
         if array.ndim != 2 or array.shape[1] != self.n:

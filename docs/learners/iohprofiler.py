@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.agents.optimisers.report import STORED, read_results
-from stickslip.optim.instances.instance import instance
+from stickslip.agents.optimisers.report import STORED, function_of, read_results
+from stickslip.optim.instances.instance import SEEDED, instance
 
 
 def main(out, *races):
@@ -22,22 +22,22 @@ def main(out, *races):
     place = Path(out)
     place.mkdir(parents=True)  # refuses a folder that is there
     runs = sorted(read_results(*races or (STORED,)), key=function_and_method)
-    numbers = {name: i for i, name in enumerate(sorted({split(run)[0] for run in runs}), 1)}
+    numbers = {name: i for i, name in enumerate(sorted({function_of(run) for run in runs}), 1)}
     for (function, method), group in groupby(runs, key=function_and_method):
         write(place / method.replace(":", "-"), method, function, numbers[function], list(group))
     print(f"{len(runs)} runs of {len(numbers)} functions; iohinspector reads them:")
     print(f'manager = iohinspector.DataManager(); manager.add_folder("{place}")')
 
 
-def split(run):
-    """Function and number of a seeded instance; 0 for one without a seed."""
-    function, _, seed = run.instance.rpartition("-s")
-    return (function, int(seed)) if function and seed.isdigit() else (run.instance, 0)
+def seed_of(run):
+    """Number of a seeded instance; 0 for one without a seed."""
+    seeded = SEEDED.fullmatch(run.instance)
+    return int(seeded[2]) if seeded else 0
 
 
 def function_and_method(run):
     """The key that runs are grouped by."""
-    return split(run)[0], run.method
+    return function_of(run), run.method
 
 
 def write(folder, method, function, number, runs):
@@ -56,7 +56,7 @@ def write(folder, method, function, number, runs):
         evaluations, best = list(rows.items())[-1]
         point = [] if run.point is None else run.point.tolist()
         solution = {"evals": evaluations, "y": best if best == best else None, "x": point}
-        entries.append({"instance": split(run)[1], "evals": evaluations, "best": solution})
+        entries.append({"instance": seed_of(run), "evals": evaluations, "best": solution})
     (folder / data).write_text("\n".join(lines) + "\n", encoding="utf-8")
     scenario = {"dimension": n, "path": data.as_posix(), "runs": entries}
     whole = {"version": "0.3.5", "suite": "stickslip", "function_id": number}

@@ -24,6 +24,7 @@ import stickslip  # noqa: F401  (registers the environments)
 from benchmarks.imitation import solved, whole
 from stickslip.agents import MLPPolicy, evaluate_task, load_policy
 from stickslip.agents.evaluation.rollout import play
+from stickslip.agents.pictures.episodes import samples
 from stickslip.dynamics.pytrees import register_pytree
 from stickslip.envs import task_by_name
 
@@ -61,20 +62,18 @@ def worth(drive, values, states):
     return read * (drive.scale.one - drive.scale.zero)
 
 
-def recorded(task, number, name):
+def recorded(number, name):
     """An episode of the data set."""
-    env, params = task.make()
-    noisy = Noisy(load_policy(POLICY), jnp.float32(NOISE[name]), jax.random.key(number))
+    noisy = Noisy(shipped, jnp.float32(NOISE[name]), jax.random.key(number))
     played = play(env, noisy, params, [FIRST + number], whole)
-    played = jax.tree.map(lambda leaf: leaf[0], played).trimmed()
-    join = lambda first, later: np.concatenate([first[None], later])  # noqa: E731
-    states = jax.tree.map(join, played.start_state, played.state)
+    played = jax.tree.map(lambda leaf: leaf[0], played)
+    states, played = samples(played)[0], played.trimmed()
     value = np.array(worth(*solved(TASK, FIRST + number), states))
     value[-1] *= not (played.terminated[-1] or played.truncated[-1])
     regret = value[:-1] - played.reward - value[1:]
     return EpisodeBuffer(
         id=number,
-        observations=join(played.start_obs, played.obs),
+        observations=np.concatenate([played.start_obs[None], played.obs]),
         actions=np.clip(played.action, -1, 1),
         rewards=played.reward,
         terminations=played.terminated,
@@ -84,8 +83,9 @@ def recorded(task, number, name):
 
 
 os.environ.setdefault("MINARI_DATASETS_PATH", tempfile.mkdtemp())
-names = [name for _, name in zip(range(EPISODES), list(NOISE) * EPISODES, strict=False)]
-buffers = [recorded(task_by_name(TASK), number, name) for number, name in enumerate(names)]
+(env, params), shipped = task_by_name(TASK).make(), load_policy(POLICY)
+names = (list(NOISE) * EPISODES)[:EPISODES]
+buffers = [recorded(number, name) for number, name in enumerate(names)]
 minari.create_dataset_from_buffers(
     NAME,
     buffers,

@@ -64,7 +64,8 @@ class Belief(NamedTuple):
 
 
 class Noise(NamedTuple):
-    """Standard deviations of an angle [rad], and of a step's torque left out [N m]."""
+    """Standard deviations of one angle [rad], and of the torque of one step, all that the model
+    leaves out [N m]."""
 
     angle: Number
     torque: Number

@@ -164,10 +164,11 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     def evaluate(self, x: Vector) -> Evaluation:
         """See Problem: the stations are computed once."""
         angles = self.angles(x)
-        rows = self.waypoints.rows(angles)
+        rows = self.waypoints.padded_rows(angles)
         value, margins = self._value_and_margins(rows, angles)
         feasible = bool(self.meets(angles.reshape(-1), margins))
-        found = evaluate.violations(self, angles, Station.of_rows(rows))
+        stations = Station.of_rows(np.asarray(rows)[:, : len(angles)])
+        found = evaluate.violations(self, angles, stations)
         return Evaluation(value, margins, feasible, found)
 
     def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
@@ -229,7 +230,8 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         """Largest violation of each constraint, 0 where it is met, in its own unit.
 
         leg_range, start_angles, end_angles [rad], leg_rate [rad/m], grip and normal [N], clearance
-        and wheels [m], torque [N m], pose: waypoints without. Infinite where not finite.
+        and wheels [m], torque [N m], pose: how many waypoints have no pose. Infinite where numbers
+        are not finite.
         """
         return evaluate.violations(self, self.angles(x), self.stations(x))
 

@@ -83,7 +83,7 @@ def test_what_is_out_of_bounds_or_no_number_is_counted():
 
 
 @pytest.mark.parametrize(
-    "options", [{"budget": 0}, {"seconds": 0}, {"seconds": np.nan}, {"seed": -1}]
+    "options", [{"budget": 0}, {"seconds": 0.0}, {"seconds": np.nan}, {"seed": -1}]
 )
 def test_options_that_will_not_do_are_named(options):
     with pytest.raises(ValueError, match=next(iter(options))):
