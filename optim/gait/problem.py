@@ -201,19 +201,10 @@ class GaitProblem(Problem[GaitResult]):
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
         """See Problem. ValueError for what is no convex program: "friction", and NOT_CONVEX."""
-        if self.goal.is_friction:
-            raise ValueError('objective = "friction" is no convex program; accepted: another')
         for name in NOT_CONVEX:
             if getattr(self, name) is not None:
                 raise ValueError(f"{name} is not a convex limit; accepted: None")
-        at, numbers = self.on_grid, self.on_grid.numbers()
-        program = Program(numbers)
-
-        def found() -> Float[np.ndarray, "n"]:
-            gait = at.gait_of(*program.read())
-            return np.concatenate([[gait.b[0, 0]], np.ravel(gait.a)])
-
-        return program.problem, found
+        return in_cvxpy(self.on_grid)
 
     def gait(self, x: Vector) -> Gait:
         """The gait of a point."""
@@ -261,6 +252,19 @@ class GaitProblem(Problem[GaitResult]):
         for name, (use, most) in at.motor_uses(gait.a, gait.b).items():
             residuals[name] = max(0.0, float(np.max(np.abs(use), initial=0.0)) - most)
         return Evaluation(float(value) if sound else np.inf, margins, feasible, residuals)
+
+
+def in_cvxpy(at: GridProblem) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
+    """The program, and a function that reads its point. ValueError for "friction"."""
+    if at.goal.is_friction:
+        raise ValueError('objective = "friction" is no convex program; accepted: another')
+    program = Program(at.numbers())
+
+    def found() -> Float[np.ndarray, "n"]:
+        gait = at.gait_of(*program.read())
+        return np.concatenate([[gait.b[0, 0]], np.ravel(gait.a)])
+
+    return program.problem, found
 
 
 def friction_along(mu: Number | Lists | None, steps: int) -> Float[np.ndarray, "n"] | None:

@@ -7,7 +7,7 @@ Functions here build problems in double precision: call them inside `jax.enable_
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from inspect import signature
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.sparse as sp
 
 from stickslip.dynamics import biped
 from stickslip.dynamics.biped import links
@@ -22,7 +23,7 @@ from stickslip.dynamics.names import ABOVE_ZERO
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.gait.problem import GaitProblem
+from stickslip.optim.gait.problem import GaitProblem, in_cvxpy
 from stickslip.optim.instances.seeded import drawn
 from stickslip.optim.problem import FEASIBLE, Evaluation, Problem, Result, Structure
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Array, Float, PyTree
 
+    from stickslip.optim.gait.convex.grid_problem import GridProblem
     from stickslip.optim.problem import Batch, Vector
 
 FINE = biped.RK4Split(substeps=2, max_events=6)
@@ -124,6 +126,15 @@ class Interpolated(Problem[Result]):
         return np.r_[0, 1 : self.fine.n : self.fine.cells // self.cells]
 
     @cached_property
+    def on_grid(self) -> GridProblem:
+        """The convex program, in which accelerations are straight between those that are kept."""
+        bend = sp.diags_array(
+            [1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(self.fine.cells - 1, self.fine.cells + 1)
+        )
+        inside = np.setdiff1d(np.arange(1, self.fine.cells), self.kept - 1)
+        return replace(self.fine.on_grid, straight=sp.csr_array(bend)[inside - 1])
+
+    @cached_property
     def matrix(self) -> Float[np.ndarray, "fine n"]:
         """Matrix from the decision vector to that of `fine`."""
         found = np.zeros((self.fine.n, self.n))
@@ -148,14 +159,8 @@ class Interpolated(Problem[Result]):
         return self.fine.jacobian(self.matrix @ self.point(x)) @ self.matrix
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
-        import cvxpy as cp
-
-        problem, found = self.fine.in_cvxpy()
-        (a,) = (one for one in problem.variables() if one.name() == "a")
-        inside = np.setdiff1d(np.arange(1, self.fine.cells), self.kept - 1)
-        straight = a[inside - 1] - 2 * a[inside] + a[inside + 1] == 0
-        whole = cp.Problem(problem.objective, [*problem.constraints, straight])
-        return whole, lambda: found()[self.kept]
+        program, found = in_cvxpy(self.on_grid)
+        return program, lambda: found()[self.kept]
 
 
 @dataclass(frozen=True)

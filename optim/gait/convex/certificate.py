@@ -97,12 +97,14 @@ def grid_bound(
     on_b[:, :1] += begins
     on_b[:, -1:] -= ends
     spread = grid.h * pi
-    on_a = -(np.hstack([zero, spread]) + np.hstack([spread, zero]))
+    on_a = -(np.hstack([zero, spread]) + np.hstack([spread, zero])).ravel()
+    if numbers.straight is not None:
+        on_a += duals.straight @ numbers.straight
     root, on_T, constant = _tangents(grid, numbers, duals.time, *at)
     form = Lagrangian(
         work=numbers.weights.get(WORK, 0.0) * sample.weight, root=root, on_T=on_T, on_b=on_b.ravel()
     )
-    total = float(np.sum(least_of(sample, form, on_a.ravel()))) + constant
+    total = float(np.sum(least_of(sample, form, on_a))) + constant
     return total - duals.time * (numbers.longest or 0.0)
 
 

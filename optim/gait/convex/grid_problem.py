@@ -75,7 +75,8 @@ class Numbers(Sample):
     exceeded by r [rows]; a weight for each term, none where r is minimised; the longest time; least
     and greatest first and last b; whether the step ends as it begins. changes: most, left, right of
     |T' - T| + left b + right b' <= most in each cell, with a torque that is the same on both sides
-    of an exchange; changes_relaxed: whether r may exceed that."""
+    of an exchange; changes_relaxed: whether r may exceed that. straight: straight @ a = 0, None: no
+    such limit."""
 
     h: Float[np.ndarray, "n K"]
     relaxed: np.ndarray
@@ -86,16 +87,19 @@ class Numbers(Sample):
     periodic: bool
     changes: tuple[np.ndarray, ...] = ()
     changes_relaxed: bool = False
+    straight: sp.csr_array | None = None
 
 
 class Duals(NamedTuple):
     """Multipliers of the solver, 0 where none is finite: of each cell's dynamics [n, K], of b at
-    each exchange [n - 1, or n where periodic], of the time >= 0, of the rows [m, nodes]."""
+    each exchange [n - 1, or n where periodic], of the time >= 0, of the rows [m, nodes], of
+    `straight`."""
 
     motion: Float[np.ndarray, "n K"]
     exchange: Float[np.ndarray, "e"]
     time: float
     rows: Float[np.ndarray, "m nodes"]
+    straight: Float[np.ndarray, "s"]
 
 
 class Solved(NamedTuple):
@@ -137,6 +141,10 @@ class Program:
         for i, (low, high) in ((0, given.first), (-1, given.last)):
             if low == high:
                 self._constraints.append(self._b[i] == low)
+        self._straight: cp.Constraint | None = None
+        if given.straight is not None:
+            self._straight = given.straight @ self._a == 0
+            self._constraints.append(self._straight)
         self._timing: cp.Constraint | None = None
         self.problem = cp.Problem(cp.Minimize(self._goal(h)), self._constraints)
 
@@ -208,6 +216,7 @@ class Program:
             exchange=np.ravel(_dual(self._exchange)),
             time=float(np.max(_dual(self._timing), initial=0.0)),
             rows=np.stack([_dual(row) for row in self._rows]),
+            straight=_dual(self._straight),
         )
         relaxation = 0.0 if self._given.weights else float(np.asarray(self._r.value))
         return Solved(*ended, a, b, duals, relaxation)
@@ -249,7 +258,7 @@ class GridProblem:
     any. first, last: least and greatest b there [rad^2/s^2]. rate_unit [rad/s], None: chosen from
     the robot and the mean rate. programs: how many were solved, of this one and of those made from
     it. power [W], torque_rate [N m/s]: of the motor, None: any. around: b at the nodes, about which
-    tangents replace these two limits; None: they are left out."""
+    tangents replace these two limits; None: they are left out. straight: as of Numbers."""
 
     profiles: Profiles
     goal: Goal
@@ -268,6 +277,7 @@ class GridProblem:
     power: float | None = None
     torque_rate: float | None = None
     around: Float[np.ndarray, "n K+1"] | None = None
+    straight: sp.csr_array | None = None
 
     @property
     def grid(self) -> Grid:
@@ -397,6 +407,7 @@ class GridProblem:
             periodic=self.periodic,
             changes=self._change_tangents(),
             changes_relaxed=relaxed == MOTOR,
+            straight=self.straight,
         )
 
     def gait(self, a: Float[np.ndarray, "n K+1"], first: float) -> Gait:
