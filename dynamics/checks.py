@@ -68,6 +68,17 @@ def require_kind(name: str, value: Any, kinds: type | tuple[type, ...], accepted
         raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
 
 
+def require_precision(what: str, *kinds: Any) -> None:
+    """Raise ValueError for float64 among these types where JAX has it switched off."""
+    import jax
+
+    if "float64" in map(str, kinds) and jax.dtypes.canonicalize_dtype("float64") != "float64":
+        raise ValueError(
+            f"{what} is float64, which JAX has switched off; accepted: float32, or first "
+            'jax.config.update("jax_enable_x64", True) at the start of the program'
+        )
+
+
 def require_both(**values: Any) -> None:
     """Raise ValueError where some of the values are None and others are not."""
     none = [value is None for value in values.values()]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from decimal import Decimal
 from functools import cache
 from pathlib import Path
@@ -142,7 +142,8 @@ def quantity(name: str, value: Any, unit: str) -> float:
     "700 g" is the number 0.7. unit: "" for a plain number."""
     accepted = f"a number [{unit}], or a text with its unit" if unit else "a number"
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return float(value)
+        with suppress(OverflowError):
+            return float(value)
     found = QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) < 100 else None
     if found is None or not UNIT.fullmatch(found[2]):
         raise ValueError(f"{name} = {shown(value)}; accepted: {accepted}")
@@ -160,7 +161,7 @@ def _number_or_text(value: Any) -> Any:
     """The number of a text that is one, anything else as it is."""
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return value
 
 

@@ -26,7 +26,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import is_concrete, require_number, shown
+from stickslip.dynamics.checks import is_concrete, require_number, require_precision, shown
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -222,11 +222,7 @@ def float_kind(dtype: Any, otherwise: Any):
         kind = None
     if kind is None or kind not in (jnp.float32, jnp.float64):
         raise ValueError(f"dtype = {shown(dtype)}; accepted: None, float32 or float64")
-    if kind != jax.dtypes.canonicalize_dtype(kind):
-        raise ValueError(
-            f"dtype = {shown(dtype)}, which JAX has switched off; accepted: float32, or first "
-            'jax.config.update("jax_enable_x64", True) at the start of the program'
-        )
+    require_precision("dtype", kind)
     return kind
 
 
@@ -353,12 +349,7 @@ def refuse_after_fork() -> None:
 def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that computes in double precision always, and returns NumPy arrays."""
     program = jax.jit(function)
-
-    @wraps(function)
-    def run(*arguments: Any) -> Any:
-        return jax.tree.map(np.asarray, _run(program, *arguments))
-
-    return run
+    return wraps(function)(lambda *given: jax.tree.map(np.asarray, _run(program, *given)))
 
 
 def bound_program(function: Callable[..., Any], *trees: Any) -> Callable[..., Any]:

@@ -28,3 +28,4 @@ if TYPE_CHECKING:
     from stickslip.envs.ugv.state import UGVEnvState as UGVEnvState
 else:
     __getattr__, __dir__, __all__ = loaded_when_used(__name__)
+    __all__.remove("SB3VecEnv")  # `import *` needs no Stable-Baselines3

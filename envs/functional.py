@@ -159,6 +159,8 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         """Raise ValueError for parameters of another environment. name: what the message says."""
         accepted = f"a {self.params_kind.__name__}, as make_params gives it"
         checks.require_kind(name, params, self.params_kind, accepted)
+        kinds = {leaf.dtype for leaf in jax.tree.leaves(params) if isinstance(leaf, jax.Array)}
+        checks.require_precision(name, *kinds)
 
     def check_action(self, action: Any, batch: tuple[int, ...] = ()) -> Any:
         """Return the action saturated to [-1, 1], a traced one unchanged.
@@ -276,6 +278,10 @@ class Timed(Protocol):
         ...
 
 
+HALF = 0.501
+"""Periods before its time limit at which an episode is over: 0.5, not to be decided by rounding."""
+
+
 def horizon(params: Timed) -> int:
     """Control steps to the time limit. params: concrete numbers."""
     steps = np.asarray(params.time_limit, float) / np.asarray(params.control_period, float)
@@ -286,7 +292,7 @@ def horizon(params: Timed) -> int:
             f"{checks.shown(params.control_period)} makes {count:.3g} steps; accepted: at most "
             f"{MOST_STEPS:g}"
         )
-    return max(1, int(np.ceil(count - 0.5)))
+    return max(1, int(np.ceil(count - HALF)))
 
 
 Rule: TypeAlias = Mapping[str, Any]

@@ -43,8 +43,8 @@ class Episodes(NamedTuple):
     """Kept data of each episode in the units of KEPT; every entry [episodes].
 
     reward: sum. duration: control steps times control period. turned: crank angle. walked: way of
-    the hip, forwards positive. slid: way of the feet over the floor, either direction. energy:
-    positive motor work and copper loss. status: of the last step.
+    the centre of mass, forwards positive. slid: way of the feet over the floor, either direction.
+    energy: positive motor work, and losses of copper and drive. status: of the last step.
     """
 
     reward: Array | np.ndarray

@@ -117,18 +117,15 @@ def _read_method(given: str) -> Method:
     path = Path(given)
     if path.suffix == SUFFIX:
         return read_results(path)
-    names = _policies_in(path) if path.is_dir() else [given]
+    names = [given]
+    if path.is_dir():  # of runs, or else of policy files
+        of_runs = [one for one in sorted(path.rglob(runs.POLICY)) if _is_of_run(one)]
+        names = list(map(str, of_runs or sorted(path.glob("*.npz"))))
     if not names:
         raise ValueError(f"{path} holds no policy; accepted: a run, or a directory of runs")
     name = path.resolve().name if path.exists() else given
     found = (one for who in names for one in _results_of(read_named([who])[who]))
     return _named(Method(name, tuple(found)))
-
-
-def _policies_in(folder: Path) -> list[str]:
-    """The policies of all runs below a directory; or, where there are none, the files in it."""
-    found = [one for one in sorted(folder.rglob(runs.POLICY)) if _is_of_run(one)]
-    return list(map(str, found or sorted(folder.glob("*.npz"))))
 
 
 def _is_of_run(policy: Path) -> bool:

@@ -109,12 +109,8 @@ class Evaluation:
         known = ", ".join(f"{row.scene}/{row.controller}" for row in self.rows)
         raise ValueError(f"no row {scene}/{controller}; accepted: {known}")
 
-    def to_markdown(self) -> str:
-        """A GitHub table."""
-        return self.shown().markdown()
-
     def to_text(self) -> str:
-        """The same for a terminal: aligned, with a note where fewer episodes were played."""
+        """The table for a terminal: aligned, with a note where fewer episodes were played."""
         alike = [row.scene for row in self.rows if row.count < len(self.seeds)]
         note = (
             f"\nNothing is drawn in {', '.join(dict.fromkeys(alike))}: all {len(self.seeds)} "

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 TRIED = 6
 """Evaluations of a trial before the first run, besides two batches."""
-MESSAGE = 200
 RAISED = (Exception, SystemExit, KeyboardInterrupt)
 """Exceptions of an optimiser; sys.exit() in it must not end the process that runs it."""
 A_DECADE, LEAST_GAP = 10, 1e-8
@@ -118,10 +117,10 @@ class EventRecord(Record):
         """Processor time since this was made [s]."""
         return time.process_time() - self._started
 
-    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
+    def note(self, x: np.ndarray, values: np.ndarray, feasible: bool) -> None:
         """Keep a point, and note an event if it is better."""
         best = len(self.improvements)
-        super().note(x, values, violation, feasible)
+        super().note(x, values, feasible)
         if len(self.improvements) > best:
             began, seconds = time.process_time(), self.seconds
             self._judge(x, float(values[0]), seconds)
@@ -174,7 +173,7 @@ def _run_of(
         method=task.method.name,
         seed=task.seed,
         outcome=outcome,
-        message=message[:MESSAGE],
+        message=message[:200],
         inside=task.method.inside,
         counts=counts,
         digest=instance(task.instance).digest(),

@@ -34,7 +34,7 @@ USUAL = {
 """About what a drive over the default bump costs, in the criterion's unit."""
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
-LEGS = 30, 150
+LEGS = {"low": 30, "high": 150}
 """Range of the vehicle's legs [degrees]."""
 
 
@@ -61,15 +61,9 @@ class UGVTrainConfig(Configuration):
     random_friction: tuple[float, float] | None = drawn("friction instead")
     leg_rate: float = positive(1.0, "of the legs at action 1 [rad/m]")
     spacing: float = positive(0.1, "way of a step [m]")
-    start_angle: float = entry(
-        90.0, float, "of both legs at the start [degrees]", low=LEGS[0], high=LEGS[1]
-    )
+    start_angle: float = entry(90.0, float, "of both legs at the start [degrees]", **LEGS)
     random_start: tuple[float, float] | None = entry(
-        None,
-        "range",
-        "angles drawn at each start of training episodes instead [degrees]",
-        low=LEGS[0],
-        high=LEGS[1],
+        None, "range", "angles drawn at each start of training episodes instead [degrees]", **LEGS
     )
     preview: int = entry(16, int, "points of the ground ahead that are observed", low=0, high=256)
     preview_length: float = positive(4.0, "how far ahead [m]")

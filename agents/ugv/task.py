@@ -201,13 +201,8 @@ def swept() -> Swept:
     """See Machine: numbers of the task, vehicle, track and randomisation."""
     from stickslip.agents.sweeps.swept import Swept
 
-    return Swept(
-        UNITS,
-        aliases={"motor.torque_limit": ("task.max_torque",)},
-        parts=swept_parts,
-        with_parts=with_swept,
-        opened=opened,
-    )
+    how = {"parts": swept_parts, "with_parts": with_swept, "opened": opened}
+    return Swept(UNITS, aliases={"motor.torque_limit": ("task.max_torque",)}, **how)
 
 
 def opened(params: UGVEnvParams, names: Collection[str]) -> UGVEnvParams:

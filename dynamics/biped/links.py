@@ -172,7 +172,7 @@ def require_closure(params: Linkage) -> None:
     margin, angles = map(np.asarray, _closure_margins(flat))
     if np.all(margin >= 0):
         return
-    member = int(np.nanargmin(margin))
+    member = int(np.argmin(np.nan_to_num(margin, nan=-np.inf)))
     angle = float(angles[member] % (2 * np.pi))
     of = f" (batch member {member})" if batch else ""
     raise ValueError(

@@ -214,6 +214,8 @@ def _simulate(
         now, last = carry
         if policy is not None:
             value = policy(replace(now, time=begun + now.time))
+            if shape := jnp.shape(value):
+                raise ValueError(f"the function of the state gave {shape}; accepted: a number")
         drive = kind(jnp.asarray(value, dtype), *limits)
         after, contact = _step(spec, fidelity, model, scene, now, drive, size)
         over = last.status > Status.SLIP_ONSET
@@ -259,6 +261,8 @@ def require_kinds(params: Any, scene: object, state: Any, **numbers: pytrees.Num
     scene.validate()
     crank = (params.params if isinstance(params, BipedModel) else params).crank
     for name, value in {**numbers, **vars(state), "params.crank": crank}.items():
+        if isinstance(value, jax.Array):
+            checks.require_precision(name, value.dtype)
         if np.shape(value):
             raise ValueError(
                 f"{name} has shape {np.shape(value)}; accepted: one number (batch with vmap)"

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 from gymnasium import spaces
 
-from stickslip.dynamics.checks import require_choice, require_integer, require_kind
+from stickslip.dynamics import checks
 from stickslip.envs.adapters.packed import MOST_ENVS, PackedEnvs
 from stickslip.envs.functional import FunctionalEnv, Params, State, horizon
 
@@ -39,11 +39,11 @@ class Compiled(Generic[State, Params]):
         autoreset: str | None = None,
     ) -> None:
         """Check what every adapter is given, and make its batch. autoreset: set, if not None."""
-        require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+        checks.require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
         env.check_params(params)
-        num_envs = require_integer("num_envs", num_envs, high=MOST_ENVS)
+        num_envs = checks.require_integer("num_envs", num_envs, high=MOST_ENVS)
         if render_mode is not None:
-            require_choice("render_mode", render_mode, (RENDER_MODE,), also="None")
+            checks.require_choice("render_mode", render_mode, (RENDER_MODE,), also="None")
         env = env if autoreset is None else replace(env, autoreset=autoreset)  # type: ignore[type-var]
         self._functional, self._params, self.render_mode = env, params, render_mode
         self._envs = PackedEnvs(env, params, num_envs)
@@ -108,18 +108,20 @@ class Compiled(Generic[State, Params]):
         """The actions, saturated; ValueError for bad ones and without an episode."""
         if not self._envs.begun:
             raise ValueError("step without an episode; accepted: after reset()")
+        checks.require_precision("the environment", self._envs.dtype)
         return np.asarray(self.functional.check_action(actions, batch), self._envs.dtype)
 
     def _episode_params(self, options: Mapping[str, Any] | None) -> Params | None:
         """The parameters of a start that options ask for; None where they ask for nothing."""
+        checks.require_precision("the environment", self._envs.dtype)
         if options is None:
             return None
-        require_kind("options", options, Mapping, "None or a dict")
+        checks.require_kind("options", options, Mapping, "None or a dict")
         return self.functional.episode_params(self.params, options) if options else None
 
 
 def require_autoreset(env: FunctionalEnv, wanted: str, why: str) -> None:
     """ValueError for an environment that resets in another way than the library expects."""
-    require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
+    checks.require_kind("env", env, FunctionalEnv, "a BipedEnv or UGVEnv")
     if env.autoreset != wanted:
         raise ValueError(f"autoreset = {env.autoreset!r}; accepted: {wanted!r}, {why}")

@@ -55,7 +55,7 @@ class GymEnv(Compiled, gymnasium.Env[np.ndarray, np.ndarray]):
         """
         params = self._episode_params(options)
         if seed is not None:
-            require_integer("seed", seed, low=0, high=MOST_SEED)
+            seed = require_integer("seed", seed, low=0, high=MOST_SEED)
         super().reset(seed=seed)
         if seed is not None or not self._seeded:
             self._envs.seed([int(self.np_random.integers(2**31)) if seed is None else seed])

@@ -30,7 +30,7 @@ from stickslip.envs.biped.params import (
     make_params,
     scene_from_plain,
 )
-from stickslip.envs.functional import FunctionalEnv, with_keywords_of, with_tuples
+from stickslip.envs.functional import HALF, FunctionalEnv, with_keywords_of, with_tuples
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
@@ -237,7 +237,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         torque = jnp.where(status == Status.NON_FINITE, 0.0, torque)  # it did nothing
         elapsed = state.elapsed + 1
         duration = elapsed.astype(dtype) * period
-        timed_out = duration >= params.time_limit - 0.5 * period
+        timed_out = duration >= params.time_limit - HALF * period
         square = torque**2 if params.max_power is None else (begun**2 + torque**2) / 2
         loss = params.copper_loss * square * period
         outcome = episode.outcome_of(robot, state.biped, biped, contact, loss, params.efficiency)
@@ -251,6 +251,8 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         info |= episode.ground_force(contact, status) | safety
         info["cost"] = episode.cost_of(outcome.slid, status)
         reward = self.reward_of(state, action, info, params)
+        if shape := jnp.shape(reward):
+            raise ValueError(f"reward_of gave {shape}; accepted: a number")
         added = episode.Totals(reward, outcome.turned, outcome.walked, outcome.slid, outcome.energy)
         totals, rests = compensated(state.totals, state.rests, added)
         after = replace(

@@ -313,6 +313,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
             max_torque=None if params.max_torque is None else float(params.max_torque),
             start_angles=np.asarray(state.leg_angles, float),
             solver=self.solver,
+            apart_between=False,  # as in an episode
         )
 
     def _stand(

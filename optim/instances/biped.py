@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from inspect import signature
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -25,14 +25,14 @@ from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.gait.problem import GaitProblem, in_cvxpy
 from stickslip.optim.instances.seeded import drawn
-from stickslip.optim.problem import FEASIBLE, Evaluation, Problem, Result, Structure
+from stickslip.optim.problem import FEASIBLE, FreeProblem
 
 if TYPE_CHECKING:
     import cvxpy as cp
     from jaxtyping import Array, Float, PyTree
 
     from stickslip.optim.gait.convex.grid_problem import GridProblem
-    from stickslip.optim.problem import Batch, Vector
+    from stickslip.optim.problem import Vector
 
 FINE = biped.RK4Split(substeps=2, max_events=6)
 """Of the scene "firm", on which a walk in usual steps topples a little later."""
@@ -93,29 +93,22 @@ def gait_problem(
     cells, limits = numbers - 2, {"mu": mu, "mean_rate": mean_rate, "torque_limit": TORQUE_LIMIT}
     limits = drawn(seed, **{name: one for name, one in limits.items() if one is not None})
     whole = GaitProblem.periodic(robot(seed, np.float32), objective, steps=points * cells, **limits)
-    return whole if points == 1 else Interpolated(whole, cells)
+    return whole if points == 1 else Interpolated(fine=whole, cells=cells)
 
 
-@dataclass(frozen=True, eq=False)
-class Interpolated(Problem[Result]):
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Interpolated(FreeProblem):
     """A periodic step with a crank acceleration at both ends of `cells` cells, straight in between.
 
     fine: the problem whose cells divide these evenly. Its objective and limits are those of the
     step, so that no limit is missed between the few nodes. Decision vector as GaitProblem's.
     """
 
+    problem: ClassVar[Any] = property(lambda self: self.fine)
     fine: GaitProblem
     cells: int
 
-    @property
-    def structure(self) -> frozenset[Structure]:
-        return self.fine.structure
-
-    @property
-    def n(self) -> int:
-        return self.cells + 2
-
-    @property
+    @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         low, high = self.fine.bounds
         return low[self.kept], high[self.kept]
@@ -128,11 +121,10 @@ class Interpolated(Problem[Result]):
     @cached_property
     def on_grid(self) -> GridProblem:
         """The convex program, in which accelerations are straight between those that are kept."""
-        bend = sp.diags_array(
-            [1.0, -2.0, 1.0], offsets=[0, 1, 2], shape=(self.fine.cells - 1, self.fine.cells + 1)
-        )
+        whole = np.eye(self.fine.cells + 1)
         inside = np.setdiff1d(np.arange(1, self.fine.cells), self.kept - 1)
-        return replace(self.fine.on_grid, straight=sp.csr_array(bend)[inside - 1])
+        bend = whole[inside - 1] - 2 * whole[inside] + whole[inside + 1]
+        return replace(self.fine.on_grid, straight=sp.csr_array(bend))
 
     @cached_property
     def matrix(self) -> Float[np.ndarray, "fine n"]:
@@ -143,20 +135,14 @@ class Interpolated(Problem[Result]):
             found[1:, column] = np.interp(np.arange(1, self.fine.n), self.kept[1:], one)
         return found
 
-    def evaluate(self, x: Vector) -> Evaluation:
-        return self.fine.evaluate(self.matrix @ self.point(x))
-
-    def value_and_margins(self, x: Vector) -> tuple[float, Float[np.ndarray, "m"]]:
-        return self.fine.value_and_margins(self.matrix @ self.point(x))
-
-    def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        return self.fine.evaluate_all(self.batch(X) @ self.matrix.T)
+    def expand(self, x: Any) -> Float[np.ndarray, "... whole"]:
+        return (self.batch(x) if np.ndim(x) > 1 else self.point(x)) @ self.matrix.T
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
-        return self.fine.gradient(self.matrix @ self.point(x)) @ self.matrix
+        return self.fine.gradient(self.expand(x)) @ self.matrix
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        return self.fine.jacobian(self.matrix @ self.point(x)) @ self.matrix
+        return self.fine.jacobian(self.expand(x)) @ self.matrix
 
     def in_cvxpy(self) -> tuple[cp.Problem, Callable[[], Float[np.ndarray, "n"]]]:
         program, found = in_cvxpy(self.on_grid)

@@ -25,7 +25,6 @@ from stickslip.optim.methods import own_draws
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.instances.instance import Instance
 
 External: TypeAlias = Any
 """Arguments and results of other libraries."""
@@ -111,7 +110,16 @@ def as_nevergrad(objective: Objective) -> tuple[External, Callable[[External], f
 def as_optuna(objective: Objective) -> Callable[[External], External]:
     """A function of a trial: `study.optimize(function, n_trials)`; a study of several directions
     where there are several goals."""
-    return partial(_of_trial, objective)
+
+    def of_trial(trial: External) -> External:
+        numbers = enumerate(zip(*objective.bounds, strict=True))
+        x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
+        if objective.k == 1:
+            return objective.penalised(x)
+        values, violation = objective(x), objective.violation(x)
+        return tuple(float(value + PENALTY * violation) for value in values)
+
+    return of_trial
 
 
 def as_evosax(objective: Objective) -> tuple[np.ndarray, Callable[[External], np.ndarray]]:
@@ -127,16 +135,6 @@ def as_ioh(objective: Objective, name: str) -> External:
     return wrap(function, name=name, dimension=size, lb=0.0, ub=1.0)
 
 
-def as_cvxpy(instance: Instance) -> tuple[External, Callable[[], Float[np.ndarray, "n"]]]:
-    """A cvxpy Problem of a convex instance, and a function for its free numbers once solved.
-
-    Nothing is counted: cvxpy never asks for a value. ValueError for an instance that is not convex.
-    """
-    if not instance.flags.convex or len(instance.goals) > 1:
-        raise ValueError(f"{instance.id} is not convex with one goal; accepted: one that is")
-    return instance.problem.in_cvxpy()
-
-
 def _in_unit_box(objective: Objective) -> Callable[[External], External]:
     """The penalised value of a point, or values of rows, in a box of sides 1."""
     _require_one_goal(objective)
@@ -149,15 +147,6 @@ def _penalised(
     """The penalised value of a point, or of each row, that `moved` makes the objective's."""
     x = moved(x)
     return objective.penalised(x) if np.ndim(x) == 1 else objective.penalised_batch(x)
-
-
-def _of_trial(objective: Objective, trial: External) -> External:
-    numbers = enumerate(zip(*objective.bounds, strict=True))
-    x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
-    if objective.k == 1:
-        return objective.penalised(x)
-    values, violation = objective(x), objective.violation(x)
-    return tuple(float(value + PENALTY * violation) for value in values)
 
 
 def _require_one_goal(objective: Objective) -> None:

@@ -15,10 +15,12 @@ import numpy as np
 from stickslip.dynamics.checks import as_real, require_integer
 from stickslip.dynamics.pytrees import given_state, read_only
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.problem import AnyProblem, FreeProblem, Structure, require_scalar, shortfall
+from stickslip.optim.problem import FEASIBLE, Structure, require_scalar, shortfall
 
 if TYPE_CHECKING:
     from jaxtyping import Float
+
+    from stickslip.optim.problem import AnyProblem, FreeProblem
 
 PENALTY = 1e3
 """Penalty of a violated scaled constraint, in the objective's unit."""
@@ -48,8 +50,7 @@ class Record:
     values, gradients: how often these were asked for; repeated: values that were asked for again at
     the point evaluated last, and not computed again. batches: calls for many. clipped, not_numbers:
     points that lay out of bounds and were moved in, and points that were no numbers. improvements:
-    of feasible points, for one goal alone. least_violation: of the points seen. front: with several
-    goals, unbeaten points and their values.
+    of feasible points, for one goal alone. front: with several goals, unbeaten points and values.
     """
 
     values: int = 0
@@ -60,7 +61,6 @@ class Record:
     not_numbers: int = 0
     improvements: list[Improvement] = field(default_factory=list)
     best_x: np.ndarray | None = None
-    least_violation: float = np.inf
     front: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     began: float = field(default_factory=time.perf_counter)
     process: int = field(default_factory=os.getpid, repr=False)
@@ -91,9 +91,8 @@ class Record:
             )
         setattr(self, name, getattr(self, name) + by)
 
-    def note(self, x: np.ndarray, values: np.ndarray, violation: float, feasible: bool) -> None:
+    def note(self, x: np.ndarray, values: np.ndarray, feasible: bool) -> None:
         """Keep the point that was counted last, if it is better."""
-        self.least_violation = min(self.least_violation, violation)
         if not feasible or not np.all(np.isfinite(values)):
             return
         if len(values) > 1:
@@ -104,17 +103,16 @@ class Record:
             self.improvements.append(Improvement(self.evaluations, self.seconds, float(values[0])))
             self.best_x = read_only(x)
 
-    def note_batch(self, X: Any, values: Any, violations: Any, feasible: Any) -> None:
+    def note_batch(self, X: Any, values: Any, feasible: Any) -> None:
         """Keep what is better of a batch that was counted last."""
         counted = self.values
-        self.least_violation = min(self.least_violation, float(np.min(violations, initial=np.inf)))
         better = feasible & np.isfinite(values).all(-1)
         if values.shape[1] == 1:
             least = np.minimum.accumulate(np.where(better, values[:, 0], np.inf))
             better &= values[:, 0] < np.minimum(self.best, np.append(np.inf, least[:-1]))
         for i in np.flatnonzero(better):
             self.values = counted - len(X) + int(i) + 1
-            self.note(X[i], values[i], float(violations[i]), True)
+            self.note(X[i], values[i], True)
         self.values = counted
 
 
@@ -232,8 +230,7 @@ class Objective:
         if len(sound):
             values[sound], margins[sound] = self._all(points[sound], sound)
         self.record.count("values", left)
-        feasible = self.free[0].meets(points, margins)
-        self.record.note_batch(points, values, shortfall(margins), feasible)
+        self.record.note_batch(points, values, self.free[0].meets(points, margins))
         if left < asked:
             raise self._spent()
         return (values[:, 0] if self.k == 1 else values), margins
@@ -266,15 +263,16 @@ class Objective:
         return float(shortfall(self.constraints(x)))
 
     def penalised(self, x: Float[np.ndarray, "n"]) -> float:
-        """The value plus PENALTY times scaled violations, for optimisers that take no
-        constraints. A feasible point's value is its own; where there is none, PENALTY stands for
-        it, so that violations still tell the way."""
+        """The first goal's value plus PENALTY times scaled violations beyond those let pass, for
+        optimisers that take no constraints. A feasible point's value is its own; where there is
+        none, PENALTY stands for it, so that violations still tell the way."""
         seen = self._look(x, asked=True)
         return float(_penalised(seen.values[0], seen.margins))
 
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """`penalised` of each row of X."""
-        return _penalised(*self.batch_with_constraints(X))
+        values, margins = self.batch_with_constraints(X)
+        return _penalised(values if self.k == 1 else values[:, 0], margins)
 
     def minimise(self, optimiser: Callable[[Objective], object]) -> Record:
         """Run optimiser(self) until it ends or the budget is spent; what was counted and found."""
@@ -326,7 +324,7 @@ class Objective:
         values = np.array([value, *(one.objective(x) for one in others)])
         seen = _Last(x, values, margins, draw, asked)
         object.__setattr__(self, "_seen", seen)
-        self.record.note(x, values, float(shortfall(margins)), self.free[0].meets(x, margins))
+        self.record.note(x, values, self.free[0].meets(x, margins))
         return seen
 
     def _all(self, X: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -366,8 +364,8 @@ class Objective:
 
 def _penalised(values: Any, margins: Float[np.ndarray, "... m"]) -> np.ndarray:
     """See `Objective.penalised`."""
-    missed = shortfall(margins)
-    return np.where(np.isinf(values) & (missed > 0), PENALTY, values) + PENALTY * missed
+    missed, limited = shortfall(margins + FEASIBLE), margins.shape[-1] > 0
+    return np.where(np.isinf(values) & limited, PENALTY, values) + PENALTY * missed
 
 
 def _numbers(x: Any) -> np.ndarray:

@@ -59,8 +59,8 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     [rad]. solver: how poses are found. free_split: a motor at each wheel, and at each station the
     `difference` of `safe_split` between them in place of the same torque at both.
 
-    The wheels keep params.wheel_gap between them, at the waypoints and, where leg_rate is given,
-    between them, too; PoseSolver(overlap=True) lets them overlap, as the chapter does.
+    The wheels keep params.wheel_gap between them, at the waypoints and, where leg_rate is given and
+    apart_between, between them, too; PoseSolver(overlap=True) lets them overlap, as in the chapter.
 
     The decision vector is flat, float64 [2K]: the pair of each waypoint in turn. Everything is
     computed in float64, whatever jax_enable_x64 says, and returned as NumPy arrays or floats. The
@@ -190,7 +190,8 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         drives, shape = evaluate.together(len(angles), len(self.x)), angles.shape[:2]
         waypoints = self._waypoints_of(drives)
         begins = range(0, len(angles), drives)
-        parts = [waypoints.rows(angles[i : i + drives].reshape(-1, 2)) for i in begins]
+        each = (angles[i : i + drives].reshape(-1, 2) for i in begins)
+        parts = [waypoints.rows(evaluate.padded(of, waypoints.length)) for of in each]
         rows = np.concatenate(parts, axis=-1)[:, : angles[..., 0].size]
         found = np.array(self._of_rows[1](rows.reshape(-1, *shape), angles))
         return found[:count, 0], found[:count, 1:]

@@ -55,6 +55,7 @@ class PostureData:
     end_angles: Float[np.ndarray, "2"] | None = None
     solver: PoseSolver = field(default=PoseSolver())
     free_split: bool = False
+    apart_between: bool = True
 
     @property
     def n(self) -> int:
@@ -68,8 +69,8 @@ class PostureData:
     @cached_property
     def min_wheel_clearance(self) -> float:
         """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
-        apart between waypoints, too, the legs turning evenly. 0 where leg_rate is None."""
-        if self.leg_rate is None:
+        apart between waypoints, too, the legs turning evenly. 0 where that is not asked for."""
+        if self.leg_rate is None or not self.apart_between:
             return 0.0
         return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
 
@@ -125,7 +126,8 @@ def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
     require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
-    require_kind("free_split", problem.free_split, bool, "True or False")
+    for name in ("free_split", "apart_between"):
+        require_kind(name, getattr(problem, name), bool, "True or False")
     problem.params.validate()
     for leaf in jax.tree.leaves(problem.params):
         if np.ndim(leaf):

@@ -58,11 +58,9 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
         machine = mechanism(robot)
     limit = motor.get("torque_limit", TORQUE_LIMIT)
     require_writable(list(paths.values()), flags["overwrite"])
-    texts = {
-        "mjcf": lambda: (mjcf(machine, friction=mu, torque_limit=limit), ABOUT),
-        "urdf": lambda: (urdf(machine, limit), missing(machine)),
-    }
     for kind, path in paths.items():
-        text, about = texts[kind]()
+        text, about = urdf(machine, limit), missing(machine)
+        if kind == "mjcf":
+            text, about = mjcf(machine, friction=mu, torque_limit=limit), ABOUT
         write_whole(path, text, overwrite=flags["overwrite"])
         print(f"Written: {path}\n{about}")

@@ -34,7 +34,6 @@ if TYPE_CHECKING:
 
     from stickslip.envs.rendering.drawing import Drawing
 
-TEMPLATES = Path(__file__).parent / "templates"
 RATES = np.arange(0.5, 10.01, 0.5)
 """Constant crank rates of the curve of friction [rad/s]."""
 MOST_RATE = 40.0
@@ -64,7 +63,8 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
     """Check a machine's file, print its numbers and draw it; or write a template."""
     path = Path(flags["file"])
     if flags["new"]:
-        write_whole(path, (TEMPLATES / f"{flags['machine']}.toml").read_bytes(), overwrite=False)
+        template = Path(__file__).parent / "templates" / f"{flags['machine']}.toml"
+        write_whole(path, template.read_bytes(), overwrite=False)
         print(f"Written: {path}")
         return Content(facts={"files": [str(path)]})
     picture = picture_path(flags["out"], path, flags["overwrite"])

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
 
 import hypothesis.strategies as st
 import jax
@@ -13,7 +12,7 @@ from hypothesis import given
 
 from benchmarks import optimum
 from benchmarks.imitation import SHARPNESS, Drive, before_steps, costs, turns, whole
-from benchmarks.optimum import Grid, Walk, finite_horizon, look_ahead, solve, transitions
+from benchmarks.optimum import Grid, Walk, finite_horizon, solve, transitions
 from stickslip import optim
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.task import from_anywhere
@@ -150,58 +149,6 @@ def test_a_regulator_has_riccatis_value_and_the_error_falls_with_the_square_of_t
         errors.append(np.max(np.abs(found(jnp.asarray(at)) - exact)))
     assert errors[1] < 0.05 * np.max(np.abs(exact))
     assert errors[0] / errors[1] > 3
-
-
-@register_pytree
-@dataclass(frozen=True)
-class Balance(OneSheet):
-    """A pole without swing: x' = 1.5 x + u / 4, |u| <= 1. It earns 1 + x', so leaning to the right
-    pays, and falls where |x'| > 1, for -9. From |x| > 0.5 no action keeps it up: a border that lies
-    inside a cell, and close to where most is earned."""
-
-    actions: jax.Array
-    grid: Grid
-    outside: float = -9.0
-
-    def step(self, state, action):
-        after = 1.5 * state + action / 4
-        fell = jnp.abs(after[0]) > 1
-        return after, jnp.where(fell, -9.0, 1 + after[0]), fell
-
-
-def balance(cells: int):
-    lean = Grid(((np.linspace(-1.0, 1.0, cells + 1),),))
-    process = Balance(jnp.linspace(-1, 1, 5)[:, None], lean)
-    return process, finite_horizon(lean, transitions(process), 60)
-
-
-def by_hand(process, values, x: float, depth: int) -> tuple[float, set[float]]:
-    """The best of all sequences of actions, one by one, and with which actions such begin."""
-    found = {}
-    for sequence in product(np.asarray(process.actions)[:, 0], repeat=depth):
-        at, earned = x, 0.0
-        for action in sequence:
-            at = 1.5 * at + action / 4
-            if abs(at) > 1:
-                earned -= 9
-                break
-            earned += 1 + at
-        else:
-            earned += np.interp(at, process.grid.sheets[0][0], values)
-        found[sequence[0]] = max(earned, found.get(sequence[0], -np.inf))
-    best = max(found.values())
-    return best, {first for first, worth in found.items() if worth > best - 1e-4}
-
-
-@pytest.mark.parametrize("depth", [1, 4])
-def test_a_beam_that_keeps_every_path_finds_the_best_of_all(depth):
-    process, values = balance(6)
-    look = jax.jit(lambda x: look_ahead(process, values, x, depth, 5**3))
-    for x in np.random.default_rng(1).uniform(-0.7, 0.7, 20):
-        action, value = look(jnp.asarray([x], jnp.float32))
-        best, first = by_hand(process, values, float(np.float32(x)), depth)
-        assert float(value) == pytest.approx(best, abs=1e-4)
-        assert min(abs(float(action[0]) - one) for one in first) < 1e-6
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,13 @@
 """Numbers given while double precision is off have all their digits once it is on."""
 
+import gymnasium
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene
+from stickslip.dynamics.biped import BipedParams, BipedState, simulate
 from stickslip.dynamics.biped.contact import edge_ahead, friction_on
 from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 
@@ -19,6 +21,20 @@ GIVEN = {
     "table": lambda: Track.sinusoid().resampled(0.1, 9.7, 50),
     "odometer": lambda: Odometer.along(Track.rough(3)),
 }
+
+
+def test_what_was_made_in_double_precision_is_refused_where_that_is_off():
+    with jax.enable_x64(True):
+        robot, env = BipedParams.from_bars(), gymnasium.make("stickslip/Biped-v0", setting="exact")
+        env.reset(seed=0)
+    asks = {
+        "params.crank": lambda: simulate(robot, "grip", BipedState(), 0.1, 0.1, 0.01),
+        "the environment": lambda: env.step([0.0]),
+        "params": lambda: env.unwrapped.functional.reset(jax.random.key(0), env.unwrapped.params),
+    }
+    for name, ask in asks.items():
+        with pytest.raises(ValueError, match=f"^{name} is float64, which JAX has switched off"):
+            ask()
 
 
 @pytest.mark.parametrize("make", GIVEN.values(), ids=GIVEN)

@@ -129,6 +129,7 @@ def test_bars_of_a_robot_given_link_by_link_change_and_other_links_stay(tmp_path
         ('[bars]\nfemur = "9**9**9 m"', "bars.femur = '9..9..9 m' is not in m"),
         ("[links.tibia]\ncentre = 3", "links.tibia.centre. is no .*links.tibia.centre.0"),
         ("[lengths]\nrocker = 5", "close"),
+        ("payload = " + 400 * "9", r"payload = 99.*99; accepted: a number \[kg\]"),
         ("bars = 3", "bars. is no number of the file"),
         ('machine = "ugv"', "machine = 'ugv'; accepted: 'biped'"),
         ("x =", "is not TOML"),

@@ -35,7 +35,7 @@ def evaluation() -> Evaluation:
 
 
 def test_an_evaluation_is_a_table_in_markdown_for_a_terminal_and_in_csv(evaluation, tmp_path):
-    assert evaluation.to_markdown() == (
+    assert evaluation.shown().markdown() == (
         "| scene | controller | episodes | speed [m/s] | falls [%] |\n"
         "| --- | --- | ---: | ---: | ---: |\n"
         "| grip | pi | 2 | −1.250 ± 0.250 | 25 (12 to 50) |\n"

@@ -123,7 +123,7 @@ def _blank(system: System, walk: Walk) -> Trial:
     begun, event = stages.Beginning(zero, zero, zero, no), stages.Event(none, none, zero, no, no)
     end, middle = Motion(*[zero] * 6), stages.Midpoint(*[zero] * 5)
     unread: Any = None
-    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread)
+    taken = stages.Taken(*walk[:4], end, unread, middle, work, unread, work)
     size = None if walk.size is None else walk.aim
     return Trial(begun, taken, event, size, ~no, no, none).kept(system)
 
@@ -140,6 +140,9 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     else:
         taken = stages.classical_step(system, friction, mode, walk, inertia, step)
     end, middle = taken.end, taken.middle
+    if taken.work is not None:
+        ends = first.torque * walk.crank_rate, end.torque * taken.crank_rate
+        taken = taken._replace(taken_back=stages.taken_back(*ends, taken.work, step))
     samples = _sampled(friction, walk, first, taken, step)
     levers = stages.levers_of(system, samples.phase, inertia, taken.inertia)
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
@@ -318,6 +321,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
     else:  # no constant torque: integrated along the step
         work = jnp.asarray(taken.work) + time * (end.torque * taken.crank_rate)
     work = jnp.where(step > 0, work, 0.0)
+    given = jnp.maximum(work, 0.0) + (0.0 if taken.taken_back is None else taken.taken_back)
     return walk._replace(
         phase=theta,
         crank_rate=rate,
@@ -327,7 +331,7 @@ def _moved(system: System, walk: Walk, trial: Trial) -> Walk:
         breakaway=jnp.zeros_like(walk.breakaway),
         slide_distance=walk.slide_distance + jnp.abs(slide - walk.foot_position),
         work=walk.work + work,
-        positive_work=walk.positive_work + jnp.maximum(work, 0.0),
+        positive_work=walk.positive_work + given,
     )
 
 

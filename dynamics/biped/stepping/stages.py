@@ -46,6 +46,8 @@ class Taken(NamedTuple):
     """Work of the motor [J], where its torque is not given."""
     errors: Float[Array, " 4"]
     """Estimated errors of theta, rate, slide and velocity, 0 where there are no estimates."""
+    taken_back: Scalar | None = None
+    """What the motor gives and takes back in the step [J], where its torque is not given."""
 
 
 class Midpoint(NamedTuple):
@@ -162,6 +164,19 @@ def _classical_stages(
     middle = Midpoint(*[zero] * len(Midpoint._fields))
     begin = walk.phase, walk.crank_rate, inertia, (*[zero] * 4, power), middle
     return jax.lax.fori_loop(0, 4, body, begin)
+
+
+def taken_back(begin: Scalar, end: Scalar, work: Scalar, step: Scalar) -> Scalar:
+    """The lesser of what a power gives and takes in a step, by the parabola of its values at both
+    ends and of the step's work; 0 where both ends have one sign."""
+    turns = (begin * end < 0) & (step > 0)
+    mean = jnp.where(turns, work / jnp.where(step > 0, step, 1.0), 0.0)
+    a, b = jnp.where(turns, begin, 1.0), jnp.where(turns, end, -1.0)
+    slope, bend = 6 * mean - 4 * a - 2 * b, 3 * (a + b - 2 * mean)
+    root = 2 * a / (jnp.sign(a) * jnp.sqrt(slope**2 - 4 * a * bend) - slope)
+    before = root * (a + root * (slope / 2 + root * bend / 3))
+    lesser = jnp.minimum(jnp.abs(before), jnp.abs(mean - before))
+    return jnp.where(turns, step * lesser, 0.0)
 
 
 class Crossing(NamedTuple):

@@ -143,7 +143,7 @@ class Program:
                 self._constraints.append(self._b[i] == low)
         self._straight: cp.Constraint | None = None
         if given.straight is not None:
-            self._straight = given.straight @ self._a == 0
+            self._straight = cp.Zero(given.straight @ self._a)
             self._constraints.append(self._straight)
         self._timing: cp.Constraint | None = None
         self.problem = cp.Problem(cp.Minimize(self._goal(h)), self._constraints)

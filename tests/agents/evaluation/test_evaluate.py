@@ -93,7 +93,7 @@ def test_falls_are_counted_and_per_metre_numbers_need_a_distance(table):
     assert push.metrics["falls"].value > 0.5
     assert rest.episodes.walked.mean() < MIN_DISTANCE
     assert np.isnan(rest.metrics["slip_per_metre"].value)
-    assert "| - | - | - |" in table.to_markdown()
+    assert "| - | - | - |" in table.shown().markdown()
     with pytest.raises(ValueError, match="slippery/policy"):
         table.row("moon", "policy")
 

@@ -49,7 +49,7 @@ def test_a_noisy_value_is_judged_by_other_draws_and_a_gap_by_the_best_known(monk
     best = noisy.best_known
     for number, (mean, drawn) in enumerate([(3.0, 2.0), (4.0, 1.0), (2.0, 0.5), (1.0, 5.0)], 1):
         record.values = number
-        record.note(np.full(4, mean * best), np.array([drawn]), 0.0, True)
+        record.note(np.full(4, mean * best), np.array([drawn]), True)
     assert [one.value / best for one in record.events] == pytest.approx([3.0, 2.0])
     assert record.end().value == pytest.approx(2 * best)
     assert record.end().point[0] == 2 * best  # of the mean, not of the luckiest draw
@@ -60,6 +60,6 @@ def test_where_no_value_is_known_every_improvement_is_an_event():
     record = EventRecord(instance=instance(NAME, 10**6))
     for number, value in enumerate((3.0, 2.9999, 3.0, 2.9998), 1):
         record.values = number
-        record.note(np.zeros(16), np.array([value]), 0.0, True)
+        record.note(np.zeros(16), np.array([value]), True)
     assert [one.evaluations for one in record.events] == [1, 2, 4]
     assert np.isnan(gap(record.instance, 3.0))

@@ -141,6 +141,13 @@ def test_the_spec_says_how_long_an_episode_is(options):
         gymnasium.make_vec(BIPED, num_envs=2, max_episode_steps=0)
 
 
+def test_an_episode_of_some_periods_and_a_half_is_as_long_as_its_spec():
+    env = gymnasium.make(BIPED, time_limit=0.55)
+    env.reset(seed=np.int64(0))
+    taken = next(n for n in range(1, 99) if any(env.step([0.0])[2:4]))
+    assert taken == env.spec.max_episode_steps == 27
+
+
 def test_a_shorter_drive_costs_a_failure_as_much():
     params = UGVEnv().make_params()
     short = params.shortened(7)

@@ -40,6 +40,7 @@ def test_wheels_that_meet_end_the_episode():
     assert run.reward[end] == -float(params.failure_penalty)
     reached = run.state.station.wheel_clearance
     assert 0 <= reached[end] == reached[end - 1]
+    assert env.problem(run.first_state, params).min_wheel_clearance == 0
     again = drive(env, params.replace(vehicle=params.vehicle.replace(wheel_gap=0.1)), inwards)
     assert int(np.argmax(again.over)) < end
 

@@ -44,7 +44,7 @@ def owed_by(instance: Instance) -> Owed:
 def _finer(problem: Any) -> Any:
     """The same in a sixteenth of the step."""
     if isinstance(problem, GaitProblem):
-        return Interpolated(replace(problem, cells=PART * problem.cells), problem.cells)
+        return Interpolated(fine=replace(problem, cells=PART * problem.cells), cells=problem.cells)
     if isinstance(problem, Interpolated):
         return replace(problem, fine=replace(problem.fine, cells=PART * problem.fine.cells))
     function: Any = problem.function

@@ -83,13 +83,13 @@ def test_ioh():
 
 def test_cvxpy_takes_what_is_convex():
     one = instance("gait-time-d16-v2")
-    program, found = exports.as_cvxpy(one)
+    program, found = one.problem.in_cvxpy()
     program.solve(solver="CLARABEL")
     values, feasible = one.value(found())
     assert feasible
     assert values[0] == pytest.approx(one.best_known, rel=1e-6)
-    with pytest.raises(ValueError, match="is not convex"):
-        exports.as_cvxpy(instance("ugv-bump-energy-d8-v2"))
+    with pytest.raises(NotImplementedError, match="not written in cvxpy"):
+        instance("ugv-bump-energy-d8-v2").problem.in_cvxpy()
 
 
 def test_several_goals_are_refused_where_one_is_taken():

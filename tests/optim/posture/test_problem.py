@@ -52,6 +52,12 @@ def test_a_batch_is_the_drives_one_by_one(count: int):
     np.testing.assert_allclose(values, [problem.objective(x) for x in X], rtol=1e-12)
 
 
+def test_a_batch_of_drives_too_long_for_one_call_is_the_drives_one_by_one():
+    problem = PostureProblem.along(Track.flat(), start=3.0, end=7.2, spacing=1e-3)
+    X = np.full(problem.n, np.pi / 2) + np.array([[0.0], [0.1]])
+    np.testing.assert_array_equal(problem.objectives(X), [problem.objective(x) for x in X])
+
+
 def test_everything_is_double_precision_while_the_users_switch_is_off():
     problem = over_bump()
     x = random_x(problem)

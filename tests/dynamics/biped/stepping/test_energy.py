@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.dynamics import Scene, Status
-from stickslip.dynamics.biped import BipedState, Euler, simulate
+from stickslip.dynamics.biped import BipedState, Euler, simulate, simulate_inverse
 from tests.dynamics.biped.helpers import default_model, default_params, exact_along, state_of, walk
 
 
@@ -49,6 +49,15 @@ def test_work_is_torque_times_angle_and_positive_work_counts_gifts_only(float64,
     np.testing.assert_allclose(trajectory.contacts.work, case["torque"] * turned, atol=1e-14)
     gifts = np.sum(np.maximum(case["torque"] * turned, 0.0))
     np.testing.assert_allclose(np.sum(trajectory.contacts.positive_work), gifts, rtol=1e-5)
+
+
+def test_positive_work_of_a_prescribed_motion_is_what_the_motor_gives(float64):
+    given = default_model(), Scene.grip(outputs="state"), state_of(crank_rate=3.0), 0.0, 1.0
+    coarse, fine = (simulate_inverse(*given, dt) for dt in (0.02, 0.0005))
+    assert np.any(np.diff(np.sign(fine.torques)) != 0)
+    power = 3.0 * np.maximum(fine.torques, 0.0)
+    wanted = np.trapezoid(power, dx=0.0005) + 0.00025 * power[0]  # from the start on
+    np.testing.assert_allclose(np.sum(coarse.contacts.positive_work), wanted, rtol=2e-4)
 
 
 def test_sums_over_a_walk_that_falls_are_those_up_to_the_fall(float64):
