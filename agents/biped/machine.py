@@ -126,13 +126,9 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
     environment = "BipedEnv"
     configuration = TrainConfig
     modules = (
-        "stickslip.dynamics.biped.params",
-        "stickslip.dynamics.biped.model",
-        "stickslip.dynamics.biped.inertia",
-        "stickslip.dynamics.biped.settings",
-        "stickslip.dynamics.scene",
-        "stickslip.envs.biped.env",
-        "stickslip.envs.biped.params",
+        *("stickslip.dynamics.biped.params", "stickslip.dynamics.biped.model"),
+        *("stickslip.dynamics.biped.inertia", "stickslip.dynamics.biped.settings"),
+        *("stickslip.dynamics.scene", "stickslip.envs.biped.env", "stickslip.envs.biped.params"),
     )
     baselines = BIPED_BASELINES
     scenes = SCENES

@@ -126,14 +126,10 @@ class UGVMachine(Machine["UGVEnv", "UGVEnvParams", UGVTrainConfig]):
     environment = "UGVEnv"
     configuration = UGVTrainConfig
     modules = (
-        "stickslip.dynamics.ugv.params",
-        "stickslip.dynamics.ugv.wheel",
-        "stickslip.dynamics.ugv.ground.roughness",
-        "stickslip.dynamics.ugv.ground.shapes",
-        "stickslip.dynamics.ugv.ground.spline",
-        "stickslip.dynamics.ugv.track",
-        "stickslip.envs.ugv.env",
-        "stickslip.envs.ugv.randomisation",
+        *("stickslip.dynamics.ugv.params", "stickslip.dynamics.ugv.wheel"),
+        *("stickslip.dynamics.ugv.ground.roughness", "stickslip.dynamics.ugv.ground.shapes"),
+        *("stickslip.dynamics.ugv.ground.spline", "stickslip.dynamics.ugv.track"),
+        *("stickslip.envs.ugv.env", "stickslip.envs.ugv.randomisation"),
     )
     baselines = UGV_BASELINES
     scenes, scene_files = TRACK_NAMES, "or a file of points"

@@ -23,7 +23,6 @@ PLACE = (4.0, (1.5, 1.6))
 
 
 def test_a_star_imports_what_needs_no_extra():
-    assert "BipedEnv" in envs.__all__
     assert "SB3VecEnv" not in envs.__all__
 
 

@@ -41,20 +41,10 @@ FUNCTIONS = dict.fromkeys(ONE, 1) | {"min": 2, "max": 2, "clip": 3}
 """Number of arguments."""
 NUMPY = {"min": "minimum", "max": "maximum"}
 """Names of functions in NumPy and JAX, where they differ."""
-OPERATORS: dict[type[ast.AST], str] = {
-    ast.Add: "add",
-    ast.Sub: "subtract",
-    ast.Mult: "multiply",
-    ast.Div: "divide",
-    ast.Mod: "mod",
-    ast.Pow: "power",
-    ast.UAdd: "positive",
-    ast.USub: "negative",
-    ast.Lt: "less",
-    ast.LtE: "less_equal",
-    ast.Gt: "greater",
-    ast.GtE: "greater_equal",
-}
+OPERATORS: dict[type[ast.AST], str] = {ast.Add: "add", ast.Sub: "subtract", ast.Mult: "multiply"}
+OPERATORS |= {ast.Div: "divide", ast.Mod: "mod", ast.Pow: "power"}
+OPERATORS |= {ast.UAdd: "positive", ast.USub: "negative"}
+OPERATORS |= {ast.Lt: "less", ast.LtE: "less_equal", ast.Gt: "greater", ast.GtE: "greater_equal"}
 """Names in NumPy and JAX."""
 ACCEPTED = (
     f"arithmetic of numbers, {', '.join((*STATE, *CONSTANTS))}, with + - * / % **, comparisons, "

@@ -88,8 +88,6 @@ def test_cvxpy_takes_what_is_convex():
     values, feasible = one.value(found())
     assert feasible
     assert values[0] == pytest.approx(one.best_known, rel=1e-6)
-    with pytest.raises(NotImplementedError, match="not written in cvxpy"):
-        instance("ugv-bump-energy-d8-v2").problem.in_cvxpy()
 
 
 def test_several_goals_are_refused_where_one_is_taken():
