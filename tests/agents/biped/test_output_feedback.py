@@ -28,6 +28,7 @@ def controller() -> OutputFeedback:
     return OutputFeedback(StopAtMark(gait=OptimalGait(gaits=table)), most=0.5).validate()
 
 
+@pytest.mark.long
 def test_friction_and_payload_are_found_by_an_encoder_alone(controller):
     drawn = Randomisation(payload=(0.0, 4.0))
     scene = Scene.uniform(0.04, 0.04 * 0.83)

@@ -58,6 +58,7 @@ def test_nearness_pays_and_the_way_to_the_mark_is_seen(walk):
     np.testing.assert_allclose(played.info["reward_slip"], slip, atol=1e-7)
 
 
+@pytest.mark.long
 def test_the_servo_stops_at_the_mark_and_stands(walk):
     played = walk[1]
     assert not np.asarray(played.terminated).any()

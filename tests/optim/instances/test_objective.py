@@ -40,13 +40,6 @@ def test_every_value_asked_for_counts_and_constraints_of_the_same_point_do_not()
     assert record.evaluations == 9
 
 
-def test_a_value_asked_for_again_needs_budget():
-    it = toy().objective(budget=2)
-    it(X), it(X), it.constraints(X)
-    with pytest.raises(BudgetSpent):
-        it(X)
-
-
 @pytest.mark.parametrize("ask", [lambda it, X: [it(x) for x in X], lambda it, X: it.batch(X)])
 def test_the_best_is_feasible_and_improvements_fall(ask):
     it = toy().objective()

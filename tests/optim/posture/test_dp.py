@@ -145,6 +145,7 @@ def test_what_dynamic_programming_cannot_do_is_refused():
             solve(tiny(), "dp", angles=angles)
 
 
+@pytest.mark.long
 def test_a_free_split_grips_where_equal_torques_slip_and_does_the_same_work():
     free = over_bump("total_energy", friction=0.105, leg_rate=0.2, free_split=True)
     assert solve(replace(free, free_split=False), "dp", angles=9).x is None
