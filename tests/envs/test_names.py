@@ -8,7 +8,6 @@ import gymnasium
 import numpy as np
 import pytest
 
-from stickslip import envs
 from stickslip.dynamics import Scene, recommend
 from stickslip.dynamics.biped import BipedParams, BipedState, simulate
 from stickslip.dynamics.names import RANDOM_TRACKS, SCENES
@@ -20,10 +19,6 @@ from tests.envs.ugv.helpers import UGV
 from tests.trees import assert_same
 
 PLACE = (4.0, (1.5, 1.6))
-
-
-def test_a_star_imports_what_needs_no_extra():
-    assert "SB3VecEnv" not in envs.__all__
 
 
 @pytest.mark.parametrize("name", SCENES)
