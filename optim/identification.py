@@ -290,7 +290,8 @@ class _Search:
                 parameters[name] = Interval(float(means[0, k]), *ends)
         walk = self.filtered(near[0].points[:1], disturbance, means[:1], history=True)
         walk = jax.tree.map(lambda one: one[0], walk)
-        explained = bool(np.mean((walk.innovation / walk.deviation) ** 2) <= FIT)
+        with np.errstate(invalid="ignore"):  # a filter that got lost explains nothing
+            explained = bool(np.mean((walk.innovation / walk.deviation) ** 2) <= FIT)
         told = slipped, explained, self.noise, float(disturbance)
         return Identified(parameters, *told, walk.mean, walk.innovation, walk.deviation)
 

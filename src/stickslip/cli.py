@@ -1,4 +1,4 @@
-"""The command line: `stickslip train | evaluate | simulate | sweep | compare | view | ...`.
+"""The command line: `stickslip train | evaluate | simulate | sweep | view | ...`.
 
 `stickslip.commands` lists them; help loads neither JAX nor NumPy. Wrong input is a one-line message
 on stderr and exit status 2. With --json standard output holds one JSON object and nothing else.
@@ -11,24 +11,17 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, redirect_stdout
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
-from stickslip.commands import (
-    COMMANDS,
-    EXAMPLES,
-    GROUPS,
-    NOTHING_FOUND,
-    OK,
-    READER_LEFT,
-    WRONG_INPUT,
-    Command,
-    function_of,
-)
+from stickslip.commands import COMMANDS, EXAMPLES, GROUPS, OK, READER_LEFT, WRONG_INPUT, function_of
 from stickslip.parser import Parser, examples_text, tables_text
 from stickslip.programs import compiled_programs
 from stickslip.records.signals import Interrupted, complain, discard_output, handled, interrupt
 
-__all__ = ["COMMANDS", "NOTHING_FOUND", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
+if TYPE_CHECKING:
+    from stickslip.commands import Command
+
+__all__ = ["COMMANDS", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"]
 ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."
 LONGEST = 1200
 """Characters of a message."""
@@ -67,6 +60,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return READER_LEFT
     except OSError as error:
         _complain(f"{error.strerror}: {error.filename!r}" if error.filename else str(error))
+    except OverflowError as error:
+        _complain(f"a number is too large: {error}")
     except ValueError as error:
         _complain(str(error))
     except (MemoryError, RuntimeError) as error:

@@ -31,10 +31,11 @@ def identify_command(flags: Mapping[str, Any]) -> Content:
     with precision("float64"):
         robot, _ = BipedParams.with_motor(given.robot, given.changes)
     found = identify(robot, log, given.unknown, noise=given.noise, progress=True)
+    known = found.parameters if found.explained else dict.fromkeys(found.parameters, [np.nan] * 3)
     columns = [Column(name, words=True) for name in ("parameter", "unit")]
     rows = [
         [name, UNITS.get(name, "-"), *(one if np.isfinite(one) else None for one in interval)]
-        for name, interval in found.parameters.items()
+        for name, interval in known.items()
     ]
     table = Table([*columns, *map(Column, ("value", "low", "high"))], rows)
     print(table.rounded(5).terminal())

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip.dynamics import biped
 from stickslip.dynamics.biped.settings import precision
+from stickslip.dynamics.checks import require_choice, require_number
 from stickslip.dynamics.machine_file import machine_in
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
@@ -64,11 +65,13 @@ def robot_command(flags: Mapping[str, Any]) -> Content:
     path = Path(flags["file"])
     if flags["new"]:
         template = Path(__file__).parent / "templates" / f"{flags['machine']}.toml"
-        write_whole(path, template.read_bytes(), overwrite=False)
+        write_whole(path, template.read_bytes(), overwrite=flags["overwrite"])
         print(f"Written: {path}")
         return Content(facts={"files": [str(path)]})
+    require_number("mu", flags["mu"], low=0.0, accepted="finite frictions >= 0")
+    require_choice("machine", machine := machine_in(path), ("biped", "ugv"))
+    make = vehicle_page if machine == "ugv" else robot_page
     picture = picture_path(flags["out"], path, flags["overwrite"])
-    make = vehicle_page if machine_in(path) == "ugv" else robot_page
     page = make(path, flags["changes"], flags["mu"])
     columns = [Column("name", words=True), Column("value", words=True)]
     print(Table(columns, list(page.facts.items())).terminal(head=False))
@@ -174,6 +177,7 @@ def vehicle_page(path: Path, changes: Mapping[str, str], frictions: Sequence[flo
         "total mass, one side": f"{float(vehicle.weight / vehicle.gravity):.4g} kg",
         "leg angles": f"{np.degrees(low):.4g} to {np.degrees(high):.4g} degrees",
         "motor": "no limit" if limit is None else f"{limit:g} N m at each wheel",
+        "slopes tried": f"{SLOPES[0]:g} to {SLOPES[-1]:g}, {SLOPES[1]:g} apart",
         "highest of the steps tried": f"{tried}, smoothed over 0.5 m",
     }
     places = 4.0 + 2 * float(vehicle.body_length + 2 * vehicle.leg_length) * np.arange(POSES)
@@ -201,10 +205,9 @@ def slope_friction(vehicle: UGVParams, slope: float, limit: float | None) -> flo
 
 def steepest(needed: np.ndarray, mu: float) -> float | None:
     """The steepest slope up to which a friction is enough, between the slopes tried linearly."""
-    enough = needed <= mu
-    if not enough[0]:
+    last = int(np.argmin(np.append(needed <= mu, False)))
+    if last == 0:
         return None
-    last = len(needed) if enough.all() else int(np.argmin(enough))
     if last == len(needed) or not np.isfinite(needed[last]):
         return float(SLOPES[last - 1])
     return float(np.interp(mu, needed[last - 1 : last + 1], SLOPES[last - 1 : last + 1]))

@@ -23,6 +23,7 @@ def test_templates_are_the_default_machines(tmp_path):
         assert_same(kind.from_file(path), usual, 1e-6)
         before = path.read_text()
         assert main(["robot", "--new", str(path)]) == 2
+        assert main(["robot", str(path), "--mu", "0.1", "nan"]) == 2
         assert path.read_text() == before
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import NOTHING_FOUND, OK, main
+from stickslip.cli import OK, main
+from stickslip.commands import NOTHING_FOUND
 from stickslip.dynamics.ugv import UGVParams
 from stickslip.optimise.ugv import survey_of, track_options_of, treatments_of
 from tests.agents.test_cli import refusal

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import NOTHING_FOUND, OK, main
+from stickslip.cli import OK, main
+from stickslip.commands import NOTHING_FOUND
 
 pytestmark = pytest.mark.usefixtures("empty_directory")
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.cli import NOTHING_FOUND, OK, main
+from stickslip.cli import OK, main
+from stickslip.commands import NOTHING_FOUND
 from stickslip.optim import CRITERIA, PostureProblem
 from stickslip.simulate.ugv import read_posture
 

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from stickslip import flags
-from stickslip.cli import NOTHING_FOUND, OK, WRONG_INPUT, main
+from stickslip.cli import OK, WRONG_INPUT, main
+from stickslip.commands import NOTHING_FOUND
 from stickslip.dynamics import PRESETS, Scene, Status
 from stickslip.dynamics.biped import BipedParams, BipedState, floor_position, prepare, simulate
 from stickslip.envs.rendering.scene import paint
@@ -89,14 +90,16 @@ def test_a_walk_is_filmed_in_real_time_with_its_slides_to_its_end(capsys, monkey
     assert (len(shown), shown[-1][0].ended) == (11, "topple")
 
 
-def test_a_fall_ends_the_rows_and_says_so(capsys):
+@pytest.mark.parametrize("law", ["4", "5 * sin(200 * t)"])  # at once, as a period begins
+def test_a_fall_ends_the_rows_and_says_so(capsys, law):
     arguments = ["simulate", "biped", "--scene=wet", "--setting=balanced", "--period=0.01"]
-    arguments += ["--seconds=0.3", "--torque=4", "--crank-rate=3"]
+    arguments += ["--seconds=0.3", f"--torque={law}", "--crank-rate=3"]
     assert main(arguments) == NOTHING_FOUND
     assert re.search(r"status +TOPPLE\n", capsys.readouterr().out)
     found = rows("walk.csv")
     assert found[-1]["status"] == "TOPPLE"
     assert len(found) < 31
+    assert np.all(np.diff(column(found, "time [s]")) > 0) == (law != "4")
 
 
 def test_a_walk_in_double_precision_has_the_robot_of_double_precision(monkeypatch, float64):
@@ -145,12 +148,8 @@ def test_a_walk_whose_first_torque_is_no_number_is_refused_and_the_file_kept(cap
 
 
 def test_a_rate_tells_the_friction_that_holds_it_and_what_less_slides(tmp_path, capsys):
-    rows = [
-        "crank angle [rad],crank rate [rad/s]",
-        f"{np.pi / 2},3",
-        f"{np.pi},3",
-        f"{1.5 * np.pi},3",
-    ]
+    head = "crank angle [rad],crank rate [rad/s]"
+    rows = [head, *(f"{part * np.pi},3" for part in (0.5, 1.0, 1.5))]
     (tmp_path / "rates.csv").write_text("\n".join(rows))
     (tmp_path / "times.csv").write_text("time [s],rate [rpm]\n0,0\n1.6,60\n")
     walk = ["simulate", "biped", "--mu-static", "0.05", "--json", "--overwrite", "--rate"]

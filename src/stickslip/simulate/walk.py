@@ -165,6 +165,10 @@ def _trimmed(path: biped.Trajectory) -> tuple[biped.Trajectory, Status]:
     if ended.size:
         status = Status(int(path.contacts.status[ended[0]]))
         keep = int(ended[0]) + (status != Status.NON_FINITE)
+    if keep > 1 and path.states.time[keep] == path.states.time[keep - 1]:  # it ends as it begins
+        keep, told = keep - 1, path.contacts.status.copy()
+        told[keep - 1] = status
+        path = replace(path, contacts=replace(path.contacts, status=told))
     states = jax.tree.map(lambda leaf: leaf[: keep + 1], path.states)
     contacts = jax.tree.map(lambda leaf: leaf[:keep], path.contacts)
     return biped.Trajectory(states, path.torques[:keep], contacts), status
@@ -174,9 +178,9 @@ def walk_table(walk: Walk) -> Table:
     """A row for the start and one for the end of every period, numbers as they were computed.
 
     torque: held from there on (in the last row: up to there), and what is needed there where the
-    crank's motion is given. Forces: at the end of the period that
-    ends there. slid: the foot's path during it, either direction; foot position: how far it has
-    slid in all, forwards positive. What belongs to the period before is empty in the first row.
+    crank's motion is given. Forces: at the end of the period that ends there. slid: the foot's path
+    in it, either direction; foot position: how far it has slid in all, forwards positive. What
+    belongs to the period before is empty in the first row.
     """
     path = walk.trajectory
     states, torques, contacts = path.states, path.torques, path.contacts
