@@ -23,6 +23,7 @@ def stop(mu: float, **options) -> GaitProblem:
     return transfer(1, start_rate=RATE, end_rate=0.0, mu=mu, **options)
 
 
+@pytest.mark.long
 def test_a_floor_too_slippery_to_brake_without_slip_is_slid_over_and_the_replay_stops_there():
     problem = stop(0.014)
     assert problem.mu < NEEDED

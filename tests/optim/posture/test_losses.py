@@ -96,7 +96,10 @@ def test_the_friction_of_a_tracks_file_is_that_under_each_wheel(tmp_path):
     assert replace(problem, friction=0.1).objective(found.x) == problem.objective(found.x)
 
 
-@pytest.mark.parametrize("given", [{}, {"free_split": True, "friction": 0.08}])
+@pytest.mark.parametrize(
+    "given",
+    [{}, pytest.param({"free_split": True, "friction": 0.08}, marks=pytest.mark.long)],
+)
 def test_gradients_of_a_vehicle_with_losses_are_those_of_differences(given):
     problem = replace(tiny("total_energy"), params=LOSSY, **given)
     x, way, h = random_x(problem), np.random.default_rng(1).standard_normal(problem.n), 1e-6
