@@ -115,7 +115,7 @@ def _x64_is_the_callers_switch() -> Iterator[None]:
         pytest.fail("the test, or what it imports, switched jax_enable_x64 on for the process")
 
 
-MOST_MEMORY = 1 / 4
+MOST_MEMORY = 0.3
 """Of the machine's, that a process may hold before it drops what it has compiled: there are two."""
 MOST_MAPS = 40_000
 """Memory maps of a process, likewise: past the 65,530 that Linux allows the compiler crashes."""

@@ -42,6 +42,7 @@ LONG = {
     "recommend(": "every setting it tells of is a program",
     "evaluate_task(": "whole episodes of a task",
     "identify(": "many filters over a log",
+    "best_transfer(": "programs of several walks",
     "bound_every_drive(": "interval arithmetic over all drives",
     "done = sweep(": "a sweep",
     "read_sweep(": "a sweep first",

@@ -66,6 +66,7 @@ def test_a_log_with_slips_tells_friction_and_payload(quick, tmp_path, capsys):
     assert told["explained"]
 
 
+@pytest.mark.long
 def test_a_log_without_slip_tells_a_bound_on_friction(quick, tmp_path, capsys):
     log, walk = log_of(0.5, 0.4, 0.3, 1.0)
     needed = np.max(np.abs(walk.contacts.friction_force / walk.contacts.normal_force))

@@ -165,7 +165,6 @@ def test_a_rate_tells_the_friction_that_holds_it_and_what_less_slides(tmp_path, 
     assert main([*walk[:3], "0.08", *walk[4:], "3", "--out", str(tmp_path / "w.csv")]) == OK
     assert json.loads(capsys.readouterr().out)["summary"][0]["slid"] == 0
     (tmp_path / "rates.csv").write_text("\n".join([*rows[:-1], f"{1.5 * np.pi},4"]))
-    assert (
-        main([*walk, str(tmp_path / "rates.csv"), "--out", str(tmp_path / "w.csv")]) == WRONG_INPUT
-    )
+    again = [*walk, str(tmp_path / "rates.csv"), "--out", str(tmp_path / "w.csv")]
+    assert main(again) == WRONG_INPUT
     assert "accepted: the same rate" in capsys.readouterr().err

@@ -73,7 +73,7 @@ def _put(name: Path, path: Path, overwrite: bool) -> None:
     except OSError:
         if path.exists():
             raise ValueError(
-                f"{path} exists; accepted: a new path, or to overwrite it (--overwrite)"
+                f"{path} exists; accepted: a new path, or overwrite=True (--overwrite)"
             ) from None
         os.replace(name, path)  # a file system without links
 

@@ -49,9 +49,8 @@ def electrical(at, legs: bool, params: UGVParams) -> np.ndarray:
     return total
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param("wheel_energy", marks=pytest.mark.long), "total_energy"]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["wheel_energy", "total_energy"])
 def test_energies_are_electrical_and_heat_of_the_legs_counts(name):
     problem = replace(tiny(name), params=LOSSY)
     costs = electrical(every_path(problem)[1], name == "total_energy", LOSSY)
