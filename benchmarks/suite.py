@@ -100,9 +100,9 @@ def table() -> str:
     rows: list[dict[str, Any]] = []
     for one in suite().values():
         known: Any = one.known
-        best = f"{known.value:.6g}", known.standing
-        best = ("", "a front of points") if np.isnan(known.value) else best
-        best = dict(zip(("best known", "it is"), best, strict=True))
+        best = {"best known": f"{known.value:.6g}", "it is": known.standing}
+        if np.isnan(known.value):
+            best = {"best known": "", "it is": "a front of points"}
         rows.append({"id": f"`{one.id}`", "goal": ", ".join(one.goals)} | best)
     return markdown(rows)
 

@@ -72,7 +72,7 @@ def require_precision(what: str, *kinds: Any) -> None:
     """Raise ValueError for float64 among these types where JAX has it switched off."""
     import jax
 
-    if "float64" in map(str, kinds) and jax.dtypes.canonicalize_dtype("float64") != "float64":
+    if "float64" in kinds and jax.dtypes.canonicalize_dtype("float64") != "float64":
         raise ValueError(
             f"{what} is float64, which JAX has switched off; accepted: float32, or first "
             'jax.config.update("jax_enable_x64", True) at the start of the program'

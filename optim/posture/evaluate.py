@@ -166,13 +166,13 @@ class Waypoints(NamedTuple):
             of = posture.params
             reach = float(of.body_length) + 2 * float(of.leg_length + of.wheel_radius)
             each = _calls(len(x))
-            places = [padded(x[begin:], size) for begin, size in each]
+            places = [padded(x, size, begin) for begin, size in each]
             longest = max((np.ptp(at) for at in places), default=0.0)
 
             def part(begin: int, size: int, at: np.ndarray) -> _Call:
                 first = np.min(at) - reach
                 ground = posture.odometer.between(first, first + longest + 2 * reach)
-                own = {"x": at, "friction": padded(friction[begin:], size), "odometer": ground}
+                own = {"x": at, "friction": padded(friction, size, begin), "odometer": ground}
                 given = replace(shared, **jax.device_put(own))
                 programs = (bound_program(of, given) for of in (_rows, Posture.sloped))
                 return _Call(begin, size, *programs)
@@ -186,12 +186,12 @@ class Waypoints(NamedTuple):
 
     def padded_rows(self, pairs: Float[np.ndarray, "length 2"]) -> Any:
         """`rows` and the stations that fill the calls; of one call as it lies on the device."""
-        parts = [one.rows(padded(pairs[one.begin :], one.size)) for one in self.calls]
+        parts = [one.rows(padded(pairs, one.size, one.begin)) for one in self.calls]
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
 
     def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
         """Stations and slopes of `Sloped`, in NumPy."""
-        parts = [one.sloped(padded(pairs[one.begin :], one.size)) for one in self.calls]
+        parts = [one.sloped(padded(pairs, one.size, one.begin)) for one in self.calls]
         return jax.tree.map(lambda *of: np.concatenate(of)[: self.length], *parts)[:2]
 
 
@@ -221,9 +221,9 @@ def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
     return found | {"pose": np.asarray(at.placed & at.finite)}
 
 
-def padded(rows: np.ndarray, size: int) -> np.ndarray:
-    """The first of them up to that many, filled up with the last."""
-    return rows[np.minimum(np.arange(size), len(rows) - 1)]
+def padded(rows: np.ndarray, size: int, begin: int = 0) -> np.ndarray:
+    """So many of them from `begin` on, filled up with the last."""
+    return rows[np.minimum(np.arange(begin, begin + size), len(rows) - 1)]
 
 
 def together(drives: int, count: int) -> int:

@@ -190,8 +190,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         drives, shape = evaluate.together(len(angles), len(self.x)), angles.shape[:2]
         waypoints = self._waypoints_of(drives)
         begins = range(0, len(angles), drives)
-        each = (angles[i : i + drives].reshape(-1, 2) for i in begins)
-        parts = [waypoints.rows(evaluate.padded(of, waypoints.length)) for of in each]
+        parts = [waypoints.rows(angles[i : i + drives].reshape(-1, 2)) for i in begins]
         rows = np.concatenate(parts, axis=-1)[:, : angles[..., 0].size]
         found = np.array(self._of_rows[1](rows.reshape(-1, *shape), angles))
         return found[:count, 0], found[:count, 1:]

@@ -59,8 +59,9 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     limit = motor.get("torque_limit", TORQUE_LIMIT)
     require_writable(list(paths.values()), flags["overwrite"])
     for kind, path in paths.items():
-        text, about = urdf(machine, limit), missing(machine)
         if kind == "mjcf":
             text, about = mjcf(machine, friction=mu, torque_limit=limit), ABOUT
+        else:
+            text, about = urdf(machine, limit), missing(machine)
         write_whole(path, text, overwrite=flags["overwrite"])
         print(f"Written: {path}\n{about}")

@@ -12,7 +12,7 @@ from hypothesis import given
 
 from benchmarks import optimum
 from benchmarks.imitation import SHARPNESS, Drive, before_steps, costs, turns, whole
-from benchmarks.optimum import Grid, Walk, finite_horizon, solve, transitions
+from benchmarks.optimum import Grid, Walk, finite_horizon, look_ahead, solve, transitions
 from stickslip import optim
 from stickslip.agents import ComputedTorque
 from stickslip.agents.biped.task import from_anywhere
@@ -179,6 +179,13 @@ def test_nodes_and_states_are_each_others_inverses(task, names):
     beyond = walk.state(sheets[0], at.at[2:-1].add(99.0))
     ends = [len(axis) - 1 for axis in walk.grid.sheets[0][2:]]
     assert walk.place(beyond).at[2 : len(at) - 1].tolist() == ends
+
+
+def test_looking_ahead_with_every_path_is_worth_as_many_steps_more():
+    process, table = chain(), transitions(chain())
+    near, far = (finite_horizon(process.grid, table, count) for count in (4, 6))
+    found = [look_ahead(process, near, jnp.asarray([float(at)]), 2, 3**2)[1] for at in range(6)]
+    np.testing.assert_array_equal(found, far)
 
 
 def test_choices_that_are_held_earn_less_until_they_are_the_best(dtype):

@@ -14,13 +14,10 @@ pytest.importorskip("matplotlib", reason="needs the extra viz")
 
 
 def test_templates_are_the_default_machines(tmp_path):
-    for machine, kind, usual in (
-        ("biped", BipedParams, BipedParams.from_bars()),
-        ("ugv", UGVParams, UGVParams()),
-    ):
+    for machine, usual in (("biped", BipedParams.from_bars()), ("ugv", UGVParams())):
         path = tmp_path / f"{machine}.toml"
         assert main(["robot", "--new", "--machine", machine, str(path)]) == 0
-        assert_same(kind.from_file(path), usual, 1e-6)
+        assert_same(type(usual).from_file(path), usual, 1e-6)
         before = path.read_text()
         assert main(["robot", "--new", str(path)]) == 2
         assert main(["robot", str(path), "--mu", "0.1", "nan"]) == 2
@@ -49,8 +46,7 @@ def test_a_vehicle_climbs_what_friction_and_motors_let_it(tmp_path, capsys):
     found = json.loads(capsys.readouterr().out)
     slippery, firm = (row["steepest_slope"] for row in found["slopes"])
     assert slippery == pytest.approx(0.1, abs=1e-3)  # the slope itself, whatever the posture
-    weight = UGVParams().weight
-    strongest = 2 * 150 / (0.28 * weight)  # sin of the slope that both motors hold
+    strongest = 2 * 150 / (0.28 * UGVParams().weight)  # sin of the slope that both motors hold
     assert abs(np.sin(np.arctan(firm)) - strongest) < np.diff(np.linspace(0, 1, 21))[0]
 
 

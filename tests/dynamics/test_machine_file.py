@@ -34,10 +34,8 @@ def test_units_are_those_of_the_file(tmp_path):
         '[links.tibia]\nmass = "700 g"\ncentre = ["3 cm", 0.001]\ninertia = "9e4 g cm^2"\n'
         '[motor]\ntorque_limit = "600 N cm"\n'
     )
-    robot, plain = (
-        BipedParams.from_file(path),
-        BipedParams.from_bars(crank_length=0.04, hip_mass=1.2, payload=0.2, femur=9.0),
-    )
+    robot = BipedParams.from_file(path)
+    plain = BipedParams.from_bars(crank_length=0.04, hip_mass=1.2, payload=0.2, femur=9.0)
     tibia = {"mass": 0.7, "centre": [0.03, 0.001], "inertia": 9e-3}
     expected = plain.replace(**{name: np.array(getattr(plain, name)) for name in tibia})
     for name, value in tibia.items():
@@ -102,9 +100,8 @@ def _number(robot, place):
 
 def test_bars_of_a_robot_given_link_by_link_change_and_other_links_stay(tmp_path):
     robot = BipedParams.from_bars()
-    path = robot.replace(
-        mass=robot.mass * np.where(np.arange(13) == 1, 2.0, 1.0).astype("f4")
-    ).to_file(tmp_path / "my.toml")
+    mass = robot.mass * np.where(np.arange(13) == 1, 2.0, 1.0).astype("f4")
+    path = robot.replace(mass=mass).to_file(tmp_path / "my.toml")
     before, after = (
         BipedParams.from_file(path, changes)
         for changes in ({}, {"robot.crank_length": "60 mm", "robot.bar_density": 3.0})

@@ -46,9 +46,7 @@ adapter = GymEnv(BipedEnv(autoreset="disabled"), BipedEnv().default_params)
 first, told = adapter.reset(seed=1)
 after, gain, ended, cut, told = adapter.step([0.2])
 table = evaluate(env, {"mine": ComputedTorque()}, {"ice": params}, episodes=4)
-print(
-    table.shown().markdown(), first + after, gain, ended or cut, told, UGVEnv().default_params.start
-)
+print(table.to_text(), first + after, gain, ended or cut, told, UGVEnv().default_params.start)
 
 problem = PostureProblem.along(ground, "wheel_energy", spacing=0.5, leg_rate=1.0)
 result = solve(problem, method="dp", polish=False, progress=False)

@@ -57,8 +57,10 @@ GIVEN = {"instances": [NAME], "budget": 5, "seeds": 1, "workers": 1}
 @pytest.mark.long
 def test_a_process_that_ends_is_said_and_the_race_goes_on(tmp_path):
     runs = race({"dies": users.dies, "gives_up": users.gives_up}, **GIVEN, out=tmp_path / "race")
+    assert multiprocessing.active_children() == []
     assert [run.outcome for run in runs] == ["died", "ended"]
     assert np.isnan(runs[0].best)
+    assert len(read_results(tmp_path / "race")) == 2
     assert "1 died" in counted_text(runs)
 
 
@@ -79,10 +81,8 @@ def test_a_race_is_stopped_within_a_run(tmp_path):
 def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
     path = tmp_path / "race"
     paths = os.pathsep.join([str(Path(__file__).parents[3]), *filter(None, sys.path)])
-    process = subprocess.Popen(
-        [sys.executable, "-c", RACE, str(path)],
-        env=os.environ | {"PYTHONPATH": paths, "JAX_PLATFORMS": "cpu"},
-    )
+    env = os.environ | {"PYTHONPATH": paths, "JAX_PLATFORMS": "cpu"}
+    process = subprocess.Popen([sys.executable, "-c", RACE, str(path)], env=env)
     until = time.monotonic() + 120
     while len(kept := sorted(path.glob("data/cell-*"))) < 2:
         assert time.monotonic() < until
@@ -96,10 +96,8 @@ def test_a_race_that_is_killed_goes_on_with_what_is_missing(tmp_path):
     given = {"methods": {"slow": users.is_slow}, "instances": [NAME], "workers": 1, "out": path}
     with pytest.raises(ValueError, match="not empty; accepted: a new directory, or --resume"):
         race(**given, budget=5, seeds=4)
-    with pytest.raises(
-        ValueError,
-        match="begun with another definition: budget 5, not 6; accepted: to resume without",
-    ):
+    another = "begun with another definition: budget 5, not 6; accepted: to resume without"
+    with pytest.raises(ValueError, match=another):
         race(**given, budget=6, seeds=4, resume=True)
     runs = race(**given, budget=5, seeds=4, resume=True)
     assert [run.seed for run in runs] == list(range(4))

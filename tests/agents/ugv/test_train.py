@@ -82,9 +82,8 @@ def test_every_named_ground_makes_a_task():
 
 def test_start_angles_are_those_that_the_vehicle_takes():
     vehicle = UGVParams()
-    np.testing.assert_allclose(
-        np.degrees([vehicle.leg_angle_min, vehicle.leg_angle_max]), [*LEGS.values()]
-    )
+    ends = np.degrees([vehicle.leg_angle_min, vehicle.leg_angle_max])
+    np.testing.assert_allclose(ends, [*LEGS.values()])
 
 
 def test_a_configuration_of_an_unknown_machine_is_refused():

@@ -59,6 +59,10 @@ def test_a_budget_ends_and_what_was_found_stays():
     with pytest.raises(BudgetSpent):
         it.batch(np.array([[0.1 * i, 0.0] for i in range(9)]))
     assert (it.record.values, it.record.best) == (3, pytest.approx(0.64))
+    again = toy().objective(budget=2)
+    again(X), again(X), again.constraints(X)
+    with pytest.raises(BudgetSpent):
+        again(X)
     late = toy().objective(seconds=0.01)
     late(X)
     time.sleep(0.02)
@@ -89,6 +93,7 @@ def test_penalties_leave_feasible_points_alone():
     points = np.array([X, [1.0, 0.5]])
     assert it.penalised(X) == it(X)
     assert it.penalised_batch(points) == pytest.approx([0.5, 0.25 + PENALTY])
+    assert it.penalised(points[1]) == pytest.approx(0.25 + PENALTY)
     assert it.penalised([np.nan, 0.0]) == it.penalised_batch([[np.nan, 0.0]])[0] == np.inf
     nearly = np.array([0.5, 5e-7])  # missed by less than is let pass
     assert it.penalised(nearly) == it(nearly)
