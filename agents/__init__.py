@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout as Rollout
     from stickslip.agents.evaluation.rollout import rollout as rollout
     from stickslip.agents.evaluation.table import Evaluation as Evaluation
+    from stickslip.agents.exchange.record import record as record
     from stickslip.agents.machine import Machine as Machine
     from stickslip.agents.machine import machines as machines
     from stickslip.agents.machine import register as register

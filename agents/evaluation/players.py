@@ -202,6 +202,11 @@ def common_task(named: Mapping[str, Named], options: Options) -> str | None:
     where there is none, or where an option changes it."""
     if options.get("task") is not None or given_flags(options):
         return options.get("task")
+    return shared_task(named)
+
+
+def shared_task(named: Mapping[str, Named]) -> str | None:
+    """The named task that all policies were trained on, or None."""
     own = [named_task_of(one.metadata) for one in named.values() if one.policy is not None]
     first = own[0] if own else None
     return None if first is None or any(one != first for one in own) else first.name

@@ -98,7 +98,8 @@ def episode_key(seed: Array | int) -> Array:
     return jax.random.split(jax.random.key(seed))[1]
 
 
-_episode_keys = jax.jit(jax.vmap(episode_key))
+episode_keys = jax.jit(jax.vmap(episode_key))
+"""The keys of seeds [n]."""
 
 
 def first_state(env: AnyEnv, params: Timed, seed: int) -> Any:
@@ -212,13 +213,21 @@ def play(
     """Run the seeds' episodes; kept data as NumPy arrays. A planner plans each of them."""
     count, what = horizon(params), f"episodes = {len(seeds)}"
     require_memory(what, f"episodes of {count} steps", len(seeds), count * STEP_BYTES)
-    keys = _episode_keys(np.asarray(seeds, np.uint32))
-    axis = None
-    if isinstance(controller, Planner):
-        paths = [planned(env, controller, params, seed) for seed in seeds]
-        controller, axis = jax.tree.map(lambda *leaves: jnp.stack(leaves), *paths), 0
+    keys = episode_keys(np.asarray(seeds, np.uint32))
+    axis, controller = paths(env, controller, params, seeds)
     env = without_resets(env)  # one program, whatever the environment does at an end
     return jax.tree.map(np.asarray, _play(env, count, keep, axis, controller, params, keys))
+
+
+def paths(
+    env: AnyEnv, controller: Player, params: Timed, seeds: Sequence[int]
+) -> tuple[int | None, Controller]:
+    """What plays the seeds' episodes, and its axis over them: a planner's paths, stacked, or the
+    controller itself without an axis."""
+    if not isinstance(controller, Planner):
+        return None, controller
+    found = [planned(env, controller, params, seed) for seed in seeds]
+    return 0, jax.tree.map(lambda *leaves: jnp.stack(leaves), *found)
 
 
 def play_unseen(

@@ -1,6 +1,6 @@
-"""Minari: record episodes with its collector, read them with its loader, and clone the better half.
+"""Minari: record episodes, read them with its loader, and clone the better half.
 
-`pip install "stickslip[train]" "minari[hdf5]"`, then `python minari_bc.py [EPISODES]`. 200 episodes
+`pip install "stickslip[train,data]"`, then `python minari_bc.py [EPISODES]`. 200 episodes
 are 12,855 steps and 4.8 MB.
 """
 
@@ -9,30 +9,19 @@ import sys
 import tempfile
 from itertools import pairwise
 
-import gymnasium
 import jax
 import jax.numpy as jnp
 import minari
 import numpy as np
 import optax
 
-import stickslip  # noqa: F401  (registers the environments)
-from stickslip.agents import MLPPolicy, evaluate_task, load_policy
+from stickslip.agents import MLPPolicy, evaluate_task, load_policy, record
 
 TASK, NAME = "UGVLowGrip-v1", "stickslip/low-grip-v0"
 EPISODES = int(sys.argv[1]) if sys.argv[1:] else 200
 os.environ.setdefault("MINARI_DATASETS_PATH", tempfile.mkdtemp())
-env = minari.DataCollector(gymnasium.make(f"stickslip/{TASK}"))
-env.action_space.seed(0)
-act, shipped = jax.jit(MLPPolicy.__call__), load_policy("ugv-low-grip")
-for episode in range(EPISODES):  # under the shipped policy and a random one in turn
-    (obs, _), over = env.reset(seed=2**20 + episode), False  # test episodes are 0, 1, ...
-    while not over:
-        action = env.action_space.sample() if episode % 2 else np.asarray(act(shipped, obs))
-        obs, _, terminated, truncated, _ = env.step(action)
-        over = terminated or truncated
-env.create_dataset(NAME, description="the shipped policy and a random one in turn")
-
+policy = {"ugv-low-grip": load_policy("ugv-low-grip")}
+record(TASK, policy, NAME, noise=[0, 1], episodes=EPISODES // 2)  # itself, and a random one
 data = minari.load_dataset(NAME)
 print(f"{data.total_episodes} episodes, {data.total_steps} steps, {data.storage.get_size():.1f} MB")
 better = sorted(data.iterate_episodes(), key=lambda one: one.rewards.sum())[EPISODES // 2 :]

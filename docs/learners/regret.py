@@ -1,58 +1,31 @@
 """What each step cost against the optimum, in a Minari data set, and a clone that makes use of it.
 
-`pip install "stickslip[train]" "minari[hdf5]"`, then `python -m docs.learners.regret [EPISODES]` in
-a checkout. Dynamic programming over waypoints and leg angles of each episode's ground says what a
-state is worth, `infos["value"]`. `infos["regret"]` is what a step lost of it: over an episode these
-sum to the value at the start less the return. The grid's errors make single ones negative.
+`pip install "stickslip[train,data]"`, then `python -m docs.learners.regret [EPISODES]` in a
+checkout. Dynamic programming over waypoints and leg angles of each episode's ground says what a
+state is worth, `infos["value"]`. `infos["regret"]` is what the step that led to a row lost of it:
+over an episode these sum to the value at the start less the return. The grid's errors make single
+ones negative.
 """
 
 import os
 import sys
 import tempfile
-from dataclasses import dataclass
 from itertools import pairwise
 
-import gymnasium
 import jax
 import jax.numpy as jnp
 import minari
 import numpy as np
 import optax
-from minari.data_collector import EpisodeBuffer
 
-import stickslip  # noqa: F401  (registers the environments)
-from benchmarks.imitation import solved, whole
-from stickslip.agents import MLPPolicy, evaluate_task, load_policy
-from stickslip.agents.evaluation.rollout import play
+from benchmarks.imitation import solved
+from stickslip.agents import MLPPolicy, evaluate_task, load_policy, record
 from stickslip.agents.pictures.episodes import samples
-from stickslip.dynamics.pytrees import register_pytree
-from stickslip.envs import task_by_name
 
 TASK, POLICY, NAME = "UGVRandomBumps-v1", "ugv-random-bumps", "stickslip/random-bumps-v0"
-FIRST, NOISE = 2**20, {"expert": 0.0, "medium": 0.5, "random": 1.0}  # test episodes are 0, 1, ...
+NOISE = {"expert": 0.0, "medium": 0.5, "random": 1.0}
 SCALE = 0.03  # J, the best on validation episodes of 0.003, 0.01, 0.03, 0.1 and 0.3
-EPISODES = int(sys.argv[1]) if sys.argv[1:] else 90
-
-
-@register_pytree
-@dataclass(frozen=True)
-class Noisy:
-    """A policy whose actions are random in so many parts."""
-
-    policy: MLPPolicy
-    noise: float
-    key: jax.Array
-
-    def init(self, env_params, env_state):
-        return self.key
-
-    def act(self, key, obs, env_state, env_params):
-        key, now = jax.random.split(key)
-        random = jax.random.uniform(now, (2,), minval=-1.0, maxval=1.0)
-        return key, (1 - self.noise) * self.policy(obs) + self.noise * random
-
-    def validate(self):
-        return self
+EPISODES = int(sys.argv[1]) if sys.argv[1:] else 30
 
 
 @jax.jit
@@ -62,38 +35,18 @@ def worth(drive, values, states):
     return read * (drive.scale.one - drive.scale.zero)
 
 
-def recorded(number, name):
-    """An episode of the data set."""
-    noisy = Noisy(shipped, jnp.float32(NOISE[name]), jax.random.key(number))
-    played = play(env, noisy, params, [FIRST + number], whole)
-    played = jax.tree.map(lambda leaf: leaf[0], played)
-    states, played = samples(played)[0], played.trimmed()
-    value = np.array(worth(*solved(TASK, FIRST + number), states))
+def judged(played, seed):
+    """Value of each state that was met and regret of each step, which led to its row."""
+    value = np.array(worth(*solved(TASK, seed), samples(played)[0]))
     value[-1] *= not (played.terminated[-1] or played.truncated[-1])
-    regret = value[:-1] - played.reward - value[1:]
-    return EpisodeBuffer(
-        id=number,
-        observations=np.concatenate([played.start_obs[None], played.obs]),
-        actions=np.clip(played.action, -1, 1),
-        rewards=played.reward,
-        terminations=played.terminated,
-        truncations=played.truncated,
-        infos={"value": value, "regret": np.append(regret, 0.0)},  # Minari wants n + 1 of them
-    )
+    return {"value": value, "regret": np.append(0.0, value[:-1] - played.reward - value[1:])}
 
 
 os.environ.setdefault("MINARI_DATASETS_PATH", tempfile.mkdtemp())
-(env, params), shipped = task_by_name(TASK).make(), load_policy(POLICY)
-names = (list(NOISE) * EPISODES)[:EPISODES]
-buffers = [recorded(number, name) for number, name in enumerate(names)]
-minari.create_dataset_from_buffers(
-    NAME,
-    buffers,
-    env=gymnasium.make(f"stickslip/{TASK}"),
-    algorithm_name=f"{POLICY} with random parts of {list(NOISE.values())}",
-    description="an expert, a medium and a random policy in turn, with value and regret",
-)
+how = {"noise": list(NOISE.values()), "episodes": EPISODES, "infos": judged}
+print(record(TASK, {POLICY: load_policy(POLICY)}, NAME, **how).rounded(4).terminal())
 data = minari.load_dataset(NAME)
+names = [name for name in NOISE for _ in range(EPISODES)]
 print(f"{data.total_episodes} episodes, {data.total_steps} steps, {data.storage.get_size():.1f} MB")
 episodes = list(data.iterate_episodes())
 for name in NOISE:
@@ -105,7 +58,7 @@ for name in NOISE:
     print(f"{name}: return {earned:.4g}, regret {lost:.4g}")
 seen = np.concatenate([one.observations[:-1] for one in episodes])
 actions = np.concatenate([one.actions for one in episodes])
-regret = np.concatenate([one.infos["regret"][:-1] for one in episodes])
+regret = np.concatenate([one.infos["regret"][1:] for one in episodes])
 optimiser = optax.adam(optax.cosine_decay_schedule(2e-3, 3000))
 
 

@@ -27,7 +27,7 @@ LONGEST = 1200
 """Characters of a message."""
 EXHAUSTED = "RESOURCE_EXHAUSTED"
 """XLA's messages about a lack of memory."""
-EXTRAS = {"cma": "optim", "onnx": "onnx", "mujoco": "bench"}
+EXTRAS = {"cma": "optim", "onnx": "onnx", "mujoco": "bench", "minari": "data"}
 EXTRAS |= dict.fromkeys(("stable_baselines3", "torch"), "sb3")
 EXTRAS |= dict.fromkeys(("optax", "tqdm"), "train")
 EXTRAS |= dict.fromkeys(("matplotlib", "PIL", "pygame"), "viz")

@@ -124,6 +124,14 @@ COMMANDS = {
         json=False,
         compiles=False,
     ),
+    "record": Command(
+        "episodes of policies as a Minari data set, for offline learners",
+        "agents.exchange.record:record_command",
+        {
+            "stickslip record biped-ice": "a trained policy on its task",
+            "stickslip record ugv-random-bumps --noise 0 0.5 1": "expert, medium and random",
+        },
+    ),
     "optimise": Command(
         "a UGV's leg angles along a track, or the biped's best gait",
         "optimise.{part}:optimise_command",
@@ -183,7 +191,7 @@ COMMANDS = {
     ),
 }
 GROUPS = {
-    "use": ("view", "evaluate", "simulate", "tasks", "policies", "export"),
+    "use": ("view", "evaluate", "simulate", "tasks", "policies", "export", "record"),
     "train": ("train",),
     "optimise": ("optimise",),
     "study": ("robot", "identify", "sweep", "reproduce", "bench"),

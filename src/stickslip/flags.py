@@ -123,6 +123,19 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     _add_scene(parser, many=True)
 
 
+def record_flags(parser: Parser, _: object) -> None:
+    """Add policies, task, noise and the data set."""
+    add = parser.add
+    add("who POLICY", POLICY, nargs="+")
+    add("--task TASK", "of `stickslip tasks` (default: the policies' own)")
+    about = "shares of each action that are random, 0 to 1 (default: 0)"
+    add("--noise SHARE", about, nargs="+", type=float, default=[0.0])
+    add("--episodes", "of each policy with each noise", type=int, default=30)
+    add("--seed", "of the first episode (default: behind those of tests)", type=int, default=2**20)
+    add("--dataset NAME", "of the data set (default: stickslip/TASK/episodes-v0)")
+    parser.tables = {"policies": shipped_titles()} | _names_of(machines())
+
+
 def view_flags(parser: Parser, _: object) -> None:
     """Add policies, task, duration and files."""
     add = parser.add

@@ -1,0 +1,238 @@
+"""Episodes of named tasks as Minari data sets, for offline reinforcement learning."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from itertools import product
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from stickslip.agents.evaluation import players, rollout
+from stickslip.agents.machine import machine_by_name
+from stickslip.dynamics.checks import require_integer, require_memory, require_number
+from stickslip.dynamics.lazily import require
+from stickslip.dynamics.pytrees import register_pytree
+from stickslip.envs.functional import horizon
+from stickslip.envs.tasks.definition import task_by_name
+from stickslip.envs.tasks.known import known_of
+from stickslip.optim.progress import say_stage
+from stickslip.records.table import Column, Content, Table
+
+if TYPE_CHECKING:
+    from jaxtyping import Array, Float, PRNGKeyArray
+
+    from stickslip.agents.protocol import AnyEnv, Controller, Options, Player, Timed
+    from stickslip.envs.tasks.definition import TaskDefinition
+
+EPISODES, FIRST_SEED = 30, 2**20
+"""Episodes of each policy with each noise, and the seed of the first: those of test episodes are
+smaller, those of validation episodes greater."""
+Infos: TypeAlias = Callable[[rollout.Rollout[Any], int], Mapping[str, np.ndarray]]
+"""Further infos [length + 1] of a trimmed episode and its seed; the first row is the reset's."""
+
+
+@register_pytree
+@dataclass(frozen=True)
+class Noisy:
+    """(1 - noise) times a controller's action and noise times one drawn evenly from the box."""
+
+    controller: Controller
+    noise: Float[Array, ""]
+    key: PRNGKeyArray
+
+    def init(self, env_params: Timed, env_state: Any) -> tuple[Any, PRNGKeyArray]:
+        """See Controller."""
+        return self.controller.init(env_params, env_state), self.key
+
+    def act(
+        self, memory: tuple[Any, PRNGKeyArray], obs: Array, env_state: Any, env_params: Timed
+    ) -> tuple[tuple[Any, PRNGKeyArray], Float[Array, " act"]]:
+        """See Controller."""
+        own, (key, now) = memory[0], jax.random.split(memory[1])
+        own, action = self.controller.act(own, obs, env_state, env_params)
+        drawn = jax.random.uniform(now, action.shape, action.dtype, minval=-1.0, maxval=1.0)
+        share = self.noise.astype(action.dtype)
+        return (own, key), (1 - share) * jnp.clip(action, -1, 1) + share * drawn
+
+    def validate(self) -> Noisy:
+        """Return self."""
+        return self
+
+
+def record(
+    task: str,
+    controllers: Mapping[str, Player],
+    dataset: str,
+    *,
+    noise: Sequence[float] = (0.0,),
+    episodes: int = EPISODES,
+    seed: int = FIRST_SEED,
+    infos: Infos | None = None,
+) -> Table:
+    """Record a named task as a Minari data set, which `minari.load_dataset(dataset)` reads.
+
+    Each controller plays so many episodes with each share of noise (see Noisy); a share of 1 is a
+    random policy. The first episode is that of `reset(seed=seed)`, the next that of seed + 1.
+    Minari's normalised score is the task's score. Infos hold `cost` [length + 1], what a limit
+    counts, and what `infos` returns; the metadata of an episode its policy, noise and seed.
+    Returns episodes, steps, mean return and mean cost of each controller with each noise.
+    ValueError for an unknown task, a data set that exists or a name that Minari does not take.
+    """
+    require("minari", "a recording", extra="data")
+    defined = task_by_name(task)
+    rollout.require_named("controllers", controllers, "{name: controller}")
+    shares = np.atleast_1d(np.asarray(noise, float))
+    require_number("noise", shares, low=0.0, high=1.0, accepted="shares from 0 to 1")
+    pairs = list(product(controllers, shares.tolist()))
+    if not pairs:
+        raise ValueError("controllers is empty; accepted: at least one")
+    require_integer("episodes", episodes, high=rollout.MOST_EPISODES)
+    require_integer("seed", seed, low=0, high=rollout.VALIDATION_SEEDS - len(pairs) * episodes)
+    env, params = defined.make()
+    what = f"{len(pairs)} times {episodes} episodes"
+    size = len(pairs) * episodes, horizon(params) * rollout.STEP_BYTES
+    require_memory(what, f"episodes of {horizon(params)} steps", *size)
+    rows, episodes_of = [], []
+    with _new(dataset) as write:
+        for name, share in pairs:
+            say_stage(f"recording {name}, noise {share:g}")
+            seeds = range(seed + len(rows) * episodes, seed + (len(rows) + 1) * episodes)
+            who = rollout.validated(f"controllers[{name!r}]", controllers[name])
+            played = _played(rollout.without_resets(env), who, params, seeds, share)
+            buffers = [_buffer(one, its, infos) for one, its in zip(played, seeds, strict=True)]
+            rows.append((name, share, episodes, *_sums(buffers)))
+            episodes_of += buffers
+        write(defined, episodes_of, pairs)
+    units = {"noise": "-", "episodes": "-", "steps": "-", "return": defined.unit, "cost": "-"}
+    return Table((Column("policy", words=True), *map(Column, units, units.values())), rows)
+
+
+def _played(
+    env: AnyEnv, controller: Player, params: Timed, seeds: Sequence[int], noise: float
+) -> Iterator[rollout.Rollout]:
+    """The seeds' episodes, trimmed."""
+    given = *rollout.paths(env, controller, params, seeds), params
+    keys = rollout.episode_keys(np.asarray(seeds, np.uint32))
+    played = _side_by_side(env, horizon(params), *given, keys, np.float32(noise))
+    played = jax.tree.map(np.asarray, played)
+    for i in range(len(seeds)):
+        yield jax.tree.map(lambda leaf, i=i: leaf[i], played).trimmed()
+
+
+@partial(jax.jit, static_argnums=(0, 1, 2))
+def _side_by_side(
+    env: AnyEnv,
+    steps: int,
+    axis: int | None,
+    controller: Controller,
+    params: Timed,
+    keys: PRNGKeyArray,
+    noise: Float[Array, ""],
+) -> rollout.Rollout:
+    def one(controller: Controller, key: PRNGKeyArray) -> rollout.Rollout:
+        noisy = Noisy(controller, noise, jax.random.fold_in(key, 1))
+        return rollout.rollout(env, noisy, params, key, steps)
+
+    return jax.vmap(one, (axis, 0))(controller, keys)
+
+
+def _buffer(played: rollout.Rollout, seed: int, infos: Infos | None) -> Any:
+    """An episode in Minari's words."""
+    from minari.data_collector import EpisodeBuffer
+
+    more = {} if infos is None else infos(played, seed)
+    return EpisodeBuffer(
+        seed=seed,
+        observations=np.concatenate([played.start_obs[None], played.obs]),
+        actions=played.action,
+        rewards=played.reward,
+        terminations=played.terminated,
+        truncations=played.truncated,
+        infos={"cost": np.append(np.float32(0), played.info["cost"]), **more},
+    )
+
+
+def _sums(buffers: Sequence[Any]) -> tuple[int, float, float]:
+    """Steps, mean return and mean cost."""
+    steps = sum(len(one.rewards) for one in buffers)
+    earned, cost = (
+        float(np.mean([np.sum(row, dtype=float) for row in rows]))
+        for rows in zip(*((one.rewards, one.infos["cost"]) for one in buffers), strict=True)
+    )
+    return steps, earned, cost
+
+
+@contextmanager
+def _new(dataset: str) -> Iterator[Callable[[TaskDefinition, list[Any], list[Any]], None]]:
+    """What writes a data set, of which nothing is there until it is whole. ValueError for one that
+    exists and for a name that Minari does not take."""
+    from minari.dataset.minari_dataset import parse_dataset_id
+    from minari.namespace import create_namespace, list_local_namespaces
+    from minari.storage import get_dataset_path
+
+    namespace, path = parse_dataset_id(dataset)[0], Path(get_dataset_path(dataset))
+    if path.exists():
+        raise ValueError(f"{path} exists; accepted: the name of a new data set")
+
+    def write(task: TaskDefinition, buffers: list[Any], pairs: list[Any]) -> None:
+        if namespace is not None and namespace not in list_local_namespaces():
+            create_namespace(namespace)
+        with TemporaryDirectory(dir=path.parent, prefix=".") as folder:
+            _store(Path(folder) / path.name, dataset, task, buffers, pairs)
+            os.rename(Path(folder) / path.name, path)
+
+    yield write
+
+
+def _store(
+    path: Path, dataset: str, task: TaskDefinition, buffers: list[Any], pairs: list[Any]
+) -> None:
+    """Write a data set to a folder; pairs: policy and noise of equally many episodes each."""
+    import gymnasium
+    import minari
+    from minari.dataset.minari_storage import MinariStorage
+
+    known = known_of(task)
+    about = {
+        "dataset_id": dataset,
+        "minari_version": minari.__version__,
+        "algorithm_name": ", ".join(f"{name} with noise {noise:g}" for name, noise in pairs),
+        "description": task.headline,
+        "requirements": [f"stickslip=={version('stickslip')}"],
+    }
+    if known is not None:
+        about |= {"ref_min_score": known.trivial.value, "ref_max_score": known.best.value}
+        about |= {"num_episodes_average_score": known.episodes}
+    path.mkdir()
+    storage = MinariStorage.new(path / "data", env_spec=gymnasium.spec(task.id))
+    storage.update_metadata(about)
+    storage.update_episodes(buffers)
+    each = len(buffers) // len(pairs)
+    storage.update_episode_metadata(
+        {"policy": name, "noise": noise} for name, noise in pairs for _ in range(each)
+    )
+
+
+def record_command(given: Options) -> Content:
+    """`stickslip record`: record policies on a task, print the table and what reads it."""
+    named = players.read_named(
+        given["who"], given["task"] and machine_by_name(task_by_name(given["task"]).machine)
+    )
+    task = given["task"] or players.shared_task(named)
+    if task is None:
+        raise ValueError("no common task; accepted: --task, or policies trained on one named task")
+    dataset = given["dataset"] or f"stickslip/{task_by_name(task).name}/episodes-v0"
+    how = {name: given[name] for name in ("episodes", "noise", "seed")}
+    table = record(task, players.players_on(task, named), dataset, **how)
+    print(f"{table.rounded(4).terminal()}\nminari.load_dataset({dataset!r})")
+    return Content({"recorded": table}, {"task": task, "dataset": dataset})
