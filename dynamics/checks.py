@@ -168,7 +168,7 @@ def require_number(
         if not np.all(passed):
             bad = array if array.ndim == 0 else array[~passed].flat[0]
             place = "" if array.ndim == 0 else f" (one of {array.shape})"
-            raise ValueError(f"{name} = {bad.item()!r}{place} {why}; accepted: {accepted}")
+            raise ValueError(f"{name} = {bad[()]}{place} {why}; accepted: {accepted}")
 
 
 def as_number(name: str, value: Any, *, accepted: str, **rule: Any) -> Any:

@@ -147,9 +147,10 @@ class Scene:
         if isinstance(self.floor, Uniform | Patches):
             static, kinetic = self.floor.mu_static, self.floor.mu_kinetic
             if checks.is_concrete(static, kinetic) and np.any(np.greater(kinetic, static)):
+                given = [checks.shown(np.asarray(one).tolist()) for one in (kinetic, static)]
                 raise ValueError(
-                    f"mu_kinetic = {checks.shown(kinetic)} exceeds mu_static = "
-                    f"{checks.shown(static)}; accepted: {FRICTION['accepted']}"
+                    f"mu_kinetic = {given[0]} exceeds mu_static = {given[1]}; accepted: "
+                    f"{FRICTION['accepted']}"
                 )
         return self
 

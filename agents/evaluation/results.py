@@ -34,7 +34,7 @@ RULES = {
     "task": untrusted.Rule(str, "name"),
     "episodes": untrusted.Rule(str, "`test_episodes` of `stickslip tasks NAME`"),
     "seed": untrusted.Rule(int, "of the training", low=0, optional=True),
-    "cost": untrusted.Rule(float, "mean of an episode", optional=True),
+    "cost": untrusted.Rule(float, "mean of an episode", low=0, optional=True),
     "failures": untrusted.Rule(float, "share of the episodes", low=0, high=1, optional=True),
     "steps": untrusted.Rule(int, "of the training", low=0, optional=True),
     "seconds": untrusted.Rule(float, "of the training, wall clock", low=0, optional=True),

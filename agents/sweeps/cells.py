@@ -166,7 +166,7 @@ def write_cell(path: Path, number: int, head: Head, table: pa.Table) -> None:
     try:
         with writing(file) as to:
             marked = table.replace_schema_metadata({**(table.schema.metadata or {}), KEY: about})
-            parquet.write_table(marked, to, compression="zstd")
+            parquet.write_table(marked, to, compression="zstd", write_page_checksum=True)
     except OSError as error:
         raise OSError(
             error.errno,

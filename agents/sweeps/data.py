@@ -78,7 +78,7 @@ def read_sweep(path: str | Path) -> pa.Table:
         )
     for file in files.values():
         with reading(file, CELL_FILE):
-            parts.append(parquet.read_table(file))
+            parts.append(parquet.read_table(file, page_checksum_verification=True))
     with refusing(f"{path}"):
         return pa.concat_tables(parts).unify_dictionaries()
 

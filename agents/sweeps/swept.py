@@ -128,7 +128,7 @@ def _entries(path: tuple, leaf: PyTree) -> Iterator[tuple[str, tuple[int, ...]]]
             yield ".".join((name, *map(str, place))), place
 
 
-RANGE = re.compile(r"([^:]+):([^:]+):(\d{1,6})(:log)?")
+RANGE, MOST_VALUES = re.compile(r"([^:]+):([^:]+):(\d{1,18})(:log)?"), 10**6
 FORMS = "LOW:HIGH:N (even), LOW:HIGH:N:log, or values as 0.1,0.2,0.5"
 
 AxisLike: TypeAlias = "str | float | Iterable[float]"
@@ -154,9 +154,11 @@ def _range(text: str) -> tuple[float, ...]:
         raise ValueError(f"{shown(text)} is no axis; accepted: {FORMS}")
     low, high, log = _number(found[1], text), _number(found[2], text), bool(found[4])
     count = int(found[3])
-    if not -math.inf < low < high < math.inf or (log and low <= 0) or count < 2:
+    good = -math.inf < low < high < math.inf and (low > 0 or not log)
+    if not good or not 2 <= count <= MOST_VALUES:
         raise ValueError(
-            f"{shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 values or more"
+            f"{shown(text)}; accepted: finite LOW < HIGH, LOW > 0 with log, 2 to {MOST_VALUES:,} "
+            "values"
         )
     return tuple((np.geomspace if log else np.linspace)(low, high, count).tolist())
 

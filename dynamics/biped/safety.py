@@ -34,9 +34,12 @@ if TYPE_CHECKING:
 INTERVALS = 3
 """Equal intervals of each of a period's three parts; limits are computed at their ends."""
 SLACK = 0.1
-"""Share by which the reach is taken larger than its estimate, whose acceleration is constant."""
-LONGEST = 1.5
-"""Greatest reach of a control period either way [rad]."""
+"""Share by which the reach is taken larger than at a constant acceleration."""
+SPACING, BEND = 1 / 30, 0.01
+"""Distance of two angles [rad] between which the limits bend by less than this margin, which grows
+with the square of the distance."""
+LONGEST = 2.0
+"""Greatest reach of a control period either way [rad], over which no torque is safe."""
 
 
 class SafeTorque(NamedTuple):
@@ -71,8 +74,10 @@ def safe_torque(
     any angle ahead is linear in T, and with it f, N and the ground's moment (MODEL 1.4, eqs. 30
     to 32). At 12 angles of the period's reach, on either side of an exchange of support, T keeps
     |f| <= (1 - margin) mu_static N, N >= margin m g and the zero-moment point within (1 - margin)
-    of heel and toe; between them the limits bend by less than a margin of 0.01 at rates up to
-    10 rad/s. mu_next: friction [-] where the other foot lands, by default the same.
+    of heel and toe. Between them the limits bend by less than a margin of 0.01, at frictions from
+    0.02 on, where they are up to 1/30 rad apart, as over 0.02 s at 5 rad/s; where they are farther
+    apart the margin grows with the square of their distance: over 2 rad no torque is safe.
+    mu_next: friction [-] where the other foot lands, by default the same.
 
     Where the foot slides, or the cone leaves no torque, the interval's other limits hold: the
     nearest torque to the one asked for, or to the middle of the cone's limits. `low` and `high` of
@@ -226,11 +231,13 @@ def _while_resting(
     now = _at_node(model, start, energy, mu, margin)
     low, high = reduce(both, now, motor)
     ends = (sticking(model, inertia, rate**2, one).crank_acceleration for one in (low, high))
-    slowest, fastest = (duration**2 * one / 2 for one in ends)
-    backwards = jnp.minimum(rate * duration + jnp.minimum(slowest, fastest), 0.0)
-    forwards = jnp.maximum(rate * duration + jnp.maximum(slowest, fastest), 0.0)
+    slowest, fastest = (duration**2 * one / 2 for one in ends)  # what brakes now may not go on so
+    backwards = jnp.minimum(rate * duration + reduce(jnp.minimum, (slowest, fastest, 0.0)), 0.0)
+    forwards = jnp.maximum(rate * duration + reduce(jnp.maximum, (slowest, fastest, 0.0)), 0.0)
     reach = (jnp.clip((1 + SLACK) * one, -LONGEST, LONGEST) for one in (backwards, forwards))
-    parts = _parts(theta, *reach)
+    parts = other, inner, outer = _parts(theta, *reach)
+    longest = reduce(jnp.maximum, map(jnp.abs, (other, inner, outer - inner)))
+    margin = margin + BEND * jnp.maximum((longest / INTERVALS / SPACING) ** 2 - 1, 0.0)
 
     def visit(k: Integer, carry: tuple[Safe, _Node]) -> tuple[Safe, _Node]:
         safe, last = carry

@@ -180,7 +180,8 @@ COMMANDS = {
         {
             "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
             "--budget 500 --out runs/race": "three methods on an instance",
-            "stickslip bench run --budget 500 --out runs/race --resume": "go on with a race",
+            "stickslip bench run --instances shoot-grip-d10-v1 --methods cma slsqp random "
+            "--budget 500 --out runs/race --resume": "the same command, to go on with the race",
             "stickslip bench report runs/race --out runs/report": "tables and plots",
         },
         compiles=False,

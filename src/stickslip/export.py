@@ -25,6 +25,8 @@ def export_command(flags: Mapping[str, Any]) -> None:
         raise ValueError("--mu or --set with a policy; accepted: with the file of a machine")
     for kind, path in paths.items():
         require_suffix(path, KINDS[kind])
+    if len(set(paths.values())) < len(paths):
+        raise ValueError(f"--mjcf {flags['mjcf']} with --urdf {flags['urdf']}; accepted: two files")
     if "out" not in paths:
         export_machine(flags, paths)
         return

@@ -61,6 +61,10 @@ class Recorded:
     values: Float[np.ndarray, " n"]
     words: str = "torques"
 
+    def __post_init__(self):
+        if len(self.times) < 2:
+            raise ValueError(f"{self.name} has one row of {self.words}; accepted: two and more")
+
     @property
     def end(self) -> float:
         """The last time [s]."""
@@ -72,8 +76,8 @@ class Recorded:
         if self.times[0] > times[0] + slack or self.end < times[-1] - slack:
             raise ValueError(
                 f"{self.name} has {self.words} from {self.times[0]:g} to {self.end:g} s, and the "
-                f"walk asks for them from {times[0]:g} to {times[-1]:g} s; accepted: a shorter "
-                "walk (--seconds), or more of the file"
+                f"walk asks for them from {times[0]:g} to {times[-1]:g} s; accepted: a file of all "
+                "these times, or a shorter walk (--seconds)"
             )
         return np.interp(times, self.times, self.values)
 

@@ -267,7 +267,7 @@ def walk_summary(walk: Walk, held: Walk, seconds: float, efficiency: float | Non
         Column("steps"): steps,
         Column("slid", "m"): slid,
         Column("net_slide", "m"): float(states.foot_position[-1] - states.foot_position[0]),
-        Column("slid_per_step", "m"): slid * np.pi / abs(angle) if steps else None,
+        Column("slid_per_step", "m"): slid * np.pi / abs(angle) if steps and angle else None,
         Column("slips"): kinds["slip"],
         Column("least_friction"): need and (need.friction if need.friction < np.inf else None),
         Column("needed_at", "rad"): need and need.crank_angle,

@@ -25,8 +25,8 @@ from stickslip.envs import BipedEnv
 from stickslip.envs.biped.params import Randomisation
 from stickslip.envs.functional import pure_step
 
-PERIOD, LIMIT = 0.02, 8.0
-"""[s], [N m]"""
+PERIOD, LONG, LIMIT = 0.02, 0.1, 8.0
+"""[s], [s], [N m]"""
 MEMBERS = 1024
 
 
@@ -40,34 +40,37 @@ def walks():
         rate = rng.uniform(-10, 10, MEMBERS) * np.where(np.arange(MEMBERS) % 4, 1.0, 0.05)
         mu, share = 10 ** rng.uniform(-2, 0, MEMBERS), rng.integers(0, 3, MEMBERS) / 2
 
-        def one(phase, rate, mu, share, margin):
+        def one(phase, rate, mu, share, margin, period):
             state = BipedState(phase=phase, crank_rate=rate).astype(jnp.float64)
-            safe = safe_torque(robot, state, 0.0, mu, margin, torque_limit=LIMIT)
+            how = {"duration": period, "torque_limit": LIMIT}
+            safe = safe_torque(robot, state, 0.0, mu, margin, **how)
 
             def status(torque):
                 floor = Scene.uniform(mu, mu)
-                how = RK4Split(8), "table", robot, floor, state, Torque(torque), PERIOD
+                how = RK4Split(16), "table", robot, floor, state, Torque(torque), period
                 return stepped(*how)[1].status
 
             within = safe.low + (safe.high - safe.low) * share
             beyond = 0.05 * (jnp.abs(safe.high) + 0.05)
             return safe, status(within), status(safe.high + beyond)
 
-        batch = jax.jit(jax.vmap(one, in_axes=(0, 0, 0, 0, None)))
+        batch = jax.jit(jax.vmap(one, in_axes=(0, 0, 0, 0, None, None)))
         given = [jnp.asarray(column) for column in (phase, rate, mu, share)]
-        found = {margin: batch(*given, margin) for margin in (0.0, 0.02)}
+        pairs = (0.0, PERIOD), (0.02, PERIOD), (0.02, LONG)
+        found = {pair: batch(*given, *pair) for pair in pairs}
         return jax.tree.map(np.asarray, found)
 
 
-def test_the_foot_neither_slips_nor_leaves_the_floor(walks):
-    safe, within, _ = walks[0.02]
+@pytest.mark.parametrize(("period", "share"), [(PERIOD, 0.75), (LONG, 0.35)])
+def test_the_foot_neither_slips_nor_leaves_the_floor(walks, period, share):
+    safe, within, _ = walks[0.02, period]
     some = safe.status == Status.OK
-    assert some.mean() > 0.75
+    assert some.mean() > share
     assert (within[some] == Status.OK).all()
 
 
 def test_beyond_the_interval_it_slips_or_falls(walks):
-    safe, _, beyond = walks[0.0]
+    safe, _, beyond = walks[0.0, PERIOD]
     some = (safe.status == Status.OK) & (safe.high < LIMIT)
     assert (beyond[some] != Status.OK).mean() > 0.8
 
