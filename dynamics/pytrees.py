@@ -8,9 +8,6 @@ Nodes registered with functions of their own compare their class.
 
 A derived part is a field with init=False that `__post_init__` computes: `dataclasses.replace`
 computes it anew, and refuses it by name. JAX rebuilds trees without the constructor.
-
-What prepares a robot or a track runs once (`run_once`), and without XLA's costly passes compiles in
-a quarter of the time. Its numbers differ by roundings from those inside the user's own jit.
 """
 
 from __future__ import annotations
@@ -127,9 +124,8 @@ def float_type(*trees: Any):
 
 def all_finite(*trees: Any) -> jax.Array:
     """True if every number is finite."""
-    leaves = [jnp.asarray(leaf) for leaf in jax.tree.leaves(trees)]
     finite = jnp.ones((), bool)
-    for leaf in leaves:
+    for leaf in map(jnp.asarray, jax.tree.leaves(trees)):
         if jnp.issubdtype(leaf.dtype, jnp.floating):
             finite &= jnp.all(jnp.isfinite(leaf))
     return finite
@@ -163,18 +159,15 @@ def compensated(sums: Tree, rests: Tree, terms: Tree) -> tuple[Tree, Tree]:
     Begin with rests of 0. A sum of any length is good to a few roundings of its own: Knuth's exact
     error of an addition, fed back as Kahan does. A sum that overflows stays infinite.
     """
-    totals, tree = jax.tree.flatten(sums)
-    columns = zip(totals, *map(jax.tree.leaves, (rests, terms)), strict=True)
-    after, left = zip(*(_added(*column) for column in columns), strict=True)
-    return jax.tree.unflatten(tree, after), jax.tree.unflatten(tree, left)
 
+    def left(total: Array, term: Array, after: Array) -> Array:
+        added = after - total
+        rest = (total - (after - added)) + (term - added)
+        return jnp.where(jnp.isfinite(after), rest, 0.0)
 
-def _added(total: Array, rest: Array, term: Array) -> tuple[Array, Array]:
-    term = term + rest
-    after = total + term
-    added = after - total
-    rest = (total - (after - added)) + (term - added)
-    return after, jnp.where(jnp.isfinite(after), rest, 0.0)
+    terms = jax.tree.map(jnp.add, terms, rests)
+    after = jax.tree.map(jnp.add, sums, terms)
+    return after, jax.tree.map(left, sums, terms, after)
 
 
 NO_PLAIN_EMITTER = (0, 11)
@@ -186,7 +179,8 @@ if jax.__version_info__[:2] < NO_PLAIN_EMITTER:
 
 
 def run_once(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Result]:
-    """`function` of pytrees of arrays, compiled in a hurry where nothing is traced.
+    """`function` of pytrees of arrays, compiled in a hurry where nothing is traced: without XLA's
+    costly passes, in a quarter of the time. Numbers differ by roundings from those inside jit.
 
     fixed: so many arguments come first that are hashable and no arrays.
     Inside jit, vmap and grad, and on other platforms, it is `jax.jit(function)`.
@@ -307,18 +301,15 @@ def read_only(array: np.ndarray) -> np.ndarray:
 def given_state(one: object) -> dict[str, Any]:
     """State of copies and pickles: the object's attributes without cached properties, JAX's
     arrays as NumPy's. JAX restores its own in single precision outside `enable_x64`."""
+
+    def in_numpy(leaf: Any) -> Any:
+        return np.asarray(leaf) if isinstance(leaf, jax.Array) and not is_key(leaf) else leaf
+
     return {
-        name: jax.tree.map(_in_numpy, value)
+        name: jax.tree.map(in_numpy, value)
         for name, value in vars(one).items()
         if not isinstance(getattr(type(one), name, None), cached_property)
     }
-
-
-def _in_numpy(leaf: Any) -> Any:
-    is_numbers = isinstance(leaf, jax.Array) and not jax.dtypes.issubdtype(
-        leaf.dtype, jax.dtypes.prng_key
-    )
-    return np.asarray(leaf) if is_numbers else leaf
 
 
 _MADE_IN = os.getpid()

@@ -13,17 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import partial
-from typing import (
-    TYPE_CHECKING,
-    Any,
-    ClassVar,
-    Concatenate,
-    Generic,
-    ParamSpec,
-    Protocol,
-    TypeAlias,
-    TypeVar,
-)
+from typing import TYPE_CHECKING, Any, ClassVar, Concatenate, Generic, ParamSpec, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -238,14 +228,8 @@ def abstract_step(env: FunctionalEnv[State, Params], params: Any) -> tuple[Any, 
     return obs, state, jax.eval_shape(partial(bare_step, env), key, state, action, params)
 
 
-@partial(fused, fixed=1)
-def _step_env(
-    env: FunctionalEnv[State, Params], state: State, action: Float[Array, " act"], params: Params
-):
-    """A kernel of its own where the reset is none: rough ground that is drawn anew."""
-    return env.step_env(state, action, params)
-
-
+_step_env = fused(lambda env, *given: env.step_env(*given), fixed=1)
+"""A kernel of its own where the reset is none: rough ground that is drawn anew."""
 pure_step = fused(bare_step, fixed=1)
 """`FunctionalEnv.step` without checks, for use inside a trace: `pure_step(env, key, state, action,
 params)`, one kernel of a processor (see `fused`)."""
@@ -253,9 +237,9 @@ _jit_reset = jax.jit(lambda env, key, params: env.reset_env(key, params), static
 _jit_step = jax.jit(pure_step, static_argnums=0)
 
 
-Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] | None
+Plain = bool | int | float | str | list[object] | dict[str, object] | None
 """A JSON value."""
-Entries: TypeAlias = Mapping[str, Any]
+Entries = Mapping[str, Any]
 """Plain values by name, read."""
 
 
@@ -270,12 +254,10 @@ class Timed(Protocol):
     @property
     def control_period(self) -> Number:
         """Duration of a step [s]."""
-        ...
 
     @property
     def time_limit(self) -> Number:
         """Duration of an episode [s]."""
-        ...
 
 
 HALF = 0.501
@@ -295,7 +277,7 @@ def horizon(params: Timed) -> int:
     return max(1, int(np.ceil(count - HALF)))
 
 
-Rule: TypeAlias = Mapping[str, Any]
+Rule = Mapping[str, Any]
 """Keywords of `require_number`; a number may be None where "accepted" begins with it."""
 POSITIVE: Rule = {"low": 0.0, "strict": True, "accepted": "finite, > 0"}
 NON_NEGATIVE: Rule = {"low": 0.0, "accepted": "finite, >= 0"}

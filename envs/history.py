@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic
 
@@ -94,9 +94,7 @@ class FrameStack(FunctionalEnv[FrameStackState[State], Params]):
         frames = np.tile(first, self.steps), np.tile(last, self.steps)
         return np.append(low, frames[0]), np.append(high, frames[1])
 
-    def pictures(
-        self, states: FrameStackState[State], infos: Mapping[str, np.ndarray], params: Params
-    ) -> Callable[[int], np.ndarray]:
+    def pictures(self, states, infos, params):
         return self.env.pictures(states.state, infos, params)
 
     def is_over(self, state: FrameStackState[State]) -> Bool[Array, ""]:

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
 EDGE_ROUNDINGS = 64
 """A friction within so many roundings of the cone's edge is on it: it is computed no better."""
-
-
 LIFTED = 1e-3
 """Share of the weight below which a foot lifts off, not topples. The zero-moment point leaves
 every foot before the normal force is 0, one of 1e3 m at about 1e-4 of the weight."""

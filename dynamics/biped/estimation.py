@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.dynamics.biped.contact import Torque
 from stickslip.dynamics.biped.links import SUPPORT_START
-from stickslip.dynamics.biped.model import BipedModel, load
+from stickslip.dynamics.biped.model import BipedModel, Inertia, load
 from stickslip.dynamics.biped.settings import RK4Split
 from stickslip.dynamics.biped.simulation import stepped
 from stickslip.dynamics.biped.state import BipedState
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.biped.model import Inertia
     from stickslip.dynamics.pytrees import Number, Scalar
 
 STATE = {"crank_angle": 1e-6, "crank_rate": 1e-5, "foot_velocity": 1e-6}
@@ -41,8 +40,6 @@ OUTLIER = 100.0
 """Most that one angle adds to `misfit`: an outlier, or a walk that the model cannot go on with."""
 STEEP = 10.0
 """Greatest slope of a prediction: those across a switch have no bound."""
-
-
 ONE_STEP = RK4Split()
 
 

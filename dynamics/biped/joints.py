@@ -2,9 +2,8 @@
 
 A joint force acts on body `on` and comes from body `by`; the reverse acts on `by` (Newton's third
 law, first lines of eq. 18). Pins take both components in ground axes, slots one normal to the slot.
-The links' motion is exact, or by the chapter's forward differences. The equations are solved with
-the crank's and the foot's motion given, a leg's Assur groups one after the other, which takes no
-matrix and no linear algebra package.
+The equations are solved with the crank's and the foot's motion given, a leg's Assur groups one
+after the other, which takes no matrix and no linear algebra package.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ and parallel to the foot, y up. The supporting foot is flat, so the hip turns by
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -148,13 +147,12 @@ def exchange_mismatch(params: Linkage) -> Scalar:
 def as_batch(params: Any) -> tuple[tuple[int, ...], Any]:
     """The batch's shape, () for one robot, and every field as an array with its axes first."""
     leaves, structure = jax.tree.flatten(params)
-    cuts = [(np.shape(of), np.ndim(of) - n) for of, n in zip(leaves, PLAIN_NDIM, strict=True)]
-    names = (field.name for field in fields(params))
-    heads = {n: np.broadcast_to(0, of[:cut]) for n, (of, cut) in zip(names, cuts, strict=True)}
-    batch = require_broadcast(**heads)
+    fields = zip(vars(params), leaves, PLAIN_NDIM, strict=True)
+    cuts = {name: (np.shape(of), np.ndim(of) - n) for name, of, n in fields}
+    batch = require_broadcast(**{k: np.broadcast_to(0, of[:cut]) for k, (of, cut) in cuts.items()})
     whole = [
         jnp.broadcast_to(jnp.asarray(leaf), batch + shape[cut:])
-        for leaf, (shape, cut) in zip(leaves, cuts, strict=True)
+        for leaf, (shape, cut) in zip(leaves, cuts.values(), strict=True)
     ]
     return batch, structure.unflatten(whole)
 

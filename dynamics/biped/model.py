@@ -106,12 +106,14 @@ class BipedModel:
         if batch:
             whole = as_batch(replace(whole, crank=jnp.broadcast_to(whole.crank, batch)))[1]
         pytrees.settle(self, bare=whole)
-        return _derive(self.fidelity, with_payload(whole, extra))
+        return _derive(self.fidelity, self.params)
 
     @property
     def params(self) -> BipedParams:
         """The robot with the payload, but without the load of `load`."""
-        return with_payload(self.bare, self.payload)
+        if self.payload is None:
+            return self.bare
+        return replace(self.bare, payload=self.bare.payload + jnp.asarray(self.payload))
 
     @property
     def inertia(self) -> Inertia:
@@ -233,13 +235,6 @@ def load(
     """
     extra = None if unit is None else jnp.asarray(payload)
     return pytrees.rebuilt(model, load=Load(jnp.asarray(mass_factor), extra), unit=unit)
-
-
-def with_payload(params: BipedParams, payload: pytrees.Numeric | None) -> BipedParams:
-    """The robot with more mass at the hip's centre; None for none."""
-    if payload is None:
-        return params
-    return replace(params, payload=params.payload + jnp.asarray(payload))
 
 
 def loaded_params(model: BipedModel) -> BipedParams:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -125,9 +125,7 @@ class BipedParams:
         m) and least friction (0.08 at 3 rad/s). dtype: of all numbers, by default JAX's own; a
         robot made in float32 keeps its 7 digits in a float64 walk. ValueError: see `validate`.
         """
-        numbers = dict(locals())  # all arguments by name
-        for name in NO_NUMBERS:
-            del numbers[name]
+        numbers = {name: one for name, one in locals().items() if name not in NO_NUMBERS}
         checks.require_kind("hip_centre", hip_centre, (tuple, list), "a pair of finite numbers")
         if len(hip_centre) != 2 or any(isinstance(part, list | tuple) for part in hip_centre):
             raise ValueError(
@@ -204,13 +202,9 @@ class BipedParams:
 
     def replace(self, **changes: pytrees.Numbers) -> BipedParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
-        checks.require_known(changes, [field.name for field in fields(self)])
-        accepted = "finite numbers"
-        changes = {
-            name: checks.as_number(name, value, accepted=accepted)
-            for name, value in changes.items()
-        }
-        return replace(self, **changes)._checked_whole()
+        checks.require_known(changes, vars(self))
+        numbers = {k: checks.as_number(k, v, accepted="finite numbers") for k, v in changes.items()}
+        return replace(self, **numbers)._checked_whole()
 
     def validate(self) -> BipedParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range.

@@ -1,8 +1,7 @@
 """Recommended settings and presets for an accuracy, from a measured population.
 
-Nothing is measured here. `python -m benchmarks.tradeoff --update` writes measured.json;
-docs/accuracy.md says how. Errors are for each simulated second, costs are seconds for each
-simulated second of each environment.
+Errors are for each simulated second, costs are seconds for each simulated second of each
+environment. docs/accuracy.md says how they are measured.
 """
 
 from __future__ import annotations

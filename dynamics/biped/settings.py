@@ -1,10 +1,7 @@
 """Static choices of a computation: fidelity, integrator, step, precision. Hashable, one class each.
 
-Whatever the fidelity, the reduced equations (contact.py), the friction switching and the
-integrators are the same; it says where their coefficients M, P and Y come from. All integrators
-share the friction switching (`contact.mode_of`), the exchange of support and the statuses. Euler
-looks at the floor at the beginning of each of its steps and takes the step in that mode; RK4Split
-and EventExact stop at every switching instant.
+The fidelity says where the coefficients M, P and Y of the reduced equations come from. Integrators
+share these equations, the friction switching (contact.py), the exchange of support, the statuses.
 """
 
 from __future__ import annotations
@@ -119,9 +116,9 @@ def _require_counts(spec: Euler | RK4Split | EventExact, *counts: str) -> None:
 class Euler:
     """The paper's: accelerations constant during a step (eqs. 27, 35), stopped at t_s (eq. 36).
 
-    Fixed steps that switch, and end, at their ends only, but for a slide that stops inside a step:
-    it ends there, and the rest of the step is taken from rest, so each step solves the motion
-    twice. Order 1.
+    Fixed steps, in the mode that holds at their start. Onset of sliding, exchange of support, patch
+    edges and a walk's end wait for a step's end. A slide that stops inside a step ends there, and
+    the rest of the step is taken from rest, so each step solves the motion twice. Order 1.
     substeps: steps that one call of `step` is divided into. record_events: report what was switched
     in Contact.events; instants are those of the steps' ends.
     """

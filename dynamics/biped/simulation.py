@@ -287,6 +287,5 @@ def require_exchange(params: BipedParams | BipedModel, scene: Scene) -> None:
         raise ValueError(
             f"this linkage breaks the exchange of support: the other foot is off flat rest, or the "
             f"crank's centre off its axis, by {mismatch:.3g} (crank lengths or rad); "
-            f"accepted: below {accepted:.1g}, or a scene with "
-            'steps="one"'
+            f'accepted: below {accepted:.1g}, or a scene with steps="one"'
         )

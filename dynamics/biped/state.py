@@ -78,9 +78,8 @@ class BipedState:
     def require_support(self) -> BipedState:
         """Return self, or raise ValueError for a phase at which the leg does not support.
 
-        A phase that is no number passes: a step says NON_FINITE.
+        A phase that is not finite passes: a step says NON_FINITE.
         """
-        pytrees.require_numeric(**vars(self))
         if is_concrete(self.phase):
             phase, slack = np.asarray(self.phase), 1e-6
             if np.any((phase < SUPPORT_START - slack) | (phase > SUPPORT_END + slack)):
@@ -174,8 +173,6 @@ class Trajectory:
 
 END = len(EventKind)
 """The kind of event that is a walk's end by a status: part of no log."""
-
-
 PHASE_SLACK = 1e-3
 """Tolerance for a start outside the support phase [rad]."""
 

@@ -8,17 +8,13 @@ platforms the function is what `vmap` makes of it, where XLA's own fusion is the
 Until it is lowered, a fused function is one operation of JAX's, which vmap widens without tracing
 it: only what a platform compiles is traced, grouped and cut into blocks. Results that a program
 does not use are dropped from it before.
-
-Under vmap a while loop runs every member as often as the slowest needs, and a condition computes
-both of its branches for all. `compacting_while` and `where_needed` do what few members need for
-those alone. Each member goes through exactly what it would go through by itself.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Hashable, Iterable, Sequence
-from functools import cached_property, lru_cache, partial, wraps
+from functools import lru_cache, partial, wraps
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
 import jax
@@ -38,6 +34,8 @@ if TYPE_CHECKING:
     Function = Callable[..., list[Array]]
     Axes = tuple[int | None, ...]
     Fixed = tuple[Hashable, ...]
+    Given = tuple[object, ...]
+    """Pytrees of arrays."""
     Needed = tuple[bool, ...]
     """True for each result, or each argument, that is needed."""
     Less = tuple["_Kernel", Needed] | None
@@ -79,7 +77,7 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
     traced_once = jax.jit(function, static_argnums=tuple(range(fixed)))
 
     @partial(jax.custom_jvp, nondiff_argnums=(0,))
-    def run(constants: tuple[Hashable, ...], arguments: tuple[object, ...]) -> Result:
+    def run(constants: Fixed, arguments: Given) -> Result:
         traced = traced_once.trace(*constants, *arguments)
         leaves = jax.tree.leaves(arguments)
         kernel = _kernel(traced.jaxpr, tuple(map(pytrees.is_key, leaves)), os.environ.get(SWITCH))
@@ -87,11 +85,7 @@ def fused(function: Callable[..., Result], fixed: int = 0) -> Callable[..., Resu
         return jax.tree.unflatten(jax.tree.structure(traced.out_info), found)
 
     @run.defjvp
-    def run_jvp(
-        constants: tuple[Hashable, ...],
-        primals: tuple[tuple[object, ...]],
-        tangents: tuple[tuple[object, ...]],
-    ) -> tuple[Result, Result]:
+    def run_jvp(constants: Fixed, primals: tuple[Given], tangents: tuple[Given]):
         return jax_interface.jvp_in_front(
             lambda arguments: function(*constants, *arguments), primals, tangents
         )
@@ -161,6 +155,8 @@ class _Kernel:
         self.over = lru_cache(maxsize=REMEMBERED)(self._over)
         self.less = lru_cache(maxsize=REMEMBERED)(less)
         """The kernel of the needed results, and its arguments; None where all have to stay."""
+        self.alone = jax.jit(partial(kernel_p.bind, kernel=self))
+        """Outside of any trace."""
 
     def _over(self, size: int, axes: Axes, widest: int) -> _Kernel:
         """The same for one more axis, which comes first in the arrays that have it.
@@ -189,11 +185,6 @@ class _Kernel:
             return _Kernel(body, as_one_kernel(body), at_once, results, less, block * self.width)
         in_kernel = partial(_in_blocks, body, size, block, axes)
         return _Kernel(body, in_kernel, at_once, results, less, block * self.width, True)
-
-    @cached_property
-    def alone(self) -> Function:
-        """Outside of any trace."""
-        return jax.jit(partial(kernel_p.bind, kernel=self))
 
 
 kernel_p = Primitive(jax_interface.KERNEL)
@@ -249,8 +240,8 @@ jax_interface.register(
     _batched,
     anywhere=lambda *leaves, kernel: kernel.at_once(*leaves),
     on_cpu=lambda *leaves, kernel: kernel.in_kernels(*leaves),
+    unread=_needed,
 )
-jax_interface.register_dead_code_rule(kernel_p, _needed)
 
 
 def _block(size: int, most: int) -> int:
@@ -261,13 +252,7 @@ def _block(size: int, most: int) -> int:
     return min(most, GRAIN * -(-even // GRAIN)) if most >= GRAIN else most
 
 
-def _in_blocks(
-    body: Callable[..., list[Array]],
-    size: int,
-    block: int,
-    axes: tuple[int | None, ...],
-    *leaves: Array,
-) -> list[Array]:
+def _in_blocks(body: Function, size: int, block: int, axes: Axes, *leaves: Array) -> list[Array]:
     """A batch of `size`, block by block; the last is filled up with copies of the last member.
 
     Cut before and joined after the kernel: on whole arrays XLA uses several threads, a kernel one.
@@ -281,9 +266,7 @@ def _in_blocks(
     return [leaf.reshape(count * block, *leaf.shape[2:])[:size] for leaf in found]
 
 
-def _one_by_one(
-    function: Callable[..., list[Array]], axes: tuple[int | None, ...], *leaves: Array
-) -> list[Array]:
+def _one_by_one(function: Function, axes: Axes, *leaves: Array) -> list[Array]:
     """The function of every entry along the first axis of the arrays that have one."""
     shared = [leaf if axis is None else None for leaf, axis in zip(leaves, axes, strict=True)]
 
@@ -295,9 +278,7 @@ def _one_by_one(
     return jax.lax.map(one, own)
 
 
-def _only(
-    function: Callable[..., list[Array]], axes: tuple[int | None, ...], *leaves: Array
-) -> list[Array]:
+def _only(function: Function, axes: Axes, *leaves: Array) -> list[Array]:
     """The function of a batch of one."""
     one = [leaf if axis is None else leaf[0] for leaf, axis in zip(leaves, axes, strict=True)]
     return [leaf[None] for leaf in function(*one)]
@@ -320,9 +301,9 @@ def compacting_while(
 ) -> Carry:
     """`lax.while_loop` of carry = body(args, carry) while going(args, carry), compacted under vmap.
 
-    Where most members need one round and a few need many, the members still going are gathered
-    into a batch several times smaller, which runs on alone and is compacted in turn; results go
-    back in place.
+    vmap's own loop runs every member as often as the slowest needs. Where a few need many rounds,
+    the members still going are gathered into a batch several times smaller, which runs on alone and
+    is compacted in turn; results go back in place, each what the member computes by itself.
     args: everything else that the functions read, as pytrees of arrays (no closures over traced
     values). Not differentiable in reverse mode, as any while loop of unknown length.
     """
@@ -343,32 +324,33 @@ def compacting_while(
 
 
 def where_needed(
-    needed: Flag, function: Callable[..., Carry], args: tuple[object, ...], otherwise: Carry
+    needed: Flag, function: Callable[..., Carry], args: Given, otherwise: Carry
 ) -> Carry:
-    """function(*args) where `needed`, else `otherwise`; nothing is computed that none needs.
+    """function(*args) where `needed`, else `otherwise`; nothing is computed that none needs, where
+    vmap's own condition computes both branches for all.
 
     args: everything that the function reads, as a tuple of pytrees of arrays. Derivatives are those
     of the choice between both.
     """
 
     @jax.custom_jvp
-    def run(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
+    def run(needed: Flag, args: Given, otherwise: Carry) -> Carry:
         return choose(needed, args, otherwise)
 
     @run.defjvp
     def run_jvp(primals: tuple[Tree, ...], tangents: tuple[Tree, ...]):
-        def both(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
+        def both(needed: Flag, args: Given, otherwise: Carry) -> Carry:
             return jax.tree.map(partial(jnp.where, needed), function(*args), otherwise)
 
         return jax_interface.jvp_in_front(both, primals, tangents)
 
     @jax.custom_batching.custom_vmap
-    def choose(needed: Flag, args: tuple[object, ...], otherwise: Carry) -> Carry:
+    def choose(needed: Flag, args: Given, otherwise: Carry) -> Carry:
         return jax.lax.cond(needed, lambda: function(*args), lambda: otherwise)
 
     @choose.def_vmap
     def choose_batch(
-        size: int, batched: list[Any], needed: Array, args: tuple[object, ...], otherwise: Carry
+        size: int, batched: list[Any], needed: Array, args: Given, otherwise: Carry
     ) -> tuple[Carry, Tree]:
         axes = jax.tree.map(lambda is_batched: 0 if is_batched else None, batched[1])
         otherwise = jax.tree.map(partial(_spread, size), batched[2], otherwise)

@@ -82,10 +82,6 @@ class _Step(NamedTuple):
         return self.primitive.name in LOOPS
 
     @property
-    def joins(self) -> bool:
-        return self.primitive.name in JOINS
-
-    @property
     def is_free(self) -> bool:
         return self.primitive.name in FREE
 
@@ -214,7 +210,7 @@ def _kept(program: _Program) -> set[int]:
                 if user.is_free:
                     found |= needing[user.results[0]]
                 else:
-                    found.add(loop if user.is_loop or user.joins else place)
+                    found.add(loop if user.is_loop or user.primitive.name in JOINS else place)
             needing[number] = found
     kept = _compared(program)
     makers = {number: place for place, step in enumerate(program.steps) for number in step.results}
@@ -306,11 +302,9 @@ def _compute(numbers: list[int], makers: dict[int, _Step], values: dict[int, Arr
     values.update(zip(wanted, results, strict=True))
 
 
-def _marked(leaf: Array) -> Array:
-    if jnp.issubdtype(leaf.dtype, jax.dtypes.extended):  # random keys
-        return leaf
-    marked: Any = set_xla_metadata(leaf, **APART)
-    return marked
+def _marked(leaf: Array) -> Any:
+    is_key = jnp.issubdtype(leaf.dtype, jax.dtypes.extended)
+    return leaf if is_key else set_xla_metadata(leaf, **APART)
 
 
 def _inside(param: object) -> object:
@@ -389,12 +383,12 @@ def _can_be_one(jaxpr: Jaxpr) -> bool:
     return all(map(_can_be_in_one, jaxpr.eqns))
 
 
-def _bytes(atom: Var | Literal) -> int:
+def _bytes(atom: Atom) -> int:
     size, kind = getattr(atom.aval, "size", 0), getattr(atom.aval, "dtype", None)
     return size * getattr(kind, "itemsize", 1)
 
 
-def _held_whole(loop: JaxprEqn, parts: Sequence[Jaxpr]) -> Sequence[Var | Literal]:
+def _held_whole(loop: JaxprEqn, parts: Sequence[Jaxpr]) -> Sequence[Atom]:
     """Arguments that a loop reads or carries whole; a scan cuts slices out of the others."""
     if loop.primitive.name == "while":
         return loop.invars

@@ -89,10 +89,13 @@ def register(
     on_cpu: Callable[..., object] | None = None,
     slope: Callable[..., tuple[object, object]] | None = None,
     back: Callable[..., Sequence[object]] | None = None,
+    unread: Callable[[list[bool], JaxprEqn], tuple[list[bool], JaxprEqn | None]] | None = None,
 ) -> None:
     """Register an operation's batching rule and lowering, `on_cpu` where that differs.
 
-    slope, back: its rules for forward derivatives and for their transposition, where it has any.
+    slope, back, unread: its rules for forward derivatives, for their transposition and for
+    dead-code elimination, where it has any. JAX 0.12 gives the last one in between whether
+    arguments that are references are read later: none are.
     """
     several = operation.multiple_results
     batching.primitive_batchers[operation] = batched
@@ -103,17 +106,8 @@ def register(
         ad.primitive_jvps[operation] = slope
     if back is not None:
         ad.primitive_transposes[operation] = back
-
-
-def register_dead_code_rule(
-    operation: Primitive,
-    needed: Callable[[list[bool], JaxprEqn], tuple[list[bool], JaxprEqn | None]],
-) -> None:
-    """Register an operation's dead-code elimination.
-
-    JAX 0.12 says in between whether arguments that are references are read later: none are.
-    """
-    dce_rules[operation] = lambda read, *others: needed(read, others[-1])
+    if unread is not None:
+        dce_rules[operation] = lambda read, *others: unread(read, others[-1])
 
 
 def jvp_in_front(
@@ -123,14 +117,9 @@ def jvp_in_front(
     its arguments has one, as calls of `custom_vmap`, kernels and loops do.
     """
     value, slope = jax.jvp(function, tuple(primals), tuple(tangents))
-    mark = _mark(primals)
+    leaves = [as_plain(leaf) for leaf in jax.tree.leaves(primals)]
+    mark = jnp.concatenate([jnp.ravel(leaf)[:0].astype(bool) for leaf in leaves])  # no numbers
     return jax.tree.map(lambda leaf: _in_front(leaf, mark), value), jax.tree.map(_in_front, slope)
-
-
-def _mark(tree: object) -> Array:
-    """Nothing [0]: an array that has a batch where an entry of the tree has one."""
-    leaves = [as_plain(leaf) for leaf in jax.tree.leaves(tree)]
-    return jnp.concatenate([jnp.ravel(leaf)[:0].astype(bool) for leaf in leaves])
 
 
 def _in_front(leaf: Array, *mark: Array) -> Array:

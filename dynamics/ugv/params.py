@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +47,7 @@ class UGVParams:
     [m]. wheel_mass, leg_mass: of each wheel and each leg; body_mass [kg]. gravity [m/s^2].
     leg_angle_min, leg_angle_max: range of both leg angles [rad], 90 degrees straight down, more is
     outwards. wheel_gap: least distance of the wheels' rims [m]. Centres of mass are at the middles.
-    L, l and the masses are the chapter's; radius,
-    range and centres are not in it (MODEL 2).
+    L, l and the masses are the chapter's; radius, range and centres are not in it (MODEL 2).
 
     None, the default, leaves these out of the compiled program. rolling_resistance: coefficient c
     of the moment c N r against a wheel that rolls forwards (see `ground_forces`) [-].
@@ -88,7 +87,7 @@ class UGVParams:
 
     def replace(self, **changes: pytrees.Numbers) -> UGVParams:
         """A copy with some fields changed, validated. ValueError for an unknown field."""
-        checks.require_known(changes, [field.name for field in fields(self)])
+        checks.require_known(changes, vars(self))
         return replace(self, **changes)
 
     @classmethod

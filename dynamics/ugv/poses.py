@@ -137,7 +137,8 @@ def stand(
     along = jnp.stack([cos, sin], -1) / jnp.sqrt(cos**2 + sin**2)[..., None]
 
     def in_world(point: Points) -> Points:
-        return rear.centre + turned(point - rear_wheel, along)
+        (x, y), (c, s) = ((of[..., 0], of[..., 1]) for of in (point - rear_wheel, along))
+        return rear.centre + jnp.stack([c * x - s * y, s * x + c * y], -1)
 
     zero, apart = jnp.zeros_like(R), 2 * params.wheel_radius + params.wheel_gap
     hinge = jnp.stack([zero + params.body_length, zero], -1)
@@ -168,13 +169,6 @@ def _place(solver: PoseSolver, *given: Any) -> Pose:
 
 def _placed(solver: PoseSolver, *given: Any) -> Pose:
     return place(*given, solver=solver)
-
-
-def turned(vector: Points, along: Points) -> Points:
-    """The vector in the world, given in a frame whose x axis is the unit vector `along`."""
-    x, y = vector[..., 0], vector[..., 1]
-    cos, sin = along[..., 0], along[..., 1]
-    return jnp.stack([cos * x - sin * y, sin * x + cos * y], -1)
 
 
 def status_of(

@@ -1,8 +1,4 @@
-"""Settings recommended for an accuracy, from measured samples.
-
-`python -m benchmarks.ugv --update` measures and writes measured.json; docs/drives.md says
-how. Costs are seconds for each pose and its equilibrium.
-"""
+"""Settings recommended for an accuracy, from measured samples (docs/drives.md)."""
 
 from __future__ import annotations
 
@@ -27,7 +23,8 @@ sample, not beaten by one of like precision and checks in cost and both promised
 
 settings: solver, dtype. promises: ground, place, index of the setting, poses in the sample; errors
 of the torque over weight times radius [-] and of the rear contact in radii, each typical, promised
-and worst. costs: ground, index of the setting, poses at once, processor seconds for each pose.
+and worst. costs: ground, index of the setting, poses at once, processor seconds for each pose
+and its equilibrium.
 """
 GROUNDS = ("closed", "waves", "spline", "function")
 """Kinds of ground: a closed form, a sum of waves, a spline or table, a user's function."""

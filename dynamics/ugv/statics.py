@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 
 from stickslip.dynamics.checks import as_number, require_number
-from stickslip.dynamics.pytrees import where_positive
+from stickslip.dynamics.pytrees import Lists, Number, where_positive
 from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv.poses import Pose, over_poses, require_place, stand
 from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross, dot
@@ -17,7 +17,6 @@ from stickslip.dynamics.ugv.wheel import NEWTON, PoseSolver, WheelContact, cross
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int, Real
 
-    from stickslip.dynamics.pytrees import Lists, Number
     from stickslip.dynamics.ugv.ground.shapes import Points, Values
     from stickslip.dynamics.ugv.params import UGVParams
     from stickslip.dynamics.ugv.track import Track
@@ -73,8 +72,7 @@ def equilibrium(
 
     x_front: where the front wheel touches, [...] [m]. leg_angles: [..., 2], rear and front [rad].
     track: a Track, or one of TRACKS by its name. friction: mu between wheels and ground [-], where
-    the track has a surface times its factor under each wheel.
-    solver: see PoseSolver.
+    the track has a surface times its factor under each wheel. solver: see PoseSolver.
 
     Raises ValueError for bad numbers before tracing. Neglected: inertia and losses in the legs.
     Differentiable in every number.

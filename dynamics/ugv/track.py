@@ -1,9 +1,4 @@
-"""The ground that the UGV drives over: a profile y = f(x), and where a drive begins and ends.
-
-And its arc length, which a rolling wheel lays off. A wheel of radius r that rolls without slip and
-touches the ground at x, where its angle is beta = atan f'(x), has turned by beta(x) - S(x) / r,
-anticlockwise positive, S being the arc length.
-"""
+"""The ground that the UGV drives over: a profile y = f(x), its ends, and its arc length S(x)."""
 
 from __future__ import annotations
 

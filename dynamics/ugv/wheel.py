@@ -83,13 +83,9 @@ def penetration(
     """
     track, wheel, radius = jax.lax.stop_gradient((track, wheel, radius))  # it only judges
     radius = jnp.asarray(radius, wheel.x.dtype)
-    deepest, place, found = _deepest_sample(track, wheel, radius, samples)
-    deepest = where_needed(
-        jnp.any(found),
-        partial(_narrowed_down, samples),
-        (track, wheel, radius, place, found, deepest),
-        deepest,
-    )
+    deepest, place = _deepest_sample(track, wheel, radius, samples)
+    narrowed, given = partial(_narrowed_down, samples), (track, wheel, radius, place, deepest)
+    deepest = where_needed(jnp.any(place > 0), narrowed, given, deepest)
     return jnp.maximum(radius - deepest, 0)
 
 
@@ -103,9 +99,9 @@ def _below_rim(
 
 def _deepest_sample(
     track: Track | Near, wheel: WheelContact, radius: Values, samples: int
-) -> tuple[Values, Int[Array, "..."], Bool[Array, "..."]]:
+) -> tuple[Values, Int[Array, "..."]]:
     """The least distance of a sample from the centre [m]; the number of the one in front of the
-    nearest minimum beside the contact; whether there is one.
+    nearest minimum beside the contact, 0 where there is none.
 
     A minimum lies between two points where the distance falls at the left and grows at the right,
     or where it ends lower than it began though it grows at both (an edge), or higher though it
@@ -129,7 +125,7 @@ def _deepest_sample(
     carry = start, start[1], jnp.full_like(wheel.x, jnp.inf), zero
     # A loop: for a batch its numbers stay in the nearest cache.
     _, deepest, _, place = jax.lax.fori_loop(1, samples, look, carry)
-    return deepest, place, place > 0
+    return deepest, place
 
 
 def _narrowed_down(
@@ -138,10 +134,9 @@ def _narrowed_down(
     wheel: WheelContact,
     radius: Values,
     place: Int[Array, "..."],
-    found: Bool[Array, "..."],
     deepest: Values,
 ) -> Values:
-    """The least distance [m] where one was found between a sample and the one before it."""
+    """The least distance [m] between a sample, where one was found, and the one before it."""
     low, high = (_below_rim(wheel, radius, at, samples) for at in (place - 1, place))
     (d_low, g_low), (_, g_high) = (_from_centre(track, wheel.centre, at) for at in (low, high))
 
@@ -162,7 +157,7 @@ def _narrowed_down(
     # A loop, not unrolled: the CPU compiler would repeat the profile through the whole chain.
     carry = (low, high, d_low, g_low, g_high, deepest)
     least = jax.lax.fori_loop(0, NARROWINGS, narrow, carry)[-1]
-    return jnp.where(found, least, deepest)
+    return jnp.where(place > 0, least, deepest)
 
 
 def _encloses(
@@ -170,11 +165,7 @@ def _encloses(
 ) -> Bool[Array, "..."]:
     """True if a minimum of the distance lies between two points, by values and slopes there."""
     falls, grows = g_left < 0, g_right > 0
-    return (
-        (falls & grows)
-        | (~falls & grows & (d_right < d_left))
-        | (falls & ~grows & (d_right > d_left))
-    )
+    return jnp.where(grows, falls | (d_right < d_left), falls & (d_right > d_left))
 
 
 def _from_centre(track: Track | Near, centre: Points, x: Values) -> tuple[Values, Values]:

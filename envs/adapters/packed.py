@@ -341,12 +341,8 @@ def _begin(
 
 @lru_cache(maxsize=64)
 def _step_of(program: _Program) -> Callable[..., Array]:
-    """The compiled step: carry and actions to the carry."""
-
-    def step(carry: Array, actions: Float[Array, "n act"]) -> Array:
-        return jax.vmap(partial(_step_one, program), (-1, 0), -1)(carry, actions)
-
-    return jax.jit(step)
+    """The compiled step: carry and actions [n, act] to the carry."""
+    return jax.jit(jax.vmap(partial(_step_one, program), (-1, 0), -1))
 
 
 @partial(fused, fixed=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -298,9 +298,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
         terms = [info[f"reward_{name}"] for name in ("tracking", "slip", "energy", "fall")]
         return sum(terms, start=jnp.zeros((), terms[0].dtype))
 
-    def pictures(
-        self, states: episode.BipedEnvState, infos: Mapping[str, np.ndarray], params: BipedEnvParams
-    ) -> Callable[[int], np.ndarray]:
+    def pictures(self, states, infos, params):
         """See FunctionalEnv (extra `viz`)."""
         from stickslip.envs.biped.picture import biped_frames, biped_picture
         from stickslip.envs.rendering.scene import paint

@@ -22,14 +22,13 @@ from stickslip.dynamics.biped.safety import SafeTorque, nearest_safe
 from stickslip.dynamics.pytrees import Number, all_finite, pytree_dataclass
 from stickslip.dynamics.scene import Floor, Grip, Scene
 from stickslip.dynamics.status import Status
-from stickslip.envs.functional import uniform
+from stickslip.envs.functional import Range, uniform
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.dynamics.biped import Contact
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.functional import Range
 
 
 T = TypeVar("T")

@@ -40,6 +40,7 @@ class Painter:
         self._agg = agg.RendererAgg(theme.WIDTH, theme.HEIGHT, 72)  # a point is a pixel
         self._transform = require("matplotlib.transforms").IdentityTransform()
         self._new_path = require("matplotlib.path").Path
+        self._rgba = require("matplotlib.colors").to_rgba
         self._clip: Box | None = None
         self.box((0, 0, theme.WIDTH, theme.HEIGHT), theme.PAGE)
 
@@ -68,7 +69,9 @@ class Painter:
         style.set_joinstyle("round")
         if dashes is not None:
             style.set_dashes(0, dashes)
-        self._agg.draw_path(style, path, self._transform, None if fill is None else _rgba(fill))
+        self._agg.draw_path(
+            style, path, self._transform, None if fill is None else self._rgba(fill)
+        )
 
     def area(
         self, outline: ArrayLike, fill: Colour, edge: Colour = "none", width: float = 0.0
@@ -111,7 +114,7 @@ class Painter:
         cover, descent = _letters(words, size, bold)
         left = round(x - SHARES[align] * self.width_of(words, size, bold)) - MARGIN
         letters = np.empty((*cover.shape, 4), np.uint8)
-        letters[:] = np.round(255 * np.array(_rgba(colour)))
+        letters[:] = np.round(255 * np.array(self._rgba(colour)))
         letters[..., 3] = cover
         self._agg.draw_image(self._style(colour), left, round(y) - descent, letters[::-1])
 
@@ -125,16 +128,11 @@ class Painter:
 
     def _style(self, colour: Colour) -> GraphicsContextBase:
         style = self._agg.new_gc()
-        style.set_foreground(_rgba(colour), isRGBA=True)
+        style.set_foreground(self._rgba(colour), isRGBA=True)
         if self._clip is not None:
             box = require("matplotlib.transforms").Bbox.from_extents(*self._clip)
             style.set_clip_rectangle(box)
         return style
-
-
-@lru_cache(1024)
-def _rgba(colour: Colour) -> tuple[float, float, float, float]:
-    return require("matplotlib.colors").to_rgba(colour)
 
 
 @lru_cache(1024)

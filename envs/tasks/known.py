@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 FILE = Path(__file__).with_name("known.json")
 SOLVED = 0.9
 """The score from which a task counts as solved."""
-
-
 CONFIDENCE = 0.95
 RESAMPLES = 2000
 UNKNOWN = float("nan")
@@ -42,9 +40,8 @@ class Interval(NamedTuple):
     def shown(self, decimals: int) -> str:
         """The value and half the width of its interval, if it has one."""
         half = (self.high - self.low) / 2
-        return f"{self.value:.{decimals}f}" + (
-            f" ± {half:.{decimals}f}" if math.isfinite(half) else ""
-        )
+        width = f" ± {half:.{decimals}f}" if math.isfinite(half) else ""
+        return f"{self.value:.{decimals}f}{width}"
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -249,9 +249,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
         info |= episode.info_of(state, params)
         return self._observe(state, params), state, reward, failed, done & ~failed, info
 
-    def pictures(
-        self, states: episode.UGVEnvState, infos: Mapping[str, np.ndarray], params: UGVEnvParams
-    ) -> Callable[[int], np.ndarray]:
+    def pictures(self, states, infos, params):
         """See FunctionalEnv (extra `viz`)."""
         from stickslip.envs.rendering.scene import paint
         from stickslip.envs.ugv.picture import ugv_frames, ugv_picture

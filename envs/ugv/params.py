@@ -122,8 +122,7 @@ class UGVEnvParams:
         known = [one.name for one in fields(self) if one.init and one.name not in hidden]
         require_known(changes, [*known, "track", "failure_penalty"])
         dtype = jnp.result_type(self.start)
-        kinds = {"vehicle", "randomisation", "odometer"} & set(changes)
-        _require_kinds(**{name: changes[name] for name in kinds})
+        _require_kinds(**changes)
         changes = as_numbers(changes, GIVEN)
         if "track" in changes:
             track, drawn = changes.pop("track"), changes.get("randomisation", self.randomisation)
@@ -162,8 +161,7 @@ class UGVEnvParams:
 
     def validate(self) -> UGVEnvParams:
         """Return self, or raise ValueError naming the field, the value and the accepted range."""
-        given = {name: getattr(self, name) for name in ("vehicle", "odometer", "randomisation")}
-        _require_kinds(**given)
+        _require_kinds(**vars(self))
         self.vehicle.validate()
         kind = jnp.result_type(self.odometer.start)
         own = {name: rule for name, rule in NUMBERS.items() if name != "failure_penalty"}
@@ -201,8 +199,9 @@ GIVEN = NUMBERS | ANGLES | {"given_penalty": PENALTY}
 
 def _require_kinds(**given: Any) -> None:
     kinds = {"vehicle": UGVParams, "randomisation": UGVRandomisation, "odometer": Odometer}
-    for name, value in given.items():
-        require_kind(name, value, kinds[name], f"None or a {kinds[name].__name__}")
+    for name, kind in kinds.items():
+        if name in given:
+            require_kind(name, given[name], kind, f"None or a {kind.__name__}")
 
 
 def make_params(
@@ -241,14 +240,6 @@ def make_params(
     track, drawn = ground_of("bump" if track is None else track, drawn)
     drawn.validate(vehicle)
     numbers = as_numbers(numbers, GIVEN)
-    accepted = "a length > 0 [m]"
-    spacing = pytrees.require_one("spacing", spacing, low=0.0, strict=True, accepted=accepted)
-    start, end = (
-        None
-        if value is None
-        else pytrees.require_one(name, value, accepted="a finite position [m]")
-        for name, value in (("start", start), ("end", end))
-    )
     places = waypoints_along(track, vehicle, spacing, start, end)
     first, last = float(places[0]), float(places[-1])
     dtype = pytrees.float_kind(dtype, jnp.result_type(float))

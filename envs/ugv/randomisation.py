@@ -90,10 +90,8 @@ class RandomTrack:
             checks.require_memory(
                 f"{name} = {checks.shown(value)}", f"{name} of a ground", value, BYTES
             )
-        checks.require_memory(
-            f"pieces = {self.pieces}, waves = {self.waves}",
-            "waves at knots", self.pieces * self.waves, 64,
-        )  # fmt: skip
+        given = f"pieces = {self.pieces}, waves = {self.waves}"
+        checks.require_memory(given, "waves at knots", self.pieces * self.waves, 64)
         return self
 
     def draw(self, key: Array, start: Numeric, end: Numeric, dtype: DTypeLike) -> Odometer:

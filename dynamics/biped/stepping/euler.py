@@ -1,9 +1,4 @@
-"""The paper's Euler scheme: fixed steps that switch at their ends.
-
-A step takes the mode that holds at its start. If a sliding foot would turn back within it, it is
-stopped where it does (eq. 36), and the rest of the step is taken anew from rest. Onset of sliding,
-exchange of support, patch edges and a walk's end wait for the step's end.
-"""
+"""The paper's Euler scheme: fixed steps, in the mode that holds at their start; see Euler."""
 
 from __future__ import annotations
 
@@ -19,8 +14,6 @@ from stickslip.dynamics.scene import Grip
 from stickslip.dynamics.status import EventKind, Status
 
 if TYPE_CHECKING:
-    from jaxtyping import Array
-
     from stickslip.dynamics.biped.contact import Motion, System
     from stickslip.dynamics.pytrees import Flag, Integer, Scalar
 
@@ -65,7 +58,7 @@ def _part(system: System, walk: Walk, step: Scalar) -> tuple[Walk, Scalar]:
     if not isinstance(system.scene.floor, Grip):
         reached, rest, stops = _stopped(walk, first, mode, reached, step)
     work = first.torque * (reached.phase - walk.phase)
-    moved = _at(moved, *reached[:4])._replace(
+    moved = Walk(*reached[:4], *moved[4:])._replace(
         left=walk.left - (step - rest),
         slide_distance=walk.slide_distance + jnp.abs(reached.foot_position - walk.foot_position),
         work=walk.work + work,
@@ -91,15 +84,10 @@ def _stopped(
     return reached._replace(foot_velocity=jnp.where(stops, 0.0, reached.foot_velocity)), rest, stops
 
 
-def _at(walk: Walk, phase: Array, rate: Array, slide: Array, velocity: Array) -> Walk:
-    """The walk at another place."""
-    return walk._replace(phase=phase, crank_rate=rate, foot_position=slide, foot_velocity=velocity)
-
-
 def _uniformly_accelerated(walk: Walk, first: Motion, step: Scalar) -> Walk:
     """Accelerations constant during the step: eqs. (27) and (35), for crank and foot alike."""
     alpha, foot = first.crank_acceleration, first.foot_acceleration
     theta = walk.phase + step * (walk.crank_rate + step / 2 * alpha)
     slide = walk.foot_position + step * (walk.foot_velocity + step / 2 * foot)
     rate, velocity = walk.crank_rate + step * alpha, walk.foot_velocity + step * foot
-    return _at(walk, theta, rate, slide, velocity)
+    return walk._replace(phase=theta, crank_rate=rate, foot_position=slide, foot_velocity=velocity)

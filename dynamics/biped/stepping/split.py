@@ -148,7 +148,7 @@ def attempt(spec: RK4Split | EventExact, system: System, walk: Walk) -> Trial:
     motions = zip(samples.crank_rate, (first, middle, end), levers, strict=True)
     grounds = [stages.ground_of(system, *motion) for motion in motions]
     ending = stages.first_ending(system, grounds)
-    event = _event(spec, system, _Tried(walk, begun, first, samples, ending, taken))
+    event = _event(spec, system, walk, begun, first, samples, ending, taken)
     reached = *taken[:4], end.crank_acceleration, end.foot_acceleration
     status = stages.status_at(system, walk, first, grounds[0], step, reached)
     if isinstance(spec, EventExact):
@@ -197,21 +197,11 @@ def _sampled(friction, walk: Walk, first: Motion, taken: stages.Taken, step) -> 
     return stages.Samples(*cubics, cone)  # pyright: ignore[reportCallIssue]
 
 
-class _Tried(NamedTuple):
-    """A step whose events are looked for."""
-
-    walk: Walk
-    begun: stages.Beginning
-    first: Motion
-    samples: stages.Samples
-    ending: stages.Ending
-    taken: stages.Taken
-
-
-def _event(spec: RK4Split | EventExact, system: System, tried: _Tried) -> stages.Event:
+def _event(
+    spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, ending, taken
+) -> stages.Event:
     """The event that is aimed at, where it is at once; else the first one inside the step."""
-    walk, begun, _, samples, ending, taken = tried
-    kind, crossing = _first_event(spec, system, tried)
+    kind, crossing = _first_event(spec, system, walk, begun, first, samples, ending.margins, taken)
     at_once = (walk.target != EventKind.NONE) & (begun.step <= begun.near)
     if isinstance(spec, EventExact) and not isinstance(system.scene.floor, Grip):
         at_once |= is_noise(system, walk, begun, samples, taken)
@@ -221,13 +211,15 @@ def _event(spec: RK4Split | EventExact, system: System, tried: _Tried) -> stages
     return stages.Event(kind, ending.status, time, happens, at_once | crossing.close)
 
 
-def _first_event(spec: RK4Split | EventExact, system: System, tried: _Tried):
-    """Kind and crossing of the first event: exchange, end, stop or onset, edge."""
-    walk, begun, first, samples, ending, taken = tried
+def _first_event(
+    spec: RK4Split | EventExact, system: System, walk: Walk, begun, first, samples, margins, taken
+):
+    """Kind and crossing of the first event: exchange, end, stop or onset, edge. margins: of the
+    end."""
     floor, mode, step = system.scene.floor, begun.mode, begun.step
     near = spec.close, spec.reach
     rate, end = taken.crank_rate, taken.end
-    last, margins = jnp.full_like(walk.target, END), ending.margins
+    last = jnp.full_like(walk.target, END)
     slope = stages.parabola_slope(margins)
     nearer = spec.close / 10, spec.reach  # one end a walk: another trial costs little
     ended = last, stages.first_crossing(margins, slope, walk.target == last, *nearer, dips=True)

@@ -58,7 +58,6 @@ class Midpoint(NamedTuple):
     normal_force: Scalar
     solvability: Scalar
     cone_margin: Scalar
-    """Margin of the static friction cone [N]."""
 
 
 def cone_margin(friction: Friction | None, motion: Motion):
@@ -94,7 +93,7 @@ class Samples(NamedTuple):
     foot_position: tuple[Array, Array, Array]
     foot_velocity: tuple[Array, Array, Array]
     cone: tuple[Array, Array, Array]
-    """Margin of the static friction cone [N]."""
+    """See cone_margin."""
 
 
 class Event(NamedTuple):

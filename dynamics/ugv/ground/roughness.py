@@ -17,14 +17,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_choice,
-    require_memory,
-    require_number,
-    shown,
-)
-from stickslip.dynamics.pytrees import Numeric, float_type, pytree_dataclass, same_rank
+from stickslip.dynamics import checks
+from stickslip.dynamics.pytrees import Numeric, float_type, is_key, pytree_dataclass, same_rank
 from stickslip.dynamics.ugv.ground.shapes import Closed, as_floats
 from stickslip.dynamics.ugv.ground.spline import Spline, hermite_table
 
@@ -52,7 +46,7 @@ PIECES_PER_WAVE = 8
 
 def class_roughness(iso_class: str) -> float:
     """G(n0) [m^3], the geometric mean of an ISO 8608 class "A" to "H"."""
-    require_choice("iso_class", iso_class, CLASSES)
+    checks.require_choice("iso_class", iso_class, CLASSES)
     return 16e-6 * 4.0 ** CLASSES.index(iso_class)
 
 
@@ -88,15 +82,15 @@ def rough_waves(key: Array, roughness: Numeric, waves: int = WAVES) -> Waves:
     independent, in single precision for either type, so that a key means one ground.
     """
     edges = np.linspace(*BAND, waves + 1)
-    require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
+    checks.require_number("roughness", roughness, low=0.0, accepted="a finite number >= 0 [m^3]")
     variance = REFERENCE_FREQUENCY**2 * (1 / edges[:-1] - 1 / edges[1:])
     amplitudes, frequencies = np.sqrt(2 * variance), np.sqrt(edges[:-1] * edges[1:])
-    dtype = getattr(key, "dtype", None)
-    typed = dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
-    if not typed and (dtype != np.uint32 or np.shape(key) != (2,)):
-        raise ValueError(f"key = {shown(key)}; accepted: a JAX key, or for Track.rough a seed")
+    if not is_key(key) and (getattr(key, "dtype", None) != np.uint32 or np.shape(key) != (2,)):
+        raise ValueError(
+            f"key = {checks.shown(key)}; accepted: a JAX key, or for Track.rough a seed"
+        )
     phases = jax.random.uniform(key, (waves,), jnp.float32, 0.0, 2 * np.pi)
-    if is_concrete(roughness, phases):
+    if checks.is_concrete(roughness, phases):
         level = np.asarray(roughness, np.float64)[..., None]
         return Waves(np.sqrt(level) * amplitudes, frequencies, np.asarray(phases, np.float64))
     (level,) = as_floats(roughness)
@@ -113,9 +107,11 @@ def rough_table(key: Array, roughness: float, start: float, end: float) -> Splin
     enclose the drive and the vehicle's length.
     """
     pieces = math.ceil((end - start) * BAND[1] * PIECES_PER_WAVE)
-    require_memory(f"end - start = {end - start:.6g}", "pieces of a table", pieces, 64 * WAVES)
+    checks.require_memory(
+        f"end - start = {end - start:.6g}", "pieces of a table", pieces, 64 * WAVES
+    )
     drawn = rough_waves(key, roughness)
     ends: list[Any] = [start, end]
-    if not is_concrete(drawn):
+    if not checks.is_concrete(drawn):
         ends = [jnp.asarray(at, float_type(drawn)) for at in ends]
     return hermite_table(drawn.profile, ends[0], ends[1], pieces)

@@ -38,7 +38,6 @@ class Shape(Protocol):
 
     def profile(self, x: Numeric) -> Profile:
         """Height [m], slope [-] and second derivative [1/m] at each x [m]."""
-        ...
 
 
 def as_floats(*values: Numeric) -> list[jax.Array]:
@@ -192,11 +191,10 @@ class Sinusoid(Closed):
 class Ramp(Closed):
     """A straight of one slope between two levels, y = 0 before it.
 
-    slope: of the straight [-]; position: middle of the lower joint [m]; length: from there
-    to the middle of the upper joint [m], so the rise is slope length; joint: length [m] over
-    which the slope changes, as 3 u^2 - 2 u^3: twice continuously differentiable, level and
-    straight exactly outside the joints. Joints longer than `length` overlap, and the slope stays
-    below `slope`.
+    slope: of the straight [-]; position: middle of the lower joint [m]; length: from there to the
+    middle of the upper joint [m], so the rise is slope length; joint: length [m] over which the
+    slope changes, as 3 u^2 - 2 u^3: twice continuously differentiable, level and straight exactly
+    outside the joints. Joints longer than `length` overlap, and the slope stays below `slope`.
     """
 
     slope: Numeric = 0.3
@@ -223,10 +221,9 @@ class Step(Closed):
 
     position: its middle [m]; length: that of the rise [m]. The rise is the quintic
     10 u^3 - 15 u^4 + 6 u^5: twice continuously differentiable as the wheel's offset curve wants
-    it, and exactly level outside, which a tanh never is. Steepest 1.875 height / length; the second
-    derivative reaches 5.77 height / length^2, which hollows the foot of the step more than a
-    wheel of radius r can follow where that exceeds about 1 / r. By default the foot's least radius
-    is 0.45 m.
+    it, and exactly level outside. Steepest 1.875 height / length; the second derivative reaches
+    5.77 height / length^2, which hollows the foot of the step more than a wheel of radius r can
+    follow where that exceeds about 1 / r. By default the foot's least radius is 0.45 m.
     """
 
     height: Numeric = 0.1

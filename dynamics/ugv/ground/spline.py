@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import field
 from functools import reduce
 from typing import TYPE_CHECKING, Any
 
@@ -105,13 +105,8 @@ class Spline(Closed):
         if part is None:
             return self
         ends = slice(part.start, part.stop + 1)
-        return replace(
-            self,
-            knots=self.knots[ends],
-            rests=self.rests[ends],
-            coefficients=self.coefficients[part],
-            lows=self.lows[part],
-        )
+        knots, rows = (self.knots[ends], self.rests[ends]), self.coefficients[part]
+        return Spline(*knots, rows, self.lows[part], even=self.even)
 
     def require_resolved(self, dtype: Any) -> None:
         """Raise ValueError where knots of concrete numbers are one number in `dtype`, or the
