@@ -275,6 +275,6 @@ def read_configuration(text: str) -> Configuration:
     """The configuration in a JSON text, of whichever machine, or ValueError."""
     name = content_of(text).get("machine")
     if not isinstance(name, str) or name not in _MACHINES:
-        near = nearest(name, _MACHINES) if isinstance(name, str) else ""
-        raise RefusedError(f"its machine is {shown(name)}, not one of {', '.join(_MACHINES)}{near}")
+        known = f"{', '.join(_MACHINES)}{nearest(name, _MACHINES)}"
+        raise RefusedError(f"its machine is {shown(name)}, not one of {known}")
     return machine_by_name(name).configuration.from_json(text)

@@ -43,7 +43,6 @@ class ConstantTorque(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Action]:
-        """See Controller."""
         return memory, action_of(self.torque, env_params, env_state)
 
 
@@ -90,7 +89,6 @@ class CrankSpeedPI(Ruled):
     def act(
         self, memory: PIMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[PIMemory, Action]:
-        """See Controller."""
         rate, dtype = env_state.biped.crank_rate, env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
         limit = jnp.asarray(env_params.torque_limit, dtype)
@@ -207,7 +205,6 @@ class StopAtMark(Ruled):
     def act(
         self, memory: StopMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[StopMemory, Action]:
-        """See Controller."""
         to_go, biped = env_state.to_go, env_state.biped
         if to_go is None:
             return memory, self.gait.act(None, obs, env_state, env_params)[1]

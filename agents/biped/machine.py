@@ -115,8 +115,6 @@ BIPED_BASELINES = {
     "stop-at-mark": "biped.controllers:StopAtMark",
     "output-feedback": "biped.output_feedback:OutputFeedback",
 }
-STOPPING = "stop-at-mark"
-"""The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):

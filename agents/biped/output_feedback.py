@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.controllers import StopAtMark, StopMemory
-from stickslip.agents.biped.prediction import action_of
+from stickslip.agents.biped.prediction import SHARE, action_of
 from stickslip.agents.protocol import Ruled
 from stickslip.dynamics.biped.contact import Friction
 from stickslip.dynamics.biped.estimation import Belief, Noise, initial_belief, mixed, observe
@@ -21,7 +21,7 @@ from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Uniform
 from stickslip.envs.biped.state import BipedEnvState, drawn_robot
-from stickslip.envs.functional import NON_NEGATIVE, POSITIVE
+from stickslip.envs.functional import NON_NEGATIVE, POSITIVE, Range
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.protocol import Action, Obs
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.functional import Range
 
-SHARE = {"low": 0.0, "strict": True, "high": 1.0, "accepted": "in (0, 1]"}
 FRICTIONS = np.geomspace(0.015, 0.5, 12)
 """Static frictions of the filters."""
 
@@ -143,7 +141,6 @@ class OutputFeedback(Ruled):
     def act(
         self, memory: FeedbackMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[FeedbackMemory, Action]:
-        """See Controller."""
         dtype = env_state.biped.phase.dtype
         after = self._observed(memory, env_state, env_params)
         estimate = jax.tree.map(partial(jnp.where, memory.begun), after, memory.estimate)

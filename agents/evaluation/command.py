@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from stickslip.agents.evaluation import evaluate, players, ranking, results, rollout
-from stickslip.agents.evaluation.table import joined
+from stickslip.agents.evaluation.table import Evaluation, joined
 from stickslip.agents.machine import machine_by_name
+from stickslip.agents.protocol import Options
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.lazily import require
 from stickslip.envs.tasks.definition import task_by_name
@@ -16,12 +17,8 @@ from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_folder, require_new, require_writable, write_whole
 from stickslip.records.table import Content
 
-if TYPE_CHECKING:
-    from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.protocol import Options
-
-    Who: TypeAlias = Mapping[str, players.Named]
-    Played: TypeAlias = tuple[Evaluation, dict[str, str]]
+Who: TypeAlias = Mapping[str, players.Named]
+Played: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 ALL = "all"
 """The --task that ranks methods over all tasks."""

@@ -22,16 +22,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BODIES, SUPPORT_START, Kinematics, kinematics
+from stickslip.dynamics.biped import BODIES, SUPPORT_START, BipedParams, Kinematics, kinematics
 from stickslip.dynamics.biped.links import LINK_OF_BODY
 from stickslip.dynamics.biped.robot_file import NAMES
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.biped import BipedParams
     from stickslip.dynamics.pytrees import Scalar
-
 
 SLOT = "slot_pin"
 FEET = ("1", "1p")

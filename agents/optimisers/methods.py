@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
@@ -21,13 +21,11 @@ from scipy.optimize import minimize
 from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.dynamics.lazily import require
 from stickslip.optim.instances import exports
+from stickslip.optim.instances.instance import Instance
+from stickslip.optim.instances.objective import Objective
 from stickslip.optim.problem import solve
 
-if TYPE_CHECKING:
-    from stickslip.optim.instances.instance import Instance
-    from stickslip.optim.instances.objective import Objective
-
-Optimiser: TypeAlias = "Callable[[Objective, int], object]"
+Optimiser: TypeAlias = Callable[[Objective, int], object]
 
 
 @dataclass(frozen=True)

@@ -97,14 +97,14 @@ def read_results(*paths: str | Path) -> list[Run]:
 def stored_results(runs: Iterable[Run]) -> list[Run]:
     """The package's own runs (docs/suite.md) on the same instances, by methods that `runs` lack."""
     on, own = {run.instance for run in runs}, {run.method for run in runs}
-    return [one for one in read_results(STORED) if one.instance in on and one.method not in own]
+    return _read(STORED, [("instance", "in", on), ("method", "not in", own)])
 
 
-def _read(file: Path) -> list[Run]:
+def _read(file: Path, filters: Any = None) -> list[Run]:
     from pyarrow import parquet
 
     with reading(file, CELL_FILE):
-        return [_run_of(row) for row in parquet.read_table(file).to_pylist()]
+        return [_run_of(row) for row in parquet.read_table(file, filters=filters).to_pylist()]
 
 
 def _run_of(row: dict[str, Any]) -> Run:

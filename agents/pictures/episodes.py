@@ -14,8 +14,7 @@ from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.rendering.sheet import LEVEL, make_sheet, name_panel, save_sheet, styled
-from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import Scale, known_of
+from stickslip.envs.tasks.known import Scale, measured
 from stickslip.optim.progress import Bar
 from stickslip.records.table import with_unit
 
@@ -134,9 +133,8 @@ def slip_events(
 
 
 def scale_of(task: str | None) -> Scale | None:
-    """Scale of a named task's scores; None without one, or where nothing was measured."""
-    known = None if task is None else known_of(task_by_name(task))
-    return None if known is None else known.scale
+    """Scale of a named task's scores; None without one."""
+    return None if task is None else measured(task).scale
 
 
 def facts(rows: Sequence[tuple[str, float, str]]) -> tuple[tuple[str, str], ...]:

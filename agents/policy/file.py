@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,17 +18,14 @@ from stickslip.agents import untrusted
 from stickslip.agents.machine import machine_of_env, read_configuration
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import NAME, no_policy, shipped_names, shipped_path
+from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import command_of
 from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
 from stickslip.dynamics.pytrees import with_all_digits
+from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
-from stickslip.envs.tasks.known import Interval, earned_in, known_of
+from stickslip.envs.tasks.known import Interval, earned_in, measured
 from stickslip.records.files import write_whole
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import Params, State
-    from stickslip.envs.functional import FunctionalEnv
-
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "a .npz written by stickslip.agents.policy.save_policy"
@@ -274,10 +271,9 @@ class Record:
         return float(self.earned["return"])
 
     @property
-    def score(self) -> Interval | None:
-        """Normalised score; None where nothing is known of the task."""
-        known = known_of(self.task)
-        return None if known is None else known.score_of(earned_in({"policy": "", **self.earned}))
+    def score(self) -> Interval:
+        """Normalised score."""
+        return measured(self.task.name).score_of(earned_in({"policy": "", **self.earned}))
 
     @property
     def command(self) -> str:

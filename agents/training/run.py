@@ -32,7 +32,7 @@ from stickslip.agents.training.configuration import Config, Configuration, Train
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.lazily import require
 from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.known import measured
 from stickslip.optim.progress import Bar, say_stage
 from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
@@ -108,7 +108,7 @@ class _Training:
         if run.config.task is not None:
             self.about |= named_task_entry(task_by_name(run.config.task))
         self.period = float(np.asarray(self.task.training.control_period))
-        at = run.state.timesteps if run.state else 0
+        at = run.state.timesteps
         given = run.config, self.task.env, self.task.training, self._report, stop
         self.trainer = trainer_of(run.config)(*given)
         if run.latest is not None:
@@ -118,7 +118,7 @@ class _Training:
             except ValueError as error:
                 raise ValueError(f"{run.latest}: {error}; accepted: this run's own") from error
         self.trainer.timesteps = at
-        self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
+        self.seconds, self.since = run.state.seconds, 0.0
         columns = (*COLUMNS, *self.trainer.losses)
         self.metrics = runs.MetricsFile(run.path / "metrics.csv", columns, upto=at)
         self.measures = measures_of(self.machine, run.config, self.task.env)
@@ -196,10 +196,10 @@ class _Training:
         self.evaluations.append(at, {"seconds": seconds} | row)
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
-        about = {"trained": {"timesteps": at, "config": self.run.digest}, **self.about}
+        about = {"trained": {"timesteps": at, "config": self.run.state.config}, **self.about}
         runs.write_checkpoint(
             self.run.checkpoints,
-            runs.TrainState(at, seconds, self.run.digest),
+            runs.TrainState(at, seconds, self.run.state.config),
             self.trainer.take_state(),
             lambda path: save_policy(policy, path, about),
         )
@@ -241,11 +241,11 @@ def evaluation_line(machine: Machine, row: Mapping[str, float]) -> str:
 
 def measures_of(machine: Machine, config: Configuration, env: AnyEnv) -> Measures:
     """Measures of a run's evaluations: `evaluated`, and the scores of a named task."""
-    measures, task = machine.measures(env), config.task and task_by_name(config.task)
-    if task and (known := known_of(task)) is not None:
-        measures = scored(measures, known, task.unit)
-    shown = {*SCORES, *machine.evaluated}
-    shown |= {COST} if task and task.cost_limit is not None else set()
+    measures, shown = machine.measures(env), {*SCORES, *machine.evaluated}
+    if config.task is not None:
+        task = task_by_name(config.task)
+        measures = scored(measures, measured(task.name), task.unit)
+        shown |= {COST} if task.cost_limit is not None else set()
     return replace(
         measures, columns={name: one for name, one in measures.columns.items() if name in shown}
     )
@@ -295,8 +295,7 @@ def train_command(given: Options) -> None:
 def _say_best(trained: Trained[Any], name: str) -> None:
     """Print the best evaluation of a run on a named task, and what its scores mean."""
     (steps, earned), task = best_evaluation(trained.directory), task_by_name(name)
-    known = known_of(task)
-    score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+    score = f"score {measured(name).scale.score(earned):.3f}, "
     if task.cost_limit is not None:
         score = "within the cost limit, or else of least cost: "
     best = f"{score}mean return {with_unit(earned, task.unit, 4)}"

@@ -5,20 +5,18 @@ from __future__ import annotations
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.agents.machine import Machine, machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_titles
+from stickslip.agents.training.configuration import Configuration
+from stickslip.agents.untrusted import Rule
 from stickslip.dynamics.names import SCENES, TRACKS, UNKNOWNS
 from stickslip.envs.tasks.definition import TASKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS, TREATMENTS
 from stickslip.parser import Parser, flag_of, limit, truth
-
-if TYPE_CHECKING:
-    from stickslip.agents.training.configuration import Configuration
-    from stickslip.agents.untrusted import Rule
 
 AXIS_VALUES = {
     "LOW:HIGH:N": "N values, evenly spaced",

@@ -16,6 +16,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.envs.biped.picture import BipedFrame, biped_drawing
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.drawing import Drawing
 from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.scene import draw_machines
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled
@@ -32,8 +33,6 @@ from stickslip.report import picture_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from stickslip.envs.rendering.drawing import Drawing
 
 RATES = np.arange(0.5, 10.01, 0.5)
 """Constant crank rates of the curve of friction [rad/s]."""

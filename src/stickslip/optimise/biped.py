@@ -5,7 +5,7 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim import (
+    Gait,
     GaitProblem,
     GaitResult,
     Replay,
@@ -29,9 +30,6 @@ from stickslip.optimise.picture import draw_gait, draw_slip
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, with_unit
 from stickslip.report import one_row, result_folder, write_result
-
-if TYPE_CHECKING:
-    from stickslip.optim import Gait
 
 Answer: TypeAlias = tuple[bool, dict[str, Table], dict[str, object], dict[str, Any]]
 """Whether something was found, tables, entries of the result, and files by name."""

@@ -8,7 +8,7 @@ from argparse import Namespace
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.envs.rendering.sheet import png
-from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
+from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, Station, solve
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.evaluate import tolerated
@@ -29,9 +29,6 @@ from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, json_text, with_unit
 from stickslip.report import RESULT, one_row, result_folder, write_result
-
-if TYPE_CHECKING:
-    from stickslip.optim import Station
 
 STATIONS, PICTURE, VEHICLE = "stations.csv", "drive.png", "vehicle.toml"
 GROUND = ("ground.csv", "ground.png")

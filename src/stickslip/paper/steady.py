@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.agents.pictures.episodes import panel as curves
 from stickslip.dynamics import biped
+from stickslip.dynamics.pytrees import Number
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
@@ -20,9 +21,6 @@ from stickslip.paper.result import Result, each
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
-
-    from stickslip.dynamics.pytrees import Number
-
 
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)

@@ -14,15 +14,12 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
 from stickslip.dynamics.checks import nearest, require_number, shown
 from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, is_number, read_columns, read_text
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
-
-    from stickslip.dynamics.biped import BipedState
-
 
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""

@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics import biped
+from stickslip.dynamics import Scene, Setting, biped
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.pytrees import run_once
@@ -28,8 +28,6 @@ from stickslip.simulate.torque import Expression, PhaseRates, Rate, Recorded, ra
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
-
-    from stickslip.dynamics import Scene, Setting
 
 BYTES = 3000
 """Memory of a row of a table."""
