@@ -27,7 +27,7 @@ from stickslip.dynamics.biped import (
     own_time,
     step,
 )
-from stickslip.dynamics.biped.contact import Coefficients, Motion, ankle_moment, sticking
+from stickslip.dynamics.biped.contact import Motion, ankle_moment, sticking
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.pytrees import pytree_dataclass
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.agents.protocol import Action, Obs
+    from stickslip.dynamics.biped.contact import Coefficients
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.optim.gait.gait import Gait
 
