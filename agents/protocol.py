@@ -114,4 +114,3 @@ class Memoryless(Ruled):
 
     def init(self, env_params: object, env_state: object) -> None:
         """Nothing to remember."""
-        return None

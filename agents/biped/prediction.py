@@ -51,10 +51,6 @@ SMALLEST_RUN = 1e-4
 """Torques closer than this give no slope [N m]."""
 RATES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 """Mean crank rates of the usual gaits [rad/s]."""
-OF_LIMIT = 0.9
-"""Share of the motor's torque that the gaits of a robot may need."""
-CELLS = 64
-"""Cells of their grid."""
 SHARE = {"low": 0.0, "strict": True, "high": 1.0, "accepted": "in (0, 1]"}
 FOOTING = {"friction": POSITIVE, "footing": SHARE}
 """Rules of both controllers."""
@@ -292,7 +288,7 @@ class OptimalGait(Memoryless):
         robot = env_params.robot.bare
         if same_numbers(robot, BipedParams.from_bars()):
             return self
-        limit = OF_LIMIT * float(np.asarray(env_params.torque_limit))
+        limit = 0.9 * float(np.asarray(env_params.torque_limit))
         return replace(self, gaits=_gaits_of_text(robot_text(vars(robot)), limit))
 
     def validate(self) -> OptimalGait:
@@ -342,7 +338,7 @@ def gaits_of(
     rates: Sequence[float],
     objective: str | Mapping[str, float] = "friction",
     *,
-    steps: int = CELLS,
+    steps: int = 64,
     **limits: Any,
 ) -> GaitTable:
     """The best gaits for each of the mean crank rates [rad/s] for which there is one.

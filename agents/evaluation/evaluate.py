@@ -116,9 +116,6 @@ def _evaluated(
     say = progress or (lambda line: None)
     rollout.require_places(env, scenes)
     rollout.require_named("controllers", controllers, "{name: controller}")
-    for name, given in {"controllers": controllers, "scenes": scenes}.items():
-        if not given:
-            raise ValueError(f"{name} is empty; accepted: at least one")
     named = {
         name: rollout.validated(f"controllers[{name!r}]", one) for name, one in controllers.items()
     }

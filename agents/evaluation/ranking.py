@@ -36,8 +36,6 @@ COSTS = {"steps": "steps", "time [s]": "seconds", "processor time [s]": "process
 """Columns of what a training took, and a result's entries of them."""
 DASHES = ("-", "--", ":")
 """Lines of the methods past the number of colours."""
-OVER_LIMIT = 0.0
-"""Score over the cost limit in an aggregate: as good as doing nothing."""
 
 
 def _flat(scores: Scores) -> np.ndarray:
@@ -132,7 +130,7 @@ def comparisons(methods: Sequence[Method], least: Collection[str] = ()) -> list[
 def _matrix(runs: Sequence[Sequence[Result]]) -> np.ndarray:
     least = min(map(len, runs))
     scores = np.array([[one.score.value for one in its[:least]] for its in runs]).T
-    return np.nan_to_num(scores, nan=OVER_LIMIT)
+    return np.nan_to_num(scores, nan=0.0)  # over the cost limit: as good as doing nothing
 
 
 def tables(methods: Sequence[Method], found: Sequence[Comparison]) -> list[Table]:

@@ -122,8 +122,10 @@ def require_places(env: AnyEnv, scenes: Mapping[str, object]) -> None:
 
 
 def require_named(name: str, given: object, accepted: str) -> None:
-    """Raise ValueError unless `given` is a dict, or like one, of something by its name."""
+    """Raise ValueError unless `given` is a dict, or like one, of things by name, one at least."""
     require_kind(name, given, Mapping, f"a dict, {accepted}")
+    if not given:
+        raise ValueError(f"{name} is empty; accepted: at least one")
     for key in given if isinstance(given, Mapping) else ():
         require_kind(f"a name in {name}", key, str, "text")
 
@@ -170,11 +172,9 @@ def _rollout(
                 f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
                 f"{', '.join(env.action_names)}: it was made for another machine"
             )
-        obs, state, reward, terminated, truncated, info = pure_step(
-            env, unused, state, action, params
-        )
+        obs, state, *outcome, info = pure_step(env, unused, state, action, params)
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
-        return memory, (state, obs, action, reward, terminated, truncated, info)
+        return memory, (state, obs, action, *outcome, info)
 
     memory = controller.init(params, start)
     shapes = jax.eval_shape(lambda: advance((start, start_obs), memory)[1])

@@ -154,10 +154,8 @@ class Evaluation:
         return write_whole(path, json_text({**(about or {}), **head, "rows": rows}))
 
     def _units(self) -> dict[str, str]:
-        return {
-            name: "-" if column.percent else column.unit
-            for name, (column, _) in self.columns.items()
-        }
+        heads = {name: column for name, (column, _) in self.columns.items()}
+        return {name: "-" if one.percent else one.unit for name, one in heads.items()}
 
     def shown(self) -> Table:
         """The rows with their titles and units, numbers as they are shown."""

@@ -39,7 +39,6 @@ DEEPEST = 64
 """Layers at most."""
 NAMED = "named_task"
 """The entry of the metadata with the task's name and digest."""
-TASK_ENTRIES = ("name", "digest")
 DIGITS = 12
 """Digits of a digest in messages."""
 
@@ -162,7 +161,8 @@ def named_task_of(metadata: Mapping[str, untrusted.Json]) -> TaskDefinition | No
     entry = metadata.get(NAMED)
     if entry is None:
         return None
-    name, digest = (entry.get(one) if isinstance(entry, dict) else None for one in TASK_ENTRIES)
+    given = entry if isinstance(entry, dict) else {}
+    name, digest = given.get("name"), given.get("digest")
     if not isinstance(name, str) or not isinstance(digest, str):
         raise untrusted.RefusedError(f"{NAMED} is {shown(entry)}, no name with a digest")
     versions = metadata.get("versions")

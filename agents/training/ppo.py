@@ -340,9 +340,8 @@ def improve(
     if multiplier is not None and limit is not None:
         losses |= {COST: found.kept[COST].mean(), "multiplier": jnp.exp(multiplier)}
         multiplier = raised(multiplier, losses[COST], limit)
-    return Learner(
-        actor, critic, optimiser, add_moments(learner.seen, every.obs), multiplier
-    ), losses
+    seen = add_moments(learner.seen, every.obs)
+    return Learner(actor, critic, optimiser, seen, multiplier), losses
 
 
 class PPOTrainer(Trainer):
@@ -362,9 +361,8 @@ class PPOTrainer(Trainer):
         limit = getattr(self.params, "cost_limit", None)
         self._limit = None if limit is None else float(limit) / horizon(self.params)
         if self._limit is not None:
-            self._learner = self._learner._replace(
-                multiplier=jnp.log(jnp.float32(FIRST_MULTIPLIER))
-            )
+            multiplier = jnp.log(jnp.float32(FIRST_MULTIPLIER))
+            self._learner = self._learner._replace(multiplier=multiplier)
             self.losses = (*LOSSES, COST, "multiplier")
         self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
@@ -382,8 +380,7 @@ class PPOTrainer(Trainer):
         if self.stopped:
             return
         given = self._learner, found, self._sizes, self._rates, now, key, self._limit
-        improved = improve(*given)
-        learner, losses = jax.block_until_ready(improved)
+        learner, losses = jax.block_until_ready(improve(*given))
         self.stopped = self.stop()
         if self.stopped:
             return

@@ -1,12 +1,10 @@
 """Training in a directory where a killed run can be resumed.
 
-A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
-environments anew from the seed and the number of steps so far, or takes them from the checkpoint,
-where the trainer keeps them there. So it depends on nothing but the checkpoint before it: a run
-that was killed and resumed ends with the policy, the metrics and the evaluations of one that was
-not, to the last bit on the same machine and versions (the columns of wall-clock time aside). A run
-stopped by `stop` (Ctrl-C) adds a checkpoint where it stood; a trainer that starts anew there goes
-on with other random numbers.
+A run is a chain of stretches, each of which depends on nothing but the checkpoint before it (see
+Trainer): a run that was killed and resumed ends with the policy, the metrics and the evaluations of
+one that was not, to the last bit on the same machine and versions (the columns of wall-clock time
+aside). A run stopped by `stop` (Ctrl-C) adds a checkpoint where it stood; a trainer that starts
+anew there goes on with other random numbers.
 """
 
 from __future__ import annotations
@@ -44,8 +42,6 @@ if TYPE_CHECKING:
 
 COST = "cost"
 """Column of evaluations.csv on a task with a cost limit."""
-PACKAGES = ("filelock", "tqdm")
-"""Packages of the extra `train` that every trainer needs."""
 COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
 COLUMNS += ("episodes", "return", "duration")
 """First columns of metrics.csv; those of the trainer follow. return, duration [s]: means over the
@@ -67,11 +63,10 @@ def train(
     written and Trained.finished is false. ValueError for a directory in use or damaged.
     """
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
-    if config is not None:
-        require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
-    for package in PACKAGES:
+    for package in ("filelock", "tqdm"):
         require(package, "training", "train")  # before anything is written
     if config is not None:
+        require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
         task = machine_by_name(config.machine).training_task(config)  # for its ValueError, likewise
         if config.trainer == "sb3" and getattr(task.training, "cost_limit", None) is not None:
             raise ValueError("trainer sb3 with a cost limit; accepted: jax, which keeps it")

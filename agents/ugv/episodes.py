@@ -55,10 +55,7 @@ def _whole(played: UGVEpisodes, of: str) -> table.Interval:
 def ugv_columns(unit: str) -> table.Columns[UGVEpisodes]:
     """The columns of a table; unit: the criterion's."""
     return {
-        "return": (
-            table.Column("return", "-", 1),
-            lambda played: table.mean_interval(played.reward),
-        ),
+        "return": (table.Column("return", "-", 1), lambda e: table.mean_interval(e.reward)),
         "cost": (table.Column("cost", unit, 2), partial(_whole, of="cost")),
         "wheel_energy": (table.Column("wheels", "J", 1), partial(_whole, of="wheel_energy")),
         "total_energy": (table.Column("with legs", "J", 1), partial(_whole, of="total_energy")),

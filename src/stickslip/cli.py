@@ -25,8 +25,6 @@ __all__ = ["COMMANDS", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"
 ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."
 LONGEST = 1200
 """Characters of a message."""
-EXHAUSTED = "RESOURCE_EXHAUSTED"
-"""XLA's messages about a lack of memory."""
 EXTRAS = {"cma": "optim", "onnx": "onnx", "mujoco": "bench"}
 EXTRAS |= dict.fromkeys(("stable_baselines3", "torch"), "sb3")
 EXTRAS |= dict.fromkeys(("optax", "tqdm"), "train")
@@ -65,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ValueError as error:
         _complain(str(error))
     except (MemoryError, RuntimeError) as error:
-        if isinstance(error, RuntimeError) and EXHAUSTED not in str(error):
+        if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):  # XLA's
             raise
         _complain(f"not enough memory ({error or 'for what was asked'}); accepted: less at once")
     except Interrupted as error:

@@ -15,9 +15,6 @@ from typing import Any, NoReturn
 
 from stickslip.dynamics.checks import nearest, require_known, shown
 
-Tables = Mapping[str, Mapping[str, str]]
-"""Tables of names and meanings, by title."""
-
 
 class _Help(argparse.RawDescriptionHelpFormatter):
     """Names values by their type, ends with the default, and breaks no name at its hyphens."""
@@ -186,7 +183,7 @@ def finite(limit: float) -> float | None:
     return None if limit == math.inf else limit
 
 
-def tables_text(tables: Tables) -> str:
+def tables_text(tables: Mapping[str, Mapping[str, str]]) -> str:
     """Format tables of names and meanings by title."""
     width = max(60, shutil.get_terminal_size().columns - 2)
     blocks = []

@@ -289,8 +289,5 @@ def stations_table(found: Station) -> Table:
 def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
     """Value of the drive by every criterion: the lower the better."""
     heads = [Column("criterion", words=True), Column("value"), Column("unit", words=True)]
-    rows = []
-    for name in CRITERIA:
-        own = replace(problem, criterion=name)
-        rows.append([name, own.objective(x), own.criterion.unit])
-    return Table(heads, rows)
+    every = {name: replace(problem, criterion=name) for name in CRITERIA}
+    return Table(heads, [[name, of.objective(x), of.criterion.unit] for name, of in every.items()])

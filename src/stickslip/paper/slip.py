@@ -146,9 +146,6 @@ NEAR = 0.05
 SECOND = 1
 """The second step, counted from 0."""
 
-Walks = Mapping[float, Walk]
-"""Walks by the number that varies."""
-
 
 def states(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 16."""
@@ -275,7 +272,7 @@ def repeatedly(one: Walk) -> str:
     return f"{len(found)} slides in the second step, {share:.0f} % of its time: {shown}"
 
 
-def _result(name: str, walks: Walks, measured: dict[str, str]) -> Result:
+def _result(name: str, walks: Mapping[float, Walk], measured: dict[str, str]) -> Result:
     """Places of the foot by the number that varies; name: of a curve."""
     named = {name.format(x): 1e3 * one.place for x, one in walks.items()}
     time = next(iter(walks.values())).time

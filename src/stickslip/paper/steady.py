@@ -123,10 +123,6 @@ def _percent(shares: Mapping[float, float]) -> str:
     return each("{:.0f} % at {:g}", {x: 100 * share for x, share in shares.items()})
 
 
-Forces = Mapping[str, np.ndarray]
-"""Of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground frame."""
-
-
 def forces(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 15."""
     angles, (rate,) = phases(samples), alike(params, "rate", RATE)
@@ -154,8 +150,9 @@ def forces(params: biped.BipedParams, samples: int) -> Result:
     return Result(TIME, np.linspace(0, 1, samples + 1), panels, {"pinned": pinned})
 
 
-def foot_forces(motion: biped.InverseDynamics) -> Forces:
-    """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
+def foot_forces(motion: biped.InverseDynamics) -> Mapping[str, np.ndarray]:
+    """Forces of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground
+    frame. motion: with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
 
     def on_foot(other: str) -> np.ndarray:
@@ -224,13 +221,8 @@ def from_rest(
 
 def first_step(walk: biped.Trajectory) -> float:
     """End of the first step [s], interpolated between samples; infinite if it does not end."""
-    angle, time = np.asarray(walk.states.crank_angle), np.asarray(walk.states.time)
-    past = np.nonzero(angle >= 3 * np.pi / 2)[0]
-    if len(past) == 0:
-        return float("inf")
-    i = int(past[0])
-    share = (3 * np.pi / 2 - angle[i - 1]) / (angle[i] - angle[i - 1])
-    return float(time[i - 1] + share * (time[i] - time[i - 1]))
+    farthest = np.fmax.accumulate(np.asarray(walk.states.crank_angle))
+    return float(np.interp(3 * np.pi / 2, farthest, walk.states.time, right=np.inf))
 
 
 def _result(walks: Mapping[str, biped.Trajectory], measured: dict[str, str]) -> Result:
