@@ -1,7 +1,5 @@
 """`stickslip evaluate`: policies and baselines in a table, methods in a ranking."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias

@@ -1,7 +1,5 @@
 """Results of methods on the named tasks: read from runs and files, replayed, written."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence

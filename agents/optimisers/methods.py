@@ -4,8 +4,6 @@ Local searches start in the middle of the bounds with seed 0, at uniform random 
 restart until the budget ends. Optional libraries are imported when a method runs.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import warnings

@@ -1,7 +1,5 @@
 """Races: methods x instances of the suite x seeds, in processes of their own; `stickslip bench`."""
 
-from __future__ import annotations
-
 import multiprocessing
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence

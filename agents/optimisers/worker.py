@@ -1,7 +1,5 @@
 """One run of an optimiser, in a process of its own that measures its processor time."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle

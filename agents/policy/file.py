@@ -1,7 +1,5 @@
 """Policy files: one .npz of arrays and one JSON text. Loading one runs no code from it."""
 
-from __future__ import annotations
-
 import io
 import json
 import platform

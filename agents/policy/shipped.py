@@ -4,8 +4,6 @@ The policy of BipedIce-v0 is the file biped-ice-v0.npz; "biped-ice" is that of t
 Names are read without JAX, so that help is quick.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

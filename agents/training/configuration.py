@@ -1,7 +1,5 @@
 """Configurations of training runs: checked fields, JSON and TOML files, command lines."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json

@@ -6,8 +6,6 @@ not at all, and reading it runs no code. `config.json` is written first: once it
 directory is a run, which can be resumed.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

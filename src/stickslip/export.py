@@ -1,7 +1,5 @@
 """`stickslip export`: a policy, or the biped of a machine's file, for other programs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

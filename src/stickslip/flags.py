@@ -1,7 +1,5 @@
 """Flags and settings of every command: names and words only, nothing heavy is imported."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields

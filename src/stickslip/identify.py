@@ -1,7 +1,5 @@
 """`stickslip identify`: friction, load and the encoder's errors from the log of a walk."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path

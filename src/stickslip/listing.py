@@ -1,7 +1,5 @@
 """`stickslip tasks` and `policies`: named tasks, policies of the package."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any

@@ -3,8 +3,6 @@
 A command has flags for what is often asked and settings for the rest: `--set name=value`.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import re

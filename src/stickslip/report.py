@@ -1,7 +1,5 @@
 """Results of `simulate` and `optimise`: paths that are checked, numbers printed, files written."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """`stickslip optimise biped`: find the best gait, or a walk whose foot may slip, and replay it."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """`stickslip optimise ugv`: build a posture problem, solve it, print and write the result."""
 
-from __future__ import annotations
-
 import json
 import math
 from argparse import Namespace

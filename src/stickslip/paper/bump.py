@@ -1,7 +1,5 @@
 """Figs. 24 and 25: the UGV over the soft bump, with its legs held still, and turning."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple

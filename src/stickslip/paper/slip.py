@@ -4,8 +4,6 @@ A slide runs from an instant of slip to the next instant of stick, always in one
 are about the second step: the first begins with the foot at rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

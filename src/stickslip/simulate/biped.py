@@ -1,7 +1,5 @@
 """`stickslip simulate biped`: walk under a torque, print a summary, write rows and a picture."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
