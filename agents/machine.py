@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
-from stickslip.agents.protocol import Env, Options, Params, Task
+from stickslip.agents.protocol import Env, Options, Params, Player, Task
 from stickslip.agents.training.configuration import Config, Configuration, content_of
 from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
@@ -19,8 +19,8 @@ from stickslip.dynamics.checks import nearest, require_choice, shown
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Measures
-    from stickslip.agents.protocol import AnyEnv, Player
     from stickslip.agents.sweeps.swept import Swept
+    from stickslip.envs.functional import AnyEnv
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
 

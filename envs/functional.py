@@ -253,6 +253,8 @@ _jit_reset = jax.jit(lambda env, key, params: env.reset_env(key, params), static
 _jit_step = jax.jit(pure_step, static_argnums=0)
 
 
+AnyEnv: TypeAlias = FunctionalEnv[Any, Any]
+"""Some machine's environment."""
 Plain: TypeAlias = bool | int | float | str | list[object] | dict[str, object] | None
 """A JSON value."""
 Entries: TypeAlias = Mapping[str, Any]

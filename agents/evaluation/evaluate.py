@@ -1,21 +1,17 @@
 """Batch evaluation of any machine: every controller in every scene over many seeds, vmapped."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say
 from stickslip.agents.machine import machine_by_name, machine_of_env
+from stickslip.agents.protocol import Params, Player, State
+from stickslip.envs.functional import AnyEnv, FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import OVER, UNKNOWN, Interval, Known, measured
 from stickslip.records.table import with_unit
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Params, Player, State
-    from stickslip.envs.functional import FunctionalEnv
 
 EPISODES = 32
 SCORES = ("task_score", "gap")

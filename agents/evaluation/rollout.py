@@ -14,13 +14,12 @@ import numpy as np
 from stickslip.agents.protocol import Controller, Env, Memoryless, Params, Planner, State, State_co
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.pytrees import pytree_dataclass
-from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_step
+from stickslip.envs.functional import MOST_STEPS, AnyEnv, FunctionalEnv, Timed, horizon, pure_step
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-    from stickslip.agents.protocol import AnyEnv, Player, Timed
-
+    from stickslip.agents.protocol import Player
 
 STEP_BYTES = 300
 """Memory of a step of an episode while episodes are played side by side."""

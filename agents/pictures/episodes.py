@@ -10,6 +10,8 @@ import jax
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
+from stickslip.agents.protocol import Controller, Params, State
+from stickslip.envs.functional import AnyEnv, FunctionalEnv, Timed
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
@@ -22,10 +24,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
-
-    from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
-    from stickslip.envs.functional import FunctionalEnv
-
 
 T = TypeVar("T")
 

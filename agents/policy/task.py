@@ -7,8 +7,6 @@ Reading builds nothing else and runs no other code; whether the values make sens
 constructors and for `make_params` to say.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import math
@@ -16,22 +14,20 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.protocol import Task
 from stickslip.agents.untrusted import LARGEST_TEXT, Json, RefusedError, refusing
 from stickslip.dynamics.checks import require_known, shown
+from stickslip.envs.functional import AnyEnv, Timed
 from stickslip.records.table import jsonable
 
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Task, Timed
-
-    Modules: TypeAlias = tuple[str, ...]
-    Kinds: TypeAlias = dict[str, Any]
-
+Modules: TypeAlias = tuple[str, ...]
+Kinds: TypeAlias = dict[str, Any]
 TASK = "task"
 LONGEST = LARGEST_TEXT - 2**16
 """Characters of a task; what is longer is left out of the file, which then says so."""

@@ -31,12 +31,10 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import ModelState, Trainer, Update, arrays_of, filled
 from stickslip.envs.collecting import Collected, Progress, begin, collect
-from stickslip.envs.functional import abstract_step, horizon
+from stickslip.envs.functional import AnyEnv, abstract_step, horizon
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
-
-    from stickslip.agents.protocol import AnyEnv
 
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
 """Least scale and clip of a normalised observation's entry."""

@@ -7,8 +7,6 @@ aside). A run stopped by `stop` (Ctrl-C) adds a checkpoint where it stood; a tra
 anew there goes on with other random numbers.
 """
 
-from __future__ import annotations
-
 import math
 import shlex
 import time
@@ -16,7 +14,7 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,20 +23,19 @@ from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, Measures, row_of_test
 from stickslip.agents.machine import Machine, machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
+from stickslip.agents.protocol import Options
 from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
+from stickslip.agents.training.trainer import Trainer, Update
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.lazily import require
+from stickslip.envs.functional import AnyEnv
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.envs.tasks.known import measured
 from stickslip.optim.progress import Bar, say_stage
 from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 from stickslip.records.table import with_unit
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Options
-    from stickslip.agents.training.trainer import Trainer, Update
 
 COST = "cost"
 """Column of evaluations.csv on a task with a cost limit."""
