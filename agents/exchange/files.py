@@ -248,13 +248,9 @@ def _body(
     stands for all three."""
     index = BODIES.index(body)
     element = add(above, "body", name=name_of(body), pos=place - origin)
-    add(
-        element,
-        "inertial",
-        pos=np.asarray(machine.placed.centres[index]) - place,
-        mass=float(machine.mass[index]),
-        diaginertia=(float(machine.inertia[index]),) * 3,
-    )
+    centre, about = np.asarray(machine.placed.centres[index]), float(machine.inertia[index])
+    weighs = {"mass": float(machine.mass[index]), "diaginertia": (about,) * 3}
+    add(element, "inertial", pos=centre - place, **weighs)
     first, *others = (end - place for end in machine.pins_of(body))
     for end in others:
         drawn = {"type": "capsule", "mass": "0", "contype": "0", "conaffinity": "0"}

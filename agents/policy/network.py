@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Action, Obs
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
-SQUASHES = ("clip", "tanh")
 FARTHEST = 1e6
 """Observations up to this are certain to have a finite action; the environments' are below."""
 MOST = float(np.finfo(np.float32).max) / 2
@@ -60,7 +59,7 @@ class MLPPolicy:
     def validate(self) -> MLPPolicy:
         """Return self, or raise ValueError naming what does not fit."""
         checks.require_choice("activation", self.activation, tuple(ACTIVATIONS))
-        checks.require_choice("squash", self.squash, SQUASHES)
+        checks.require_choice("squash", self.squash, ("clip", "tanh"))
         if self.observation_clip is not None:
             accepted = "None, or finite and > 0"
             checks.require_kind("observation_clip", self.observation_clip, (int, float), accepted)

@@ -214,9 +214,6 @@ def require_policy(folder: Path) -> bytes:
         return (folder / POLICY).read_bytes()
 
 
-KEY = "timesteps"
-
-
 class MetricsFile:
     """Rows in order of their `timesteps`, each on the disk once `append` returns.
 
@@ -225,7 +222,7 @@ class MetricsFile:
     """
 
     def __init__(self, path: Path, columns: tuple[str, ...], upto: int = 0):
-        self.path, self.columns = path, (KEY, *columns)
+        self.path, self.columns = path, ("timesteps", *columns)
         found = read_columns(path)
         if found and tuple(found) != self.columns:
             raise ValueError(

@@ -386,15 +386,9 @@ class PPOTrainer(Trainer):
         ended = {name: np.asarray(found.kept[name])[over] for name in self._infos}
         self._learner, self._progress = learner, found.progress
         self.timesteps += self._sizes.samples
-        self.report(
-            Update(
-                timesteps=self.timesteps,
-                learning_rate=float(now[0]),
-                noise=float(now[1]),
-                ended=ended if over.any() else {},
-                losses={name: float(losses[name]) for name in self.losses},
-            )
-        )
+        losses = {name: float(losses[name]) for name in self.losses}
+        rate, noise = map(float, now)
+        self.report(Update(self.timesteps, rate, noise, ended if over.any() else {}, losses))
 
     def take_state(self) -> ModelState:
         return arrays_of({"learner": self._learner, "episodes": self._progress})

@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -189,12 +190,9 @@ class _Training:
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
         about = {"trained": {"timesteps": at, "config": self.run.state.config}, **self.about}
-        runs.write_checkpoint(
-            self.run.checkpoints,
-            runs.TrainState(at, seconds, self.run.state.config),
-            self.trainer.take_state(),
-            lambda path: save_policy(policy, path, about),
-        )
+        state = runs.TrainState(at, seconds, self.run.state.config)
+        save = partial(save_policy, policy, metadata=about)
+        runs.write_checkpoint(self.run.checkpoints, state, self.trainer.take_state(), save)
         self._tidy()
 
     def _tidy(self) -> None:

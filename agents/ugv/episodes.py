@@ -102,14 +102,12 @@ def as_episode(
     frame = ugv_frames(states, infos, params, env.solver, env.preview)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
     totals, cost = played.info, np.asarray(states.cost, float)
-    whole = episodes.facts(
-        [
-            ("return", float(totals["episode_return"][-1]), unit),
-            ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
-            ("with legs", float(totals["episode_total_energy"][-1]), "J"),
-            ("shown at", float(params.speed), "m/s"),
-        ]
-    )
+    whole = [
+        ("return", float(totals["episode_return"][-1]), unit),
+        ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
+        ("with legs", float(totals["episode_total_energy"][-1]), "J"),
+        ("shown at", float(params.speed), "m/s"),
+    ]
     shown = ugv_picture(frame, params.vehicle, criterion, unit)
     return Episode(
         **vars(shown),
@@ -123,7 +121,7 @@ def as_episode(
         events=episodes.slip_events(
             frame.slips, lambda _: "a wheel slips", "both wheels grip", shown.ended
         ),
-        facts=(*whole, *_drawn(played.start_state.drawn)),
+        facts=(*episodes.facts(whole), *_drawn(played.start_state.drawn)),
         axis=("front wheel [m]", np.asarray(frame.at.x)),
     )
 

@@ -33,11 +33,6 @@ TRACK_OPTIONS = {
     "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0"),
 }
 """Arguments of each named track's constructor, with their defaults."""
-TRACK_TABLES: dict[str, Mapping[str, str]] = {
-    "track options": {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
-    | {"a file": "interpolation"},
-    "treatments of ground": TREATMENTS,
-}
 SETTINGS = {
     "fast": "a table and steps of 5 ms in single precision",
     "balanced": "a table and steps of 2.5 ms in single precision",
@@ -318,7 +313,9 @@ def _add_track(parser: Parser) -> None:
     put("start", "first place of the front wheel [m]", type=float)
     put("end", "last place of the front wheel [m]", type=float)
     add_machine(parser, "vehicle")
-    parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS}
+    options = {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
+    parser.tables = {"track options": options | {"a file": "interpolation"}}
+    parser.tables |= {"treatments of ground": TREATMENTS, "criteria": CRITERIA_IN_WORDS}
 
 
 def add_machine(parser: Parser, name: str, *parts: str) -> None:
@@ -395,7 +392,6 @@ def bench_flags(parser: Parser, part: str) -> None:
         add("source", "directories of races", nargs="+")
         add("--stored", "beside the package's own runs", action="store_true")
         add("--out DIR", "a new directory", required=True)
-    if part != "run":
         return
     add("--out DIR", "directory of the race", required=True)
     add(

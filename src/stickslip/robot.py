@@ -101,12 +101,9 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
     }
     rates = friction_by_rate(footing)
     fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
-    frames = BipedFrame(
-        np.linspace(biped.SUPPORT_START, biped.SUPPORT_END, POSES, endpoint=False),
-        (),
-        1.0,
-        floor_position=2 * float(robot.toe + robot.heel) * np.arange(POSES),
-    )
+    phases = np.linspace(biped.SUPPORT_START, biped.SUPPORT_END, POSES, endpoint=False)
+    places = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
+    frames = BipedFrame(phases, floor=(), weight=1.0, floor_position=places)
     drawing = biped_drawing(frames, Mechanism(robot))
     needed = np.array([row[1] for row in rates.rows])
     tables = {"friction": rates, "fastest": fastest}

@@ -169,8 +169,7 @@ def _refusal(node: ast.AST) -> str:
 
 
 RATE = ColumnSpec("crank rate", "rad/s", ("rate", "w"))
-BY_TIME = (TIME, RATE)
-BY_PHASE = (ColumnSpec("crank angle", "rad", ("phase", "theta")), RATE)
+PHASE = ColumnSpec("crank angle", "rad", ("phase", "theta"))
 NODES = 4001
 """Crank angles of a step at which the time is known."""
 SAME = 1e-6
@@ -210,9 +209,9 @@ def rate_of(text: str) -> Rate:
         )
     head = read_text(path, "a table")[:1000].lower()
     if not any(word in head for word in ("phase", "angle", "theta")):
-        times, rates = read_columns(path, BY_TIME).T
+        times, rates = read_columns(path, (TIME, RATE)).T
         return Recorded(str(path), times, rates, "rates")
-    angles, rates = read_columns(path, BY_PHASE).T
+    angles, rates = read_columns(path, (PHASE, RATE)).T
     low, high = SUPPORT_START * (1 - SAME), SUPPORT_END * (1 + SAME)
     name, accepted = f"{path}: crank angle", "pi/2 to 3 pi/2 [rad], one step"
     require_number(name, angles, low=low, high=high, accepted=accepted)
