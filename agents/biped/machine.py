@@ -66,19 +66,11 @@ class TrainConfig(Configuration):
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
     machine = "biped"
-    FLAGS: ClassVar = (
-        *(*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload", "mean_rate"),
-        "robot",
-    )
+    FLAGS: ClassVar = (*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload")
+    FLAGS += ("mean_rate", "robot")
     OWN, PARTS = "robot", ("robot", "bars", "motor")
-    USUALLY: ClassVar = {
-        "start_rate": 5.0,
-        "episode_time": 1.5,
-        "tracking_weight": 1.0,
-        "slip_weight": 3.0,
-        "energy_weight": 0.5,
-        "fall_penalty": 1.0,
-    }
+    USUALLY: ClassVar = {"start_rate": 5.0, "episode_time": 1.5, "tracking_weight": 1.0}
+    USUALLY |= {"slip_weight": 3.0, "energy_weight": 0.5, "fall_penalty": 1.0}
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:
@@ -140,10 +132,8 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "robot.crank_length": "[m], and any other number of the robot, named as by --set",
         "randomisation.friction.0": "an end of a range that a reset draws from",
     }
-    evaluated = (
-        *("return", "mean_speed", "mean_crank_rate", "slip_per_metre", "energy_per_metre"),
-        "falls",
-    )
+    evaluated = ("return", "mean_speed", "mean_crank_rate", "slip_per_metre", "energy_per_metre")
+    evaluated += ("falls",)
     film_time = 6.0
 
     options: ClassVar = {

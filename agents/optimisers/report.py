@@ -227,10 +227,8 @@ def closeness_table(runs: Sequence[Run]) -> Table:
     """Median gap at the end and the share of runs within CLOSE, by method and family."""
     families = _by_family(runs)
     columns = [Column(name, words=True) for name in ("method", *(FAMILIES[at] for at in families))]
-    rows = [
-        [name, *(_closeness(grouped(here).get(name, [])) for here in families.values())]
-        for name in grouped(runs)
-    ]
+    each = [grouped(here) for here in families.values()]
+    rows = [[name, *(_closeness(of.get(name, [])) for of in each)] for name in grouped(runs)]
     return Table(columns, rows)
 
 

@@ -55,11 +55,8 @@ def standard_episode(
 def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
     """States of an episode with its start, leaves [n + 1], and the infos, zero at the start."""
     played = played.trimmed()
-    states = jax.tree.map(
-        lambda first, rest: np.concatenate([np.asarray(first)[None], rest]),
-        played.start_state,
-        played.state,
-    )
+    both = played.start_state, played.state
+    states = jax.tree.map(lambda one, on: np.concatenate([np.asarray(one)[None], on]), *both)
     infos = {
         name: np.concatenate([np.zeros_like(rows[:1]), rows]) for name, rows in played.info.items()
     }
@@ -106,10 +103,8 @@ def reward_panels(
     lines = [Line(name, values) for name, values in terms.items()]
     if len(lines) != 1:
         lines.append(Line("reward", from_start(rewards), dashed=bool(lines)))
-    panels = [
-        Panel("reward of each step", unit, tuple(lines), steps=True),
-        panel("return so far", unit, earned),
-    ]
+    panels = [Panel("reward of each step", unit, tuple(lines), steps=True)]
+    panels.append(panel("return so far", unit, earned))
     if scale is not None:
         title = "score so far (0: trivial, 1: best known)"
         panels.append(panel(title, "-", scale.score(earned), limits=(0.0, 1.0)))

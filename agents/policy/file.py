@@ -27,10 +27,8 @@ from stickslip.records.files import write_whole
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "a .npz written by stickslip.agents.policy.save_policy"
-PACKAGES = (
-    *("stickslip", "jax", "jaxlib", "numpy", "scipy", "gymnasium", "optax", "pyarrow"),
-    *("stable-baselines3", "torch", "matplotlib"),
-)
+PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "gymnasium", "optax", "pyarrow")
+PACKAGES += ("stable-baselines3", "torch", "matplotlib")
 """Those whose versions files name, where they are installed."""
 SAVED = f"accepted: float32 or float64 numbers, at most {untrusted.LARGEST} bytes of them"
 DEEPEST = 64

@@ -75,11 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def make_parser(arguments: Sequence[str] = ()) -> Parser:
     """The parser. A command, and a part of it, has its flags only if the arguments name it."""
     tables = {title: {name: COMMANDS[name].about for name in of} for title, of in GROUPS.items()}
-    parser = Parser(
-        prog="stickslip",
-        usage="stickslip COMMAND ...",
-        description="\n\n".join((ABOUT, examples_text(EXAMPLES), tables_text(tables))),
-    )
+    described = "\n\n".join((ABOUT, examples_text(EXAMPLES), tables_text(tables)))
+    parser = Parser(prog="stickslip", usage="stickslip COMMAND ...", description=described)
     about, version = "show the version and exit", ""
     if "--version" in arguments:  # it is read from the installed package's metadata
         from stickslip import __version__ as version

@@ -394,11 +394,8 @@ def bench_flags(parser: Parser, part: str) -> None:
         add("--out DIR", "a new directory", required=True)
         return
     add("--out DIR", "directory of the race", required=True)
-    add(
-        "--methods NAME",
-        "names (an unknown one lists them), or your own MODULE:FUNCTION (default: all)",
-        nargs="+",
-    )
+    about = "names (an unknown one lists them), or your own MODULE:FUNCTION (default: all)"
+    add("--methods NAME", about, nargs="+")
     add("--instances ID", "ids of the suite, -s1 at the end for seed 1 (default: all)", nargs="+")
     add("--budget", "values and gradients of a run", type=int)
     add("--seconds", "processor time of a run", type=float)

@@ -3,6 +3,7 @@
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -128,12 +129,9 @@ def _replays(problem: GaitProblem, result: GaitResult, given: Namespace) -> dict
     mu = given.mu[0] if given.mu is not None and len(set(given.mu)) == 1 else None
     steps = WALKED if problem.is_periodic else None
     kinds = {"open loop": 0.0, f"feedback {given.feedback:g}/rad": float(given.feedback)}
-    return {
-        name: replay(
-            problem.params, result.best, mu=mu, feedback=gain, walk_steps=steps, zmp=problem.zmp
-        )
-        for name, gain in kinds.items()
-    }
+    how: dict[str, Any] = {"mu": mu, "walk_steps": steps, "zmp": problem.zmp}
+    walk = partial(replay, problem.params, result.best, **how)
+    return {name: walk(feedback=gain) for name, gain in kinds.items()}
 
 
 def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:

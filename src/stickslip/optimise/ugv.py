@@ -227,11 +227,8 @@ def _shortfall_columns(details: Mapping[str, Any]) -> dict[Column, object]:
     """Where no drive meets the constraints: where, which, what friction would do."""
     if "blocked" not in details:
         return {}
-    angle, place = details["steepest"]
-    missed = (
-        f"{name} by {by:.4g} {UNITS[name]} at {at:.5g} m"
-        for name, (by, at) in details["misses"].items()
-    )
+    (angle, place), misses = details["steepest"], details["misses"].items()
+    missed = (f"{name} by {by:.4g} {UNITS[name]} at {at:.5g} m" for name, (by, at) in misses)
     runs = [f"{first:.5g} to {last:.5g} m" for first, last in details["blocked"]]
     more = f" and {len(runs) - RUNS} more" if len(runs) > RUNS else ""
     return {

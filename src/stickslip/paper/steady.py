@@ -127,21 +127,16 @@ def forces(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 15."""
     angles, (rate,) = phases(samples), alike(params, "rate", RATE)
     motion = steady(params, angles, rate, outputs="joints")
-    on_foot, placed = foot_forces(motion), poses(params, angles)
+    on_foot, pins = foot_forces(motion), poses(params, angles).pins
     panels = [
         curves(f"{side} force on the foot", "N", {name: of[:, i] for name, of in on_foot.items()})
         for i, side in enumerate(("horizontal", "vertical"))
     ]
     zmp = np.asarray(motion.zmp)
     panels.append(curves("zero-moment point from the ankle", "m", {"point": zmp}))
-    foot, *ends = (
-        np.asarray(of)[:, 0]
-        for of in (placed.pins.ankle_bar, placed.pins.knee_bar, placed.pins.C_bar)
-    )
-    far = {
-        link: 1e3 * np.linalg.norm(end - foot, axis=-1)
-        for link, end in zip((11, 12), ends, strict=True)
-    }
+    ends = {11: pins.knee_bar, 12: pins.C_bar}
+    bars = {link: np.asarray(end - pins.ankle_bar)[:, 0] for link, end in ends.items()}
+    far = {link: 1e3 * np.linalg.norm(bar, axis=-1) for link, bar in bars.items()}
     shown = "; ".join(
         f"to link {link}'s other end {of.min():.1f} to {of.max():.1f} mm"
         for link, of in far.items()

@@ -134,10 +134,8 @@ class Content:
 
         null: what is not defined or not finite. Keys are the columns' names.
         """
-        units = {
-            name: {column.name: column.unit for column in table.columns}
-            for name, table in self.tables.items()
-        }
+        heads = {name: table.columns for name, table in self.tables.items()}
+        units = {name: {one.name: one.unit for one in of} for name, of in heads.items()}
         rows = {name: table.records() for name, table in self.tables.items()}
         head = {"command": command, "exit_status": self.status, "units": units | dict(self.units)}
         return json_text(head | rows | dict(self.facts))

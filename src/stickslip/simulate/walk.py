@@ -206,11 +206,8 @@ def walk_table(walk: Walk) -> Table:
         Column("positive work", "J"): contacts.positive_work,
     }
     if contacts.joint_forces is not None:
-        forces = np.asarray(contacts.joint_forces).T
-        of_periods |= {
-            Column(str(name), "N"): one
-            for name, one in zip(biped.JOINT_FORCES, forces, strict=True)
-        }
+        names = [Column(str(name), "N") for name in biped.JOINT_FORCES]
+        of_periods |= zip(names, np.asarray(contacts.joint_forces).T, strict=True)
     columns: dict[Column, list[Any]]
     columns = {name: np.asarray(of).tolist() for name, of in at_ends.items()}
     columns |= {name: [None, *np.asarray(of).tolist()] for name, of in of_periods.items()}
@@ -247,10 +244,8 @@ def walk_summary(walk: Walk, held: Walk, seconds: float, efficiency: float | Non
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
     distance = float(walk.along.mass[-1] - walk.along.mass[0])
-    slid, work, positive = (
-        float(np.sum(of, dtype=np.float64))
-        for of in (contacts.slide_distance, contacts.work, contacts.positive_work)
-    )
+    parts = contacts.slide_distance, contacts.work, contacts.positive_work
+    slid, work, positive = (float(np.sum(of, dtype=np.float64)) for of in parts)
     kinds = Counter(kind for _, kind, _ in walk.trajectory.events())
     steps = int(states.steps[-1] - states.steps[0])
     went = distance >= SHORT * float(walk.robot.step_length)
