@@ -183,9 +183,7 @@ def _rollout(
         last, memory, length = carry
         over = env.is_over(last[0])
         new_memory, row = advance(last, memory)
-        row, memory = jax.tree.map(
-            lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
-        )
+        row, memory = jax.tree.map(partial(jnp.where, over), (last, memory), (row, new_memory))
         return (row, memory, length + (~over).astype(length.dtype)), row
 
     begun = (start, start_obs, *blank[2:]), memory, jnp.zeros((), jnp.int32)

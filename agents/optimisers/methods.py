@@ -80,9 +80,8 @@ def conic(objective: Objective, seed: int) -> None:
 def scipy_local(method: str, options: dict[str, float], objective: Objective, seed: int) -> None:
     """Restart a method of scipy.optimize.minimize; COBYLA begins with a fifth of the bounds."""
     if method == "COBYLA":
-        options = options | {
-            "rhobeg": exports.SIGMA * float(np.mean(np.subtract(*objective.bounds[::-1])))
-        }
+        size = float(np.mean(np.subtract(*objective.bounds[::-1])))
+        options = options | {"rhobeg": exports.SIGMA * size}
     for start in _starts(objective, seed):
         given = exports.as_scipy(objective, start)
         if method == "COBYLA":
@@ -97,9 +96,8 @@ def cma(objective: Objective, seed: int) -> None:
     library = require("cma", "this method", "optimisers")
     for number, start in enumerate(_starts(objective, seed)):
         given = exports.as_cma(objective, seed=10_000 * seed + number)
-        strategy = library.CMAEvolutionStrategy(
-            objective.to_unit(start), given["sigma0"], given["options"]
-        )
+        begins = objective.to_unit(start), given["sigma0"], given["options"]
+        strategy = library.CMAEvolutionStrategy(*begins)
         while not strategy.stop():
             asked = strategy.ask()
             values = given["objective_function"](np.array(asked))

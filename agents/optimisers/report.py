@@ -303,9 +303,8 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
         for i, name in enumerate(grouped(runs))
     }
-    return [
-        _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(runs, cost))
-    ]
+    chosen = {cost: _comparable(runs, cost) for cost in COSTS}
+    return [_draw(here, cost, styles, folder) for cost, here in chosen.items() if here]
 
 
 def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], folder: Path) -> Path:

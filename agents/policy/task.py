@@ -138,9 +138,8 @@ def to_json(value: object, known: Kinds) -> Json:
     name = type(value).__name__
     if not is_dataclass(value) or name == CALLED or known.get(name) is not type(value):
         raise ValueError(f"{shown(value)} cannot be kept; accepted: what the package defines")
-    entries = {
-        one.name: to_json(getattr(value, one.name), known) for one in fields(value) if one.init
-    }
+    given = (one.name for one in fields(value) if one.init)
+    entries = {of: to_json(getattr(value, of), known) for of in given}
     return {"kind": name, **entries}
 
 

@@ -105,9 +105,8 @@ def _tasks(task: object) -> dict[str, Pair]:
 def _players(policies: Policies, env: AnyEnv, params: Timed, machine: Machine) -> dict[str, Player]:
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
-    checks.require_kind(
-        "policies", policies, (str, Sequence), "names, or controllers by name in a dict"
-    )
+    accepted = "names, or controllers by name in a dict"
+    checks.require_kind("policies", policies, (str, Sequence), accepted)
     read = read_named([policies] if isinstance(policies, str) else policies, machine)
     return {name: one.player(env, params) for name, one in read.items()}
 

@@ -316,9 +316,8 @@ def improve(
     def step(carry: tuple[Any, optax.OptState], rows: Array):
         networks, optimiser = carry
         batch = jax.tree.map(lambda leaf: leaf[rows], every)
-        gradient, about = jax.grad(loss_of, has_aux=True)(
-            networks, learner.seen, batch, noise, rates.clip_range
-        )
+        given = networks, learner.seen, batch, noise, rates.clip_range
+        gradient, about = jax.grad(loss_of, has_aux=True)(*given)
         change, optimiser = OPTIMISER.update(gradient, optimiser)
         networks = jax.tree.map(lambda one, by: one - rate * by, networks, change)
         return (networks, optimiser), about

@@ -236,9 +236,8 @@ def measures_of(machine: Machine, config: Configuration, env: AnyEnv) -> Measure
         task = task_by_name(config.task)
         measures = scored(measures, measured(task.name), task.unit)
         shown |= {COST} if task.cost_limit is not None else set()
-    return replace(
-        measures, columns={name: one for name, one in measures.columns.items() if name in shown}
-    )
+    columns = {name: one for name, one in measures.columns.items() if name in shown}
+    return replace(measures, columns=columns)
 
 
 def train_command(given: Options) -> None:

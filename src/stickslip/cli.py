@@ -98,9 +98,8 @@ def _add_parts(parser: Parser, command: Command, arguments: Sequence[str]) -> No
         _add_flags(parser, command)
         return
     parser.description = _described(command, command.examples)
-    parts = parser.add_subparsers(
-        dest="machine", metavar="|".join(every), required=True, title="parts"
-    )
+    shown = {"metavar": "|".join(every), "title": "parts"}
+    parts = parser.add_subparsers(dest="machine", required=True, **shown)
     for name, about in every.items():
         part = parts.add_parser(name, help=about)
         if name in arguments:

@@ -209,9 +209,8 @@ def from_rest(
 ) -> biped.Trajectory:
     """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip,
     no toppling."""
-    return biped.simulate(
-        params, SCENE, biped.BipedState(), torque, duration, duration / (4 * samples)
-    )
+    step = duration / (4 * samples)
+    return biped.simulate(params, SCENE, biped.BipedState(), torque, duration, step)
 
 
 def first_step(walk: biped.Trajectory) -> float:

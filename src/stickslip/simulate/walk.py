@@ -91,9 +91,8 @@ def periods(seconds: float, period: float) -> tuple[int, float]:
     accepted = f"from {SHORTEST:g} to {LONGEST:g} s"
     for name, value in (("--seconds", seconds), ("--period", period)):
         require_number(name, value, low=SHORTEST, high=LONGEST, accepted=accepted)
-    require_memory(
-        f"--seconds {seconds:g} with --period {period:g}", "rows", seconds / period, BYTES
-    )
+    given = f"--seconds {seconds:g} with --period {period:g}"
+    require_memory(given, "rows", seconds / period, BYTES)
     count = max(1, math.ceil(seconds / period * (1 - 1e-6)))  # a file may be in single precision
     return count, seconds / count
 
