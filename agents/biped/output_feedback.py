@@ -47,13 +47,9 @@ class Estimate(NamedTuple):
         angle, rate, velocity = self.bank.mean[jnp.argmax(self.probabilities), :3]
         payload, factor = self.probabilities @ self.bank.mean[:, 3:5]
         more = jnp.floor((angle - SUPPORT_START) / np.pi)
-        biped = replace(
-            env_state.biped,
-            phase=angle - np.pi * more,
-            steps=self.steps + more.astype(self.steps.dtype),
-            crank_rate=rate,
-            foot_velocity=velocity,
-        )
+        phase, steps = angle - np.pi * more, self.steps + more.astype(self.steps.dtype)
+        moving = {"phase": phase, "crank_rate": rate, "foot_velocity": velocity}
+        biped = replace(env_state.biped, steps=steps, **moving)
         drawn = env_state.drawn._replace(payload=payload, mass=factor)
         return replace(env_state, biped=biped, drawn=drawn)
 

@@ -83,11 +83,8 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     for place in places:
         print(place.line())
         for env in dict.fromkeys(place.who.values()):
-            own = {
-                name: named[name].player(env, place.params)
-                for name, its in place.who.items()
-                if its == env
-            }
+            mine = [name for name, its in place.who.items() if its == env]
+            own = {name: named[name].player(env, place.params) for name in mine}
             env = evaluate.env_with(env, given["shield"], given["program"])
             parts.append((env, own, {place.label: place.params}))
     how = {"episodes": given["episodes"] or evaluate.EPISODES, "progress": _running}

@@ -143,12 +143,8 @@ def score_table(methods: Sequence[Method]) -> Table:
     words = [Column(name, words=True) for name in ("task", "method")]
     heads = [Column(name) for name in ("runs", "score", "return", "failures", *COSTS)]
     there = {one.name: one.by_task() for one in methods}
-    rows = [
-        [task, name, *_cells(runs[task])]
-        for task in TASKS
-        for name, runs in there.items()
-        if task in runs
-    ]
+    pairs = [(task, name) for task in TASKS for name in there if task in there[name]]
+    rows = [[task, name, *_cells(there[name][task])] for task, name in pairs]
     return _filled([*words, *heads, Column("replayed")], rows)
 
 

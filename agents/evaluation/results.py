@@ -226,13 +226,10 @@ def _replayed(
     found = {}
     for before in results:
         row = table.row(task, str(before.policy))
-        found[before] = replace(
-            before,
-            returns=tuple(map(float, row.episodes.reward)),
-            cost=row.metrics["cost"].value if limited else None,
-            failures=float(np.mean(row.episodes.fell)),
-            replayed=True,
-        )
+        returns = tuple(map(float, row.episodes.reward))
+        cost = row.metrics["cost"].value if limited else None
+        failures = float(np.mean(row.episodes.fell))
+        found[before] = replace(before, returns=returns, cost=cost, failures=failures, replayed=True)
     return found
 
 

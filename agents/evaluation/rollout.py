@@ -145,7 +145,6 @@ class Idle(Memoryless):
     width: int = field(default=1, metadata={"static": True})
 
     def validate(self) -> Idle:
-        """Return self, or raise ValueError naming the field."""
         require_integer("width", self.width, high=10**4)
         return self
 

@@ -143,14 +143,8 @@ class _Training:
         """Write a row of metrics, and move the bar."""
         steps, ended = update.timesteps - self.bar_at, update.ended
         rate = steps / max(self._lap(), 1e-9)
-        row = {
-            "seconds": self.seconds,
-            "steps_per_second": rate,
-            "learning_rate": update.learning_rate,
-            "noise": update.noise,
-            "episodes": 0,
-            **update.losses,
-        }
+        row = {"seconds": self.seconds, "steps_per_second": rate, "episodes": 0, **update.losses}
+        row |= {"learning_rate": update.learning_rate, "noise": update.noise}
         if ended:
             row["episodes"] = len(ended["episode_return"])
             row["return"] = float(ended["episode_return"].mean())

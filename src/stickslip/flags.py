@@ -106,10 +106,8 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     add("--shield MARGIN", about, nargs="?", type=float, const=0.02)
     about = "compute the biped's motion in MuJoCo: both feet touch the floor and may lift"
     add("--in", about, dest="program", choices=("mujoco",))
-    add(
-        "--out DIR",
-        "write evaluation.csv and .json there; of all tasks, ranking.md, .png and results files",
-    )
+    about = "write evaluation.csv and .json there; of all tasks, ranking.md, .png and results files"
+    add("--out DIR", about)
     add("--overwrite", "replace what is in --out", action="store_true")
     _add_scene(parser, many=True)
 
@@ -204,13 +202,9 @@ def _add_scene(parser: Parser, many: bool) -> None:
     """Add the scene and changes of the task, machine by machine."""
     every = machines()
     usual = [(not many and one.viewed_scene) or one.scenes[0] for one in every if one.scenes]
-    about = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
-    parser.add(
-        f"--scene NAME{',...' if many else ''}",
-        f"floor or ground, see below {about}",
-        dest="scenes",
-        type=lambda text: text.split(",") if many else [text],
-    )
+    default = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
+    name, about = f"--scene NAME{',...' if many else ''}", f"floor or ground, see below {default}"
+    parser.add(name, about, dest="scenes", type=lambda text: text.split(",") if many else [text])
     parser.add_parts([part for machine in every for part in machine.configuration.PARTS])
     parser.numbers = True
     for machine in every:
