@@ -228,8 +228,8 @@ def _replayed(
         row = table.row(task, str(before.policy))
         returns = tuple(map(float, row.episodes.reward))
         cost = row.metrics["cost"].value if limited else None
-        failures = float(np.mean(row.episodes.fell))
-        found[before] = replace(before, returns=returns, cost=cost, failures=failures, replayed=True)
+        failed = float(np.mean(row.episodes.fell))
+        found[before] = replace(before, returns=returns, cost=cost, failures=failed, replayed=True)
     return found
 
 
