@@ -76,10 +76,8 @@ class CrankSpeedPI(Ruled):
     integral: ArrayLike = 1.5
     acceleration: ArrayLike = 4.0
     feed_forward: ArrayLike = 1.0
-    RULES: ClassVar = {
-        **dict.fromkeys(("proportional", "integral", "feed_forward"), NON_NEGATIVE),
-        "acceleration": POSITIVE,
-    }
+    RULES: ClassVar = dict.fromkeys(("proportional", "integral", "feed_forward"), NON_NEGATIVE)
+    RULES |= {"acceleration": POSITIVE}
 
     def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
         """The reference begins at the present rate."""
@@ -182,10 +180,8 @@ class StopAtMark(Ruled):
     margin: ArrayLike = 0.02
     gait: OptimalGait = field(default_factory=OptimalGait)
     servo: CrankSpeedPI = field(default_factory=lambda: CrankSpeedPI(acceleration=20.0))
-    RULES: ClassVar = {
-        **dict.fromkeys(("cruise", "gain", "friction"), POSITIVE),
-        "margin": {"low": 0.0, "high": 1.0, "accepted": "a share from 0 to 1"},
-    }
+    RULES: ClassVar = dict.fromkeys(("cruise", "gain", "friction"), POSITIVE)
+    RULES |= {"margin": {"low": 0.0, "high": 1.0, "accepted": "a share from 0 to 1"}}
 
     def suited_to(self, env_params: BipedEnvParams) -> StopAtMark:
         """The controller with gaits of these parameters' robot."""

@@ -43,13 +43,12 @@ def walk_panels(
     mu = at.mu_static if np.isfinite(at.mu_static).any() else None
     used = Line("|friction| / normal", np.minimum(at.friction_use, CEILING))
     slides = Line("distance slid, either direction", 1e3 * at.slid)
+    moved = Line("momentum", momentum)
     return (
         episodes.panel("motor torque", "N m", torque, limits=limits, steps=True),
         episodes.panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
         episodes.beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
-        episodes.beside(
-            MOMENTUM, "kg m/s", Line("momentum", momentum), "at the commanded mean speed", cruise
-        ),
+        episodes.beside(MOMENTUM, "kg m/s", moved, "at the commanded mean speed", cruise),
         episodes.beside("friction used", "-", used, "static friction", mu),
         episodes.beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
     )
@@ -111,10 +110,8 @@ def _drawn(drawn: Drawn, params: BipedEnvParams) -> list[tuple[str, float, str]]
 def _events(frames: BipedFrame) -> tuple[Event, ...]:
     """Slips, stops and exchanges of support by the control step, and an early end."""
     steps, slide = frames.steps, frames.slide
-    exchanges = (
-        Event(i, "support", f"step {steps[i]}: the legs change support")
-        for i in (np.flatnonzero(np.diff(steps)) + 1).tolist()
-    )
+    at = (np.flatnonzero(np.diff(steps)) + 1).tolist()
+    exchanges = (Event(i, "support", f"step {steps[i]}: the legs change support") for i in at)
 
     def begins(i: int) -> str:
         return f"slips {'forwards' if slide[i] > slide[i - 1] else 'backwards'}"

@@ -103,11 +103,8 @@ class OutputFeedback(Ruled):
     quantile: ArrayLike = 0.2
     reserve: ArrayLike = 0.95
     most: ArrayLike = 0.06
-    RULES: ClassVar = {
-        **dict.fromkeys(("noise", "disturbance", "most"), POSITIVE),
-        "changes": NON_NEGATIVE,
-        **dict.fromkeys(("ratio", "quantile", "reserve"), SHARE),
-    }
+    RULES: ClassVar = dict.fromkeys(("noise", "disturbance", "most"), POSITIVE)
+    RULES |= {"changes": NON_NEGATIVE} | dict.fromkeys(("ratio", "quantile", "reserve"), SHARE)
 
     def suited_to(self, env_params: BipedEnvParams) -> OutputFeedback:
         """The controller with gaits of these parameters' robot."""

@@ -115,11 +115,8 @@ def comparisons(methods: Sequence[Method], least: Collection[str] = ()) -> list[
     for machine, group in groupby(TASKS, lambda name: TASKS[name].machine):
         own = list(group)
         needed = {name for name in own if name in least}
-        there = {
-            name: runs
-            for name, runs in every.items()
-            if runs.keys() & set(own) and needed <= runs.keys()
-        }
+        suited = (one for one, of in every.items() if of.keys() & set(own) and needed <= of.keys())
+        there = {name: every[name] for name in suited}
         common = [task for task in own if there and all(task in one for one in there.values())]
         if common:
             scores = {name: _matrix([its[task] for task in common]) for name, its in there.items()}

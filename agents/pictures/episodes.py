@@ -34,11 +34,8 @@ def standard_episode(
     """An episode of any machine without a drawing: actions, numbers of the info, reward."""
     played = played.trimmed()
     rows = {one: played.action[:, i] for i, one in enumerate(env.action_names)}
-    rows |= {
-        one: values
-        for one, values in played.info.items()
-        if np.ndim(values) == 1 and np.asarray(values).dtype.kind == "f"
-    }
+    infos = {one: np.asarray(values) for one, values in played.info.items()}
+    rows |= {one: of for one, of in infos.items() if of.ndim == 1 and of.dtype.kind == "f"}
     panels = [panel(one.replace("_", " "), "-", from_start(values)) for one, values in rows.items()]
     ended = "ended early" if bool(played.terminated[-1]) else ""
     return Episode(

@@ -96,9 +96,8 @@ def require_numbers(given: object, names: Collection[str], optional: Collection[
 
 def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
     """Names and numbers, without what is none; and the ranges that a reset draws from."""
-    numbers = (
-        (name, one) for name, one in jsonable(values).items() if isinstance(one, int | float | list)
-    )
+    plain = jsonable(values).items()
+    numbers = ((name, one) for name, one in plain if isinstance(one, int | float | list))
     words = [f"{name} {in_words(one)}" for name, one in numbers]
     for name, ends in () if drawn is None else vars(drawn).items():
         if isinstance(ends, tuple):

@@ -115,11 +115,8 @@ def _add_flags(parser: Parser, command: Command, part: str | None = None) -> Non
     if command.compiles:
         about = "compile everything again, and keep no compiled program for the next command"
         parser.add_argument("--no-cache", dest="keep_programs", action="store_false", help=about)
-    shown = {
-        line: text
-        for line, text in command.examples.items()
-        if part is None or part in line.split()[:3]
-    }
+    lines = (one for one in command.examples if part is None or part in one.split()[:3])
+    shown = {line: command.examples[line] for line in lines}
     parser.description = _described(command, shown)
 
 

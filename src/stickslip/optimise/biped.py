@@ -182,10 +182,8 @@ def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
 def replay_table(replays: Mapping[str, Replay]) -> Table:
     """A row a replay."""
     numbers = {"slid": "m", "steps": "-", "mean_rate": "rad/s", "work": "J", "friction_use": "-"}
-    rows = [
-        [name, one.mu, one.status.name, *(getattr(one, of) for of in numbers)]
-        for name, one in replays.items()
-    ]
+    shown = {name: [getattr(one, of) for of in numbers] for name, one in replays.items()}
+    rows = [[name, one.mu, one.status.name, *shown[name]] for name, one in replays.items()]
     heads = [Column("replay", words=True), Column("mu"), Column("status", words=True)]
     return Table([*heads, *(Column(name, unit) for name, unit in numbers.items())], rows)
 

@@ -84,10 +84,8 @@ def problem_along(
 ) -> PostureProblem:
     """Waypoints on the ground by the flags start, end and spacing."""
     spacing = SPACING if given.spacing is None else given.spacing
-    ends = {"start": given.start, "end": given.end}
-    return PostureProblem.along(
-        survey.track, *criterion, params=vehicle, spacing=spacing, **ends, **limits
-    )
+    places = {"start": given.start, "end": given.end, "spacing": spacing}
+    return PostureProblem.along(survey.track, *criterion, params=vehicle, **places, **limits)
 
 
 ROLLS = 1.1

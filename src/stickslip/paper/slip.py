@@ -240,11 +240,9 @@ def swing_heights(params: biped.BipedParams, samples: int) -> dict[str, float]:
     pose = poses(params, phases(samples))
     swing = [place for place, name in enumerate(biped.BODIES) if name.endswith("p")]
     mass = np.asarray(params.mass)[[int(biped.BODIES[place].rstrip("p")) - 1 for place in swing]]
-    heights = {
-        "ankle": np.asarray(pose.pins.E)[:, 1, 1],
-        "knee": np.asarray(pose.pins.K)[:, 1, 1],
-        "centre of mass": np.asarray(pose.centres)[:, swing, 1] @ mass,
-    }
+    ankle, knee = (np.asarray(of)[:, 1, 1] for of in (pose.pins.E, pose.pins.K))
+    centre = np.asarray(pose.centres)[:, swing, 1] @ mass
+    heights = {"ankle": ankle, "knee": knee, "centre of mass": centre}
     return {name: peak_of(height)[0] for name, height in heights.items()}
 
 

@@ -93,10 +93,8 @@ def loads(params: biped.BipedParams, samples: int) -> Result:
     (speed,) = alike(params, "rate", RATE)
     loads = {m: jnp.asarray(params.payload + m, angles.dtype) for m in masses}
     robots = {m: params.replace(payload=one) for m, one in loads.items()}
-    torques, still = (
-        {m: np.asarray(steady(one, angles, rate).torque) for m, one in robots.items()}
-        for rate in (speed, 0.0)
-    )
+    torques = {m: np.asarray(steady(one, angles, speed).torque) for m, one in robots.items()}
+    still = {m: np.asarray(steady(one, angles, 0.0).torque) for m, one in robots.items()}
     peak = {m: peak_of(torque)[1] for m, torque in torques.items()}
     rise = each("{:+.1f} % with {:g} kg", {m: 100 * (peak[m] / peak[0.0] - 1) for m in masses[1:]})
     heights = np.asarray(poses(params, angles).centres)[:, biped.BODIES.index("13"), 1]
