@@ -69,8 +69,14 @@ class TrainConfig(Configuration):
     FLAGS: ClassVar = (*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload")
     FLAGS += ("mean_rate", "robot")
     OWN, PARTS = "robot", ("robot", "bars", "motor")
-    USUALLY: ClassVar = {"start_rate": 5.0, "episode_time": 1.5, "tracking_weight": 1.0}
-    USUALLY |= {"slip_weight": 3.0, "energy_weight": 0.5, "fall_penalty": 1.0}
+    USUALLY: ClassVar = {
+        "start_rate": 5.0,
+        "episode_time": 1.5,
+        "tracking_weight": 1.0,
+        "slip_weight": 3.0,
+        "energy_weight": 0.5,
+        "fall_penalty": 1.0,
+    }
 
     @classmethod
     def own_machine(cls, path: str | None, changes: Mapping[str, str]) -> dict[str, str]:

@@ -27,8 +27,15 @@ if TYPE_CHECKING:
 
 MIN_DISTANCE = 0.1
 """Mean distance per episode below which nothing is said per metre (NaN) [m]."""
-KEPT = {"reward": "-", "duration": "s", "turned": "rad", "walked": "m", "slid": "m"}
-KEPT |= {"energy": "J", "weight": "N"}
+KEPT = {
+    "reward": "-",
+    "duration": "s",
+    "turned": "rad",
+    "walked": "m",
+    "slid": "m",
+    "energy": "J",
+    "weight": "N",
+}
 """Units of what is kept of an episode."""
 
 

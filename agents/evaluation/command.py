@@ -103,7 +103,8 @@ def rank(given: Options, out: Path | None) -> Content:
         require("matplotlib", "the picture of a ranking")
     methods = results.replay(before, say_stage)
     found, differ = ranking.comparisons(methods), list(results.differences(before, methods))
-    tables, about = ranking.tables(methods, found), ranking.common_tasks(found)
+    tables, about = [ranking.score_table(methods)], ranking.common_tasks(found)
+    tables += [ranking.aggregate_table(methods, found)] if found else []
     print("\n" + "\n".join(one.terminal(grouped=True) for one in tables))
     print(about, *differ, sep="\n")
     written: list[Path] = []

@@ -130,11 +130,6 @@ def _matrix(runs: Sequence[Sequence[Result]]) -> np.ndarray:
     return np.nan_to_num(scores, nan=0.0)  # over the cost limit: as good as doing nothing
 
 
-def tables(methods: Sequence[Method], found: Sequence[Comparison]) -> list[Table]:
-    """Scores by task and, where the methods have tasks in common, aggregates."""
-    return [score_table(methods), *([aggregate_table(methods, found)] if found else [])]
-
-
 def score_table(methods: Sequence[Method]) -> Table:
     """Every method's score on each task, with the steps and time of its training."""
     words = [Column(name, words=True) for name in ("task", "method")]

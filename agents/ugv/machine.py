@@ -22,8 +22,15 @@ GROUND = "random-bump"
 """The ground where none is named."""
 TRACK_NAMES = (*RANDOM_TRACKS, *FIXED)
 """See RandomTrack.named; the others are named tracks with their defaults."""
-USUAL = {"wheel_energy": 300.0, "total_energy": 300.0, "peak_torque": 50.0, "friction_demand": 0.1}
-USUAL |= {"torque_variation": 1e4, "grip": 1000.0, "normal_force": 1000.0}
+USUAL = {
+    "wheel_energy": 300.0,
+    "total_energy": 300.0,
+    "peak_torque": 50.0,
+    "torque_variation": 1e4,
+    "grip": 1000.0,
+    "normal_force": 1000.0,
+    "friction_demand": 0.1,
+}
 """About what a drive over the default bump costs, in the criterion's unit."""
 OBSERVATION = 9
 """Numbers in an observation, the preview aside."""
