@@ -303,7 +303,7 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
         for i, name in enumerate(grouped(runs))
     }
-    chosen = {cost: _comparable(runs, cost) for cost in COSTS}
+    chosen: dict[Cost, list[Run]] = {cost: _comparable(runs, cost) for cost in COSTS}
     return [_draw(here, cost, styles, folder) for cost, here in chosen.items() if here]
 
 

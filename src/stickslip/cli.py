@@ -98,8 +98,8 @@ def _add_parts(parser: Parser, command: Command, arguments: Sequence[str]) -> No
         _add_flags(parser, command)
         return
     parser.description = _described(command, command.examples)
-    shown = {"metavar": "|".join(every), "title": "parts"}
-    parts = parser.add_subparsers(dest="machine", required=True, **shown)
+    names = "|".join(every)
+    parts = parser.add_subparsers(dest="machine", metavar=names, required=True, title="parts")
     for name, about in every.items():
         part = parts.add_parser(name, help=about)
         if name in arguments:
