@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeAlias
 
-from stickslip.agents.protocol import Env, Options, Params, Task
+from stickslip.agents.protocol import Env, Options, Params, Player, Task
 from stickslip.agents.training.configuration import Config, Configuration, content_of
 from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice, shown
@@ -19,8 +19,8 @@ from stickslip.dynamics.checks import nearest, require_choice, shown
 if TYPE_CHECKING:
     from stickslip.agents.evaluation.rollout import Rollout
     from stickslip.agents.evaluation.table import Measures
-    from stickslip.agents.protocol import AnyEnv, Player
     from stickslip.agents.sweeps.swept import Swept
+    from stickslip.envs.functional import AnyEnv
     from stickslip.envs.rendering.page import Episode
     from stickslip.envs.tasks.known import Scale
 
@@ -275,6 +275,6 @@ def read_configuration(text: str) -> Configuration:
     """The configuration in a JSON text, of whichever machine, or ValueError."""
     name = content_of(text).get("machine")
     if not isinstance(name, str) or name not in _MACHINES:
-        near = nearest(name, _MACHINES) if isinstance(name, str) else ""
-        raise RefusedError(f"its machine is {shown(name)}, not one of {', '.join(_MACHINES)}{near}")
+        known = f"{', '.join(_MACHINES)}{nearest(name, _MACHINES)}"
+        raise RefusedError(f"its machine is {shown(name)}, not one of {known}")
     return machine_by_name(name).configuration.from_json(text)

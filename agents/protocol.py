@@ -21,13 +21,11 @@ from stickslip.dynamics.checks import require_integer, require_number
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.envs.functional import FunctionalEnv, Timed
+    from stickslip.envs.functional import AnyEnv, Timed
 
     Obs: TypeAlias = Float[Array, " obs"]
     Action: TypeAlias = Float[Array, " act"]
     """Numbers in [-1, 1]."""
-    AnyEnv: TypeAlias = FunctionalEnv[Any, Any]
-    """Some machine's environment."""
 
 Memory = TypeVar("Memory")
 Env = TypeVar("Env", bound="AnyEnv")
@@ -114,4 +112,3 @@ class Memoryless(Ruled):
 
     def init(self, env_params: object, env_state: object) -> None:
         """Nothing to remember."""
-        return None

@@ -20,13 +20,12 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from benchmarks.report import markdown, options, put_between
-from stickslip.agents.biped.machine import STOPPING
 from stickslip.agents.evaluation.evaluate import env_with
 from stickslip.agents.evaluation.rollout import Idle, first_state, is_random, play, without_resets
 from stickslip.agents.evaluation.table import keep_of, mean_interval
 from stickslip.agents.machine import machine_by_name
 from stickslip.agents.policy.file import record_of
-from stickslip.agents.policy.shipped import policy_name, shipped_path, short_name
+from stickslip.agents.policy.shipped import policy_name, shipped_names, shipped_path
 from stickslip.agents.ugv.controllers import Optimum
 from stickslip.dynamics.biped import BipedParams
 from stickslip.envs import TASKS, TaskDefinition, UGVEnv, known_of, task_by_name
@@ -139,7 +138,8 @@ def measure(task: TaskDefinition, before: dict[str, Any]) -> dict[str, Any]:
         print(f"{task.name}: {name}", flush=True)
         return entry(task, name, played_on(task, player, episodes, shield))
 
-    left_out = () if "mark" in task.parameters else (STOPPING,)
+    # without a mark it follows gaits as optimal-gait does
+    left_out = () if "mark" in task.parameters else ("stop-at-mark",)
     names = [name for name in machine.baselines if name not in left_out]
     rows = {name: earned(name, machine.baseline(name, env)) for name in names}
     if task.cost_limit is not None:
@@ -172,7 +172,8 @@ def beside_package(task: TaskDefinition, found: dict[str, Any]) -> dict[str, Any
     if shipped_path(name) is None:
         return found
     record, before = record_of(name), found["best"]
-    short = short_name(record.path)
+    latest = (one for one in shipped_names() if shipped_path(one) == record.path)
+    short = next(latest, record.path.stem)
     again = before["policy"] == short  # it was the best known before it was retrained
     others = [*found["baselines"], *found["planners"]]
     others += [] if again or before in others else [before]

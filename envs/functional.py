@@ -237,6 +237,8 @@ _jit_reset = jax.jit(lambda env, key, params: env.reset_env(key, params), static
 _jit_step = jax.jit(pure_step, static_argnums=0)
 
 
+AnyEnv = FunctionalEnv[Any, Any]
+"""Some machine's environment."""
 Plain = bool | int | float | str | list[object] | dict[str, object] | None
 """A JSON value."""
 Entries = Mapping[str, Any]

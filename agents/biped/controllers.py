@@ -43,7 +43,6 @@ class ConstantTorque(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Action]:
-        """See Controller."""
         return memory, action_of(self.torque, env_params, env_state)
 
 
@@ -77,10 +76,8 @@ class CrankSpeedPI(Ruled):
     integral: ArrayLike = 1.5
     acceleration: ArrayLike = 4.0
     feed_forward: ArrayLike = 1.0
-    RULES: ClassVar = {
-        **dict.fromkeys(("proportional", "integral", "feed_forward"), NON_NEGATIVE),
-        "acceleration": POSITIVE,
-    }
+    RULES: ClassVar = dict.fromkeys(("proportional", "integral", "feed_forward"), NON_NEGATIVE)
+    RULES |= {"acceleration": POSITIVE}
 
     def init(self, env_params: BipedEnvParams, env_state: BipedEnvState) -> PIMemory:
         """The reference begins at the present rate."""
@@ -90,7 +87,6 @@ class CrankSpeedPI(Ruled):
     def act(
         self, memory: PIMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[PIMemory, Action]:
-        """See Controller."""
         rate, dtype = env_state.biped.crank_rate, env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
         limit = jnp.asarray(env_params.torque_limit, dtype)
@@ -184,10 +180,8 @@ class StopAtMark(Ruled):
     margin: ArrayLike = 0.02
     gait: OptimalGait = field(default_factory=OptimalGait)
     servo: CrankSpeedPI = field(default_factory=lambda: CrankSpeedPI(acceleration=20.0))
-    RULES: ClassVar = {
-        **dict.fromkeys(("cruise", "gain", "friction"), POSITIVE),
-        "margin": {"low": 0.0, "high": 1.0, "accepted": "a share from 0 to 1"},
-    }
+    RULES: ClassVar = dict.fromkeys(("cruise", "gain", "friction"), POSITIVE)
+    RULES |= {"margin": {"low": 0.0, "high": 1.0, "accepted": "a share from 0 to 1"}}
 
     def suited_to(self, env_params: BipedEnvParams) -> StopAtMark:
         """The controller with gaits of these parameters' robot."""
@@ -207,7 +201,6 @@ class StopAtMark(Ruled):
     def act(
         self, memory: StopMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[StopMemory, Action]:
-        """See Controller."""
         to_go, biped = env_state.to_go, env_state.biped
         if to_go is None:
             return memory, self.gait.act(None, obs, env_state, env_params)[1]

@@ -41,18 +41,15 @@ def walk_panels(
     """
     limits, torque = () if limit is None else (-limit, limit), episodes.from_start(at.torque[1:])
     mu = at.mu_static if np.isfinite(at.mu_static).any() else None
-    use = np.minimum(at.friction_use, CEILING)
+    used = Line("|friction| / normal", np.minimum(at.friction_use, CEILING))
     slides = Line("distance slid, either direction", 1e3 * at.slid)
+    moved = Line("momentum", momentum)
     return (
         episodes.panel("motor torque", "N m", torque, limits=limits, steps=True),
         episodes.panel("motor power, torque × crank rate", "W", torque * at.crank_rate),
         episodes.beside(RATE, "rad/s", Line(RATE, at.crank_rate), "commanded mean", commanded),
-        episodes.beside(
-            MOMENTUM, "kg m/s", Line("momentum", momentum), "at the commanded mean speed", cruise
-        ),
-        episodes.beside(
-            "friction used", "-", Line("|friction| / normal", use), "static friction", mu
-        ),
+        episodes.beside(MOMENTUM, "kg m/s", moved, "at the commanded mean speed", cruise),
+        episodes.beside("friction used", "-", used, "static friction", mu),
         episodes.beside(SLIDING, "mm", slides, "slide, forwards +", 1e3 * at.slide, dashed=False),
     )
 
@@ -77,35 +74,29 @@ def as_episode(
     frames = biped_frames(states, infos, params)
     robot = drawn_robot(played.start_state.drawn, params)
     commanded = np.asarray(states.drawn.mean_rate, float)
-    panels = walk_panels(
-        frames,
-        np.asarray(momentum_of(robot, states.biped), float),
-        float(params.torque_limit),
-        commanded,
-        float(robot.total_mass * robot.step_length) * commanded / np.pi,
-    )
+    momentum = np.asarray(momentum_of(robot, states.biped), float)
+    cruise = float(robot.total_mass * robot.step_length) * commanded / np.pi
+    panels = walk_panels(frames, momentum, float(params.torque_limit), commanded, cruise)
     terms = {one: episodes.from_start(played.info[f"reward_{one}"]) for one in TERMS}
     last = played.info
-    whole = episodes.facts(
-        [
-            ("return", float(last["episode_return"][-1]), "-"),
-            ("walked", float(last["episode_walked"][-1]), "m"),
-            ("distance slid", 1e3 * float(infos["episode_slid"][-1]), "mm"),
-            ("energy", float(last["episode_energy"][-1]), "J"),
-        ]
-    )
+    whole = [
+        ("return", float(last["episode_return"][-1]), "-"),
+        ("walked", float(last["episode_walked"][-1]), "m"),
+        ("distance slid", 1e3 * float(infos["episode_slid"][-1]), "mm"),
+        ("energy", float(last["episode_energy"][-1]), "J"),
+    ]
     return Episode(
         **vars(biped_picture(frames, robot.params)),
         name=name,
         period=float(params.control_period),
         panels=(*panels, *episodes.reward_panels(played, terms, "-", scale)),
         events=_events(frames),
-        facts=(*whole, *_drawn(played.start_state.drawn, params)),
+        facts=episodes.facts([*whole, *_drawn(played.start_state.drawn, params)]),
     )
 
 
-def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
-    """Floor and load that the reset drew for this episode, as pictures show them."""
+def _drawn(drawn: Drawn, params: BipedEnvParams) -> list[tuple[str, float, str]]:
+    """Floor and load that the reset drew for this episode."""
     ranges, rows = params.randomisation, []
     if ranges.friction is not None:
         rows.append(("friction, drawn", float(drawn.friction), "× the floor's"))
@@ -113,16 +104,14 @@ def _drawn(drawn: Drawn, params: BipedEnvParams) -> tuple[tuple[str, str], ...]:
         rows.append(("masses, drawn", float(drawn.mass), "× the robot's"))
     if ranges.payload is not None:
         rows.append(("payload, drawn", float(drawn.payload), "kg"))
-    return episodes.facts(rows)
+    return rows
 
 
 def _events(frames: BipedFrame) -> tuple[Event, ...]:
     """Slips, stops and exchanges of support by the control step, and an early end."""
     steps, slide = frames.steps, frames.slide
-    exchanges = (
-        Event(i, "support", f"step {steps[i]}: the legs change support")
-        for i in (np.flatnonzero(np.diff(steps)) + 1).tolist()
-    )
+    at = (np.flatnonzero(np.diff(steps)) + 1).tolist()
+    exchanges = (Event(i, "support", f"step {steps[i]}: the legs change support") for i in at)
 
     def begins(i: int) -> str:
         return f"slips {'forwards' if slide[i] > slide[i - 1] else 'backwards'}"

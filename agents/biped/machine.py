@@ -66,10 +66,8 @@ class TrainConfig(Configuration):
     evaluation_episodes: int = shared("evaluation_episodes", 64)
 
     machine = "biped"
-    FLAGS: ClassVar = (
-        *(*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload", "mean_rate"),
-        "robot",
-    )
+    FLAGS: ClassVar = (*Configuration.FLAGS, "scene", "mu_static", "mu_kinetic", "payload")
+    FLAGS += ("mean_rate", "robot")
     OWN, PARTS = "robot", ("robot", "bars", "motor")
     USUALLY: ClassVar = {
         "start_rate": 5.0,
@@ -115,8 +113,6 @@ BIPED_BASELINES = {
     "stop-at-mark": "biped.controllers:StopAtMark",
     "output-feedback": "biped.output_feedback:OutputFeedback",
 }
-STOPPING = "stop-at-mark"
-"""The one for tasks with a mark; without one it follows gaits as optimal-gait does."""
 
 
 class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
@@ -142,10 +138,8 @@ class BipedMachine(Machine["BipedEnv", "BipedEnvParams", TrainConfig]):
         "robot.crank_length": "[m], and any other number of the robot, named as by --set",
         "randomisation.friction.0": "an end of a range that a reset draws from",
     }
-    evaluated = (
-        *("return", "mean_speed", "mean_crank_rate", "slip_per_metre", "energy_per_metre"),
-        "falls",
-    )
+    evaluated = ("return", "mean_speed", "mean_crank_rate", "slip_per_metre", "energy_per_metre")
+    evaluated += ("falls",)
     film_time = 6.0
 
     options: ClassVar = {

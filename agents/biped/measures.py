@@ -97,13 +97,9 @@ def keep_of(played: Rollout[BipedEnvState], params: BipedEnvParams) -> Episodes:
     """Kept data of an episode."""
     last = jax.tree.map(lambda leaf: leaf[-1], played.state)
     robot = drawn_robot(last.drawn, params)
-    totals = last.totals
-    return Episodes(
-        **totals._asdict(),
-        duration=last.elapsed * jnp.asarray(params.control_period, totals.reward.dtype),
-        weight=robot.total_mass * robot.gravity,
-        status=played.info["status"][-1],
-    )
+    duration = last.elapsed * jnp.asarray(params.control_period, last.totals.reward.dtype)
+    weight, status = robot.total_mass * robot.gravity, played.info["status"][-1]
+    return Episodes(**last.totals._asdict(), duration=duration, weight=weight, status=status)
 
 
 def measures(env: BipedEnv) -> Measures[BipedEnvState, BipedEnvParams, Episodes]:

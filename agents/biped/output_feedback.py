@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.agents.biped.controllers import StopAtMark, StopMemory
-from stickslip.agents.biped.prediction import action_of
+from stickslip.agents.biped.prediction import SHARE, action_of
 from stickslip.agents.protocol import Ruled
 from stickslip.dynamics.biped.contact import Friction
 from stickslip.dynamics.biped.estimation import Belief, Noise, initial_belief, mixed, observe
@@ -21,7 +21,7 @@ from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.dynamics.scene import Uniform
 from stickslip.envs.biped.state import BipedEnvState, drawn_robot
-from stickslip.envs.functional import NON_NEGATIVE, POSITIVE
+from stickslip.envs.functional import NON_NEGATIVE, POSITIVE, Range
 
 if TYPE_CHECKING:
     from jax.typing import ArrayLike
@@ -29,9 +29,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.protocol import Action, Obs
     from stickslip.envs.biped.params import BipedEnvParams
-    from stickslip.envs.functional import Range
 
-SHARE = {"low": 0.0, "strict": True, "high": 1.0, "accepted": "in (0, 1]"}
 FRICTIONS = np.geomspace(0.015, 0.5, 12)
 """Static frictions of the filters."""
 
@@ -49,13 +47,9 @@ class Estimate(NamedTuple):
         angle, rate, velocity = self.bank.mean[jnp.argmax(self.probabilities), :3]
         payload, factor = self.probabilities @ self.bank.mean[:, 3:5]
         more = jnp.floor((angle - SUPPORT_START) / np.pi)
-        biped = replace(
-            env_state.biped,
-            phase=angle - np.pi * more,
-            steps=self.steps + more.astype(self.steps.dtype),
-            crank_rate=rate,
-            foot_velocity=velocity,
-        )
+        phase, steps = angle - np.pi * more, self.steps + more.astype(self.steps.dtype)
+        moving = {"phase": phase, "crank_rate": rate, "foot_velocity": velocity}
+        biped = replace(env_state.biped, steps=steps, **moving)
         drawn = env_state.drawn._replace(payload=payload, mass=factor)
         return replace(env_state, biped=biped, drawn=drawn)
 
@@ -109,11 +103,8 @@ class OutputFeedback(Ruled):
     quantile: ArrayLike = 0.2
     reserve: ArrayLike = 0.95
     most: ArrayLike = 0.06
-    RULES: ClassVar = {
-        **dict.fromkeys(("noise", "disturbance", "most"), POSITIVE),
-        "changes": NON_NEGATIVE,
-        **dict.fromkeys(("ratio", "quantile", "reserve"), SHARE),
-    }
+    RULES: ClassVar = dict.fromkeys(("noise", "disturbance", "most"), POSITIVE)
+    RULES |= {"changes": NON_NEGATIVE} | dict.fromkeys(("ratio", "quantile", "reserve"), SHARE)
 
     def suited_to(self, env_params: BipedEnvParams) -> OutputFeedback:
         """The controller with gaits of these parameters' robot."""
@@ -143,7 +134,6 @@ class OutputFeedback(Ruled):
     def act(
         self, memory: FeedbackMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[FeedbackMemory, Action]:
-        """See Controller."""
         dtype = env_state.biped.phase.dtype
         after = self._observed(memory, env_state, env_params)
         estimate = jax.tree.map(partial(jnp.where, memory.begun), after, memory.estimate)

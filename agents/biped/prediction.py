@@ -22,11 +22,12 @@ from stickslip.dynamics.biped import (
     SUPPORT_START,
     BipedModel,
     BipedParams,
+    BipedState,
     RK4Split,
     own_time,
     step,
 )
-from stickslip.dynamics.biped.contact import ankle_moment, sticking
+from stickslip.dynamics.biped.contact import Motion, ankle_moment, sticking
 from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import require_kind, require_number
 from stickslip.dynamics.pytrees import pytree_dataclass
@@ -40,8 +41,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Float, Int
 
     from stickslip.agents.protocol import Action, Obs
-    from stickslip.dynamics.biped import BipedState
-    from stickslip.dynamics.biped.contact import Coefficients, Motion
+    from stickslip.dynamics.biped.contact import Coefficients
     from stickslip.envs.biped.params import BipedEnvParams
     from stickslip.optim.gait.gait import Gait
 
@@ -51,14 +51,8 @@ SMALLEST_RUN = 1e-4
 """Torques closer than this give no slope [N m]."""
 RATES = (1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0)
 """Mean crank rates of the usual gaits [rad/s]."""
-OF_LIMIT = 0.9
-"""Share of the motor's torque that the gaits of a robot may need."""
-CELLS = 64
-"""Cells of their grid."""
-FOOTING = {
-    "friction": POSITIVE,
-    "footing": {"low": 0.0, "strict": True, "high": 1.0, "accepted": "in (0, 1]"},
-}
+SHARE = {"low": 0.0, "strict": True, "high": 1.0, "accepted": "in (0, 1]"}
+FOOTING = {"friction": POSITIVE, "footing": SHARE}
 """Rules of both controllers."""
 
 
@@ -172,7 +166,6 @@ class ComputedTorque(Ruled):
     def act(
         self, memory: Schedule, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[Schedule, Action]:
-        """See Controller."""
         period = jnp.asarray(env_params.control_period, env_state.biped.crank_rate.dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         memory, cruise = _timed(memory, robot, env_state, period)
@@ -295,7 +288,7 @@ class OptimalGait(Memoryless):
         robot = env_params.robot.bare
         if same_numbers(robot, BipedParams.from_bars()):
             return self
-        limit = OF_LIMIT * float(np.asarray(env_params.torque_limit))
+        limit = 0.9 * float(np.asarray(env_params.torque_limit))
         return replace(self, gaits=_gaits_of_text(robot_text(vars(robot)), limit))
 
     def validate(self) -> OptimalGait:
@@ -307,7 +300,6 @@ class OptimalGait(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Action]:
-        """See Controller."""
         dtype = env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
         commanded = jnp.asarray(env_state.drawn.mean_rate, dtype)
@@ -346,7 +338,7 @@ def gaits_of(
     rates: Sequence[float],
     objective: str | Mapping[str, float] = "friction",
     *,
-    steps: int = CELLS,
+    steps: int = 64,
     **limits: Any,
 ) -> GaitTable:
     """The best gaits for each of the mean crank rates [rad/s] for which there is one.
@@ -356,15 +348,10 @@ def gaits_of(
     from stickslip.optim.gait.problem import GaitProblem
     from stickslip.optim.problem import solve
 
-    found, said = [], ""
-    for rate in rates:
-        result = solve(
-            GaitProblem.periodic(robot, objective, mean_rate=rate, steps=steps, **limits)
-        )
-        if result.gait is None or not result.status.solved:
-            said = result.message
-            continue
-        found.append(result.best)
+    asked = {"steps": steps, **limits}
+    results = [solve(GaitProblem.periodic(robot, objective, mean_rate=w, **asked)) for w in rates]
+    found = [one.best for one in results if one.gait is not None and one.status.solved]
     if not found:
-        raise ValueError(f"no gait for any of the rates: {said}; accepted: rates that can be met")
+        why = results[-1].message if results else ""
+        raise ValueError(f"no gait for any of the rates: {why}; accepted: rates that can be met")
     return GaitTable.of(found)

@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.biped.machine import TrainConfig
 from stickslip.agents.machine import Parts, TrainingTask
 from stickslip.agents.policy import task as tasks
 from stickslip.agents.protocol import Options, Task
@@ -24,7 +25,6 @@ from stickslip.envs.tasks.definition import task_by_name
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.biped.machine import TrainConfig
     from stickslip.agents.sweeps.swept import Swept
     from stickslip.dynamics.pytrees import Number
 
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 ANY_PHASE = (SUPPORT_START, SUPPORT_END)
 WEIGHTS = ("tracking_weight", "slip_weight", "energy_weight", "fall_penalty")
 """Weights of the reward, which a configuration may change for training."""
-RATE = 3.0
-"""Commanded crank rate of the standard task [rad/s]."""
 DRAWN = {
     "scene.payload": ("payload",),
     "task.mark": ("mark",),
@@ -135,7 +133,7 @@ def label(task: BipedTask, scene: str | None) -> str:
     params, words = task.params, [floor_words(task.params.scene)]
     if params.scene.payload is not None:
         words.append(f"+{float(params.scene.payload):g} kg")
-    if (rate := float(params.mean_rate)) != RATE:
+    if (rate := float(params.mean_rate)) != TrainConfig.mean_rate:
         words.append(f"{rate:g} rad/s")
     names = [one for one, ends in vars(params.randomisation).items() if ends is not None]
     drawn = [name for name in names if name not in ("phase", "crank_rate")]

@@ -1,14 +1,13 @@
 """`stickslip evaluate`: policies and baselines in a table, methods in a ranking."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 from stickslip.agents.evaluation import evaluate, players, ranking, results, rollout
-from stickslip.agents.evaluation.table import joined
+from stickslip.agents.evaluation.table import Evaluation, joined
 from stickslip.agents.machine import machine_by_name
+from stickslip.agents.protocol import Options
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.lazily import require
 from stickslip.envs.tasks.definition import task_by_name
@@ -16,12 +15,8 @@ from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_folder, require_new, require_writable, write_whole
 from stickslip.records.table import Content
 
-if TYPE_CHECKING:
-    from stickslip.agents.evaluation.table import Evaluation
-    from stickslip.agents.protocol import Options
-
-    Who: TypeAlias = Mapping[str, players.Named]
-    Played: TypeAlias = tuple[Evaluation, dict[str, str]]
+Who: TypeAlias = Mapping[str, players.Named]
+Played: TypeAlias = tuple[Evaluation, dict[str, str]]
 
 ALL = "all"
 """The --task that ranks methods over all tasks."""
@@ -88,11 +83,8 @@ def _on_places(named: Who, given: Options, written: Sequence[Path]) -> Played:
     for place in places:
         print(place.line())
         for env in dict.fromkeys(place.who.values()):
-            own = {
-                name: named[name].player(env, place.params)
-                for name, its in place.who.items()
-                if its == env
-            }
+            mine = [name for name, its in place.who.items() if its == env]
+            own = {name: named[name].player(env, place.params) for name in mine}
             env = evaluate.env_with(env, given["shield"], given["program"])
             parts.append((env, own, {place.label: place.params}))
     how = {"episodes": given["episodes"] or evaluate.EPISODES, "progress": _running}
@@ -111,7 +103,8 @@ def rank(given: Options, out: Path | None) -> Content:
         require("matplotlib", "the picture of a ranking")
     methods = results.replay(before, say_stage)
     found, differ = ranking.comparisons(methods), list(results.differences(before, methods))
-    tables, about = ranking.tables(methods, found), ranking.common_tasks(found)
+    tables, about = [ranking.score_table(methods)], ranking.common_tasks(found)
+    tables += [ranking.aggregate_table(methods, found)] if found else []
     print("\n" + "\n".join(one.terminal(grouped=True) for one in tables))
     print(about, *differ, sep="\n")
     written: list[Path] = []

@@ -1,21 +1,17 @@
 """Batch evaluation of any machine: every controller in every scene over many seeds, vmapped."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.table import Column, Evaluation, Measures, Row, Say
 from stickslip.agents.machine import machine_by_name, machine_of_env
+from stickslip.agents.protocol import Params, Player, State
+from stickslip.envs.functional import AnyEnv, FunctionalEnv
 from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import OVER, UNKNOWN, Interval, Known, known_of
+from stickslip.envs.tasks.known import OVER, UNKNOWN, Interval, Known, measured
 from stickslip.records.table import with_unit
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Params, Player, State
-    from stickslip.envs.functional import FunctionalEnv
 
 EPISODES = 32
 SCORES = ("task_score", "gap")
@@ -63,12 +59,9 @@ def evaluate_task(
     task = task_by_name(name)
     env, params = task.make()
     env = env_with(env, shield, program)
-    known = known_of(task)
-    measures = machine_by_name(task.machine).measures(env)
-    usual = EPISODES if known is None else known.episodes
-    used = rollout.seeds_of(usual if episodes is None else episodes, seeds)
-    if known is not None:
-        measures = scored(measures, known, task.unit, used if rollout.is_random(params) else (0,))
+    known, measures = measured(task.name), machine_by_name(task.machine).measures(env)
+    used = rollout.seeds_of(known.episodes if episodes is None else episodes, seeds)
+    measures = scored(measures, known, task.unit, used if rollout.is_random(params) else (0,))
     return _evaluated(env, controllers, {task.name: params}, measures, used, progress)
 
 
@@ -119,9 +112,6 @@ def _evaluated(
     say = progress or (lambda line: None)
     rollout.require_places(env, scenes)
     rollout.require_named("controllers", controllers, "{name: controller}")
-    for name, given in {"controllers": controllers, "scenes": scenes}.items():
-        if not given:
-            raise ValueError(f"{name} is empty; accepted: at least one")
     named = {
         name: rollout.validated(f"controllers[{name!r}]", one) for name, one in controllers.items()
     }
@@ -139,11 +129,9 @@ def _evaluated(
 def task_in_words(name: str) -> str:
     """Text of the task, and of what the scores 0 and 1 are."""
     task = task_by_name(name)
-    known, head = known_of(task), task.headline
+    known, head = measured(name), task.headline
     if task.cost_limit is not None:
         head += f"\n  cost limit: {task.cost_limit:g}, of the mean over the episodes"
-    if known is None:
-        return f"{head}\n  nothing is known of it"
     trivial, best = (with_unit(one.value, task.unit, 4) for one in (known.trivial, known.best))
     return (
         f"{head}\n  score 0: {known.trivial.policy}, {trivial}; 1: the best known, {best}; how, "

@@ -1,10 +1,8 @@
 """Policies and baselines named on a command line, and the tasks that they are shown on."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.agents.evaluation.rollout import without_resets
 from stickslip.agents.machine import Machine, machine_of_baseline, machine_of_environment, machines
@@ -12,12 +10,11 @@ from stickslip.agents.policy.file import named_task_of, policy_path, read_policy
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import shipped_names
 from stickslip.agents.policy.task import same_numbers
+from stickslip.agents.protocol import Options, Player, Task
 from stickslip.agents.untrusted import Json, RefusedError
 from stickslip.dynamics.checks import nearest, require_choice
+from stickslip.envs.functional import AnyEnv, Timed
 from stickslip.envs.tasks.definition import task_by_name
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Options, Player, Task, Timed
 
 
 @dataclass(frozen=True)

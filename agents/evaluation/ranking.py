@@ -36,8 +36,6 @@ COSTS = {"steps": "steps", "time [s]": "seconds", "processor time [s]": "process
 """Columns of what a training took, and a result's entries of them."""
 DASHES = ("-", "--", ":")
 """Lines of the methods past the number of colours."""
-OVER_LIMIT = 0.0
-"""Score over the cost limit in an aggregate: as good as doing nothing."""
 
 
 def _flat(scores: Scores) -> np.ndarray:
@@ -117,11 +115,8 @@ def comparisons(methods: Sequence[Method], least: Collection[str] = ()) -> list[
     for machine, group in groupby(TASKS, lambda name: TASKS[name].machine):
         own = list(group)
         needed = {name for name in own if name in least}
-        there = {
-            name: runs
-            for name, runs in every.items()
-            if runs.keys() & set(own) and needed <= runs.keys()
-        }
+        suited = (one for one, of in every.items() if of.keys() & set(own) and needed <= of.keys())
+        there = {name: every[name] for name in suited}
         common = [task for task in own if there and all(task in one for one in there.values())]
         if common:
             scores = {name: _matrix([its[task] for task in common]) for name, its in there.items()}
@@ -132,12 +127,7 @@ def comparisons(methods: Sequence[Method], least: Collection[str] = ()) -> list[
 def _matrix(runs: Sequence[Sequence[Result]]) -> np.ndarray:
     least = min(map(len, runs))
     scores = np.array([[one.score.value for one in its[:least]] for its in runs]).T
-    return np.nan_to_num(scores, nan=OVER_LIMIT)
-
-
-def tables(methods: Sequence[Method], found: Sequence[Comparison]) -> list[Table]:
-    """Scores by task and, where the methods have tasks in common, aggregates."""
-    return [score_table(methods), *([aggregate_table(methods, found)] if found else [])]
+    return np.nan_to_num(scores, nan=0.0)  # over the cost limit: as good as doing nothing
 
 
 def score_table(methods: Sequence[Method]) -> Table:
@@ -145,12 +135,8 @@ def score_table(methods: Sequence[Method]) -> Table:
     words = [Column(name, words=True) for name in ("task", "method")]
     heads = [Column(name) for name in ("runs", "score", "return", "failures", *COSTS)]
     there = {one.name: one.by_task() for one in methods}
-    rows = [
-        [task, name, *_cells(runs[task])]
-        for task in TASKS
-        for name, runs in there.items()
-        if task in runs
-    ]
+    pairs = [(task, name) for task in TASKS for name in there if task in there[name]]
+    rows = [[task, name, *_cells(there[name][task])] for task, name in pairs]
     return _filled([*words, *heads, Column("replayed")], rows)
 
 

@@ -1,7 +1,5 @@
 """Results of methods on the named tasks: read from runs and files, replayed, written."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -21,7 +19,7 @@ from stickslip.agents.policy.shipped import shipped_path
 from stickslip.agents.training import directory as runs
 from stickslip.dynamics.checks import shown
 from stickslip.envs.tasks.definition import TASKS, task_by_name
-from stickslip.envs.tasks.known import UNKNOWN, Interval, Known, episodes_digest, known_of
+from stickslip.envs.tasks.known import UNKNOWN, Interval, episodes_digest, measured
 from stickslip.records.files import write_whole
 from stickslip.records.table import json_text
 
@@ -91,13 +89,6 @@ class Method:
         """The results on each task."""
         tasks = dict.fromkeys(one.task for one in self.results)
         return {name: [one for one in self.results if one.task == name] for name in tasks}
-
-
-def measured(task: str) -> Known:
-    """What is known of a task by name. ValueError where nothing is."""
-    if (known := known_of(task_by_name(task))) is None:
-        raise ValueError(f"{task} was not measured; accepted: a task with a best known return")
-    return known
 
 
 def read_methods(given: Sequence[str]) -> list[Method]:
@@ -235,13 +226,10 @@ def _replayed(
     found = {}
     for before in results:
         row = table.row(task, str(before.policy))
-        found[before] = replace(
-            before,
-            returns=tuple(map(float, row.episodes.reward)),
-            cost=row.metrics["cost"].value if limited else None,
-            failures=float(np.mean(row.episodes.fell)),
-            replayed=True,
-        )
+        returns = tuple(map(float, row.episodes.reward))
+        cost = row.metrics["cost"].value if limited else None
+        failed = float(np.mean(row.episodes.fell))
+        found[before] = replace(before, returns=returns, cost=cost, failures=failed, replayed=True)
     return found
 
 

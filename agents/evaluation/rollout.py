@@ -14,13 +14,12 @@ import numpy as np
 from stickslip.agents.protocol import Controller, Env, Memoryless, Params, Planner, State, State_co
 from stickslip.dynamics.checks import require_integer, require_kind, require_memory, shown
 from stickslip.dynamics.pytrees import pytree_dataclass
-from stickslip.envs.functional import MOST_STEPS, FunctionalEnv, horizon, pure_step
+from stickslip.envs.functional import MOST_STEPS, AnyEnv, FunctionalEnv, Timed, horizon, pure_step
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int, PRNGKeyArray
 
-    from stickslip.agents.protocol import AnyEnv, Player, Timed
-
+    from stickslip.agents.protocol import Player
 
 STEP_BYTES = 300
 """Memory of a step of an episode while episodes are played side by side."""
@@ -123,8 +122,10 @@ def require_places(env: AnyEnv, scenes: Mapping[str, object]) -> None:
 
 
 def require_named(name: str, given: object, accepted: str) -> None:
-    """Raise ValueError unless `given` is a dict, or like one, of something by its name."""
+    """Raise ValueError unless `given` is a dict, or like one, of things by name, one at least."""
     require_kind(name, given, Mapping, f"a dict, {accepted}")
+    if not given:
+        raise ValueError(f"{name} is empty; accepted: at least one")
     for key in given if isinstance(given, Mapping) else ():
         require_kind(f"a name in {name}", key, str, "text")
 
@@ -145,14 +146,12 @@ class Idle(Memoryless):
     width: int = field(default=1, metadata={"static": True})
 
     def validate(self) -> Idle:
-        """Return self, or raise ValueError naming the field."""
         require_integer("width", self.width, high=10**4)
         return self
 
     def act(
         self, memory: None, obs: Float[Array, " obs"], env_state: object, env_params: object
     ) -> tuple[None, Float[Array, " act"]]:
-        """See Controller."""
         return memory, jnp.zeros(self.width, obs.dtype)
 
 
@@ -172,11 +171,9 @@ def _rollout(
                 f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
                 f"{', '.join(env.action_names)}: it was made for another machine"
             )
-        obs, state, reward, terminated, truncated, info = pure_step(
-            env, unused, state, action, params
-        )
+        obs, state, *outcome, info = pure_step(env, unused, state, action, params)
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
-        return memory, (state, obs, action, reward, terminated, truncated, info)
+        return memory, (state, obs, action, *outcome, info)
 
     memory = controller.init(params, start)
     shapes = jax.eval_shape(lambda: advance((start, start_obs), memory)[1])
@@ -186,9 +183,7 @@ def _rollout(
         last, memory, length = carry
         over = env.is_over(last[0])
         new_memory, row = advance(last, memory)
-        row, memory = jax.tree.map(
-            lambda old, new: jnp.where(over, old, new), (last, memory), (row, new_memory)
-        )
+        row, memory = jax.tree.map(partial(jnp.where, over), (last, memory), (row, new_memory))
         return (row, memory, length + (~over).astype(length.dtype)), row
 
     begun = (start, start_obs, *blank[2:]), memory, jnp.zeros((), jnp.int32)

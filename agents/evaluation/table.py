@@ -131,11 +131,8 @@ class Evaluation:
     def as_table(self) -> Table:
         """Every number in SI units: a row each, three columns a metric (value, low, high)."""
         units, names = self._units(), self.rows[0].metrics if self.rows else ()
-        heads = [
-            table.Column(f"{name}{end}", units[name])
-            for name in names
-            for end in ("", "_low", "_high")
-        ]
+        ends = ("", "_low", "_high")
+        heads = [table.Column(f"{one}{end}", units[one]) for one in names for end in ends]
         return self._table(heads, lambda row: chain(*row.metrics.values()))
 
     def write_json(self, path: str | Path, about: Mapping[str, object] | None = None) -> Path:
@@ -154,10 +151,8 @@ class Evaluation:
         return write_whole(path, json_text({**(about or {}), **head, "rows": rows}))
 
     def _units(self) -> dict[str, str]:
-        return {
-            name: "-" if column.percent else column.unit
-            for name, (column, _) in self.columns.items()
-        }
+        heads = {name: column for name, (column, _) in self.columns.items()}
+        return {name: "-" if one.percent else one.unit for name, one in heads.items()}
 
     def shown(self) -> Table:
         """The rows with their titles and units, numbers as they are shown."""
@@ -255,11 +250,8 @@ class StandardEpisodes(NamedTuple):
 def keep_of(played: Rollout[object], params: Timed) -> StandardEpisodes:
     """Kept data of an episode."""
     real = jnp.arange(len(played.reward)) < played.length
-    return StandardEpisodes(
-        reward=jnp.sum(jnp.where(real, played.reward, 0.0)),
-        duration=played.length * params.control_period,
-        terminated=played.terminated[-1],
-    )
+    earned, lasted = jnp.where(real, played.reward, 0.0), played.length * params.control_period
+    return StandardEpisodes(jnp.sum(earned), lasted, played.terminated[-1])
 
 
 FAILURES = Column("failures", "%", 0, percent=True), lambda e: fraction_interval(e.fell)

@@ -22,16 +22,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import BODIES, SUPPORT_START, Kinematics, kinematics
+from stickslip.dynamics.biped import BODIES, SUPPORT_START, BipedParams, Kinematics, kinematics
 from stickslip.dynamics.biped.links import LINK_OF_BODY
 from stickslip.dynamics.biped.robot_file import NAMES
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
 
-    from stickslip.dynamics.biped import BipedParams
     from stickslip.dynamics.pytrees import Scalar
-
 
 SLOT = "slot_pin"
 FEET = ("1", "1p")
@@ -250,13 +248,9 @@ def _body(
     stands for all three."""
     index = BODIES.index(body)
     element = add(above, "body", name=name_of(body), pos=place - origin)
-    add(
-        element,
-        "inertial",
-        pos=np.asarray(machine.placed.centres[index]) - place,
-        mass=float(machine.mass[index]),
-        diaginertia=(float(machine.inertia[index]),) * 3,
-    )
+    centre, about = np.asarray(machine.placed.centres[index]), float(machine.inertia[index])
+    weighs = {"mass": float(machine.mass[index]), "diaginertia": (about,) * 3}
+    add(element, "inertial", pos=centre - place, **weighs)
     first, *others = (end - place for end in machine.pins_of(body))
     for end in others:
         drawn = {"type": "capsule", "mass": "0", "contype": "0", "conaffinity": "0"}

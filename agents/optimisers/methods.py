@@ -4,8 +4,6 @@ Local searches start in the middle of the bounds with seed 0, at uniform random 
 restart until the budget ends. Optional libraries are imported when a method runs.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import warnings
@@ -13,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import minimize
@@ -21,13 +19,11 @@ from scipy.optimize import minimize
 from stickslip.dynamics.checks import require_choice, require_kind, shown
 from stickslip.dynamics.lazily import require
 from stickslip.optim.instances import exports
+from stickslip.optim.instances.instance import Instance
+from stickslip.optim.instances.objective import Objective
 from stickslip.optim.problem import solve
 
-if TYPE_CHECKING:
-    from stickslip.optim.instances.instance import Instance
-    from stickslip.optim.instances.objective import Objective
-
-Optimiser: TypeAlias = "Callable[[Objective, int], object]"
+Optimiser: TypeAlias = Callable[[Objective, int], object]
 
 
 @dataclass(frozen=True)
@@ -84,9 +80,8 @@ def conic(objective: Objective, seed: int) -> None:
 def scipy_local(method: str, options: dict[str, float], objective: Objective, seed: int) -> None:
     """Restart a method of scipy.optimize.minimize; COBYLA begins with a fifth of the bounds."""
     if method == "COBYLA":
-        options = options | {
-            "rhobeg": exports.SIGMA * float(np.mean(np.subtract(*objective.bounds[::-1])))
-        }
+        size = float(np.mean(np.subtract(*objective.bounds[::-1])))
+        options = options | {"rhobeg": exports.SIGMA * size}
     for start in _starts(objective, seed):
         given = exports.as_scipy(objective, start)
         if method == "COBYLA":
@@ -101,9 +96,8 @@ def cma(objective: Objective, seed: int) -> None:
     library = require("cma", "this method", "optimisers")
     for number, start in enumerate(_starts(objective, seed)):
         given = exports.as_cma(objective, seed=10_000 * seed + number)
-        strategy = library.CMAEvolutionStrategy(
-            objective.to_unit(start), given["sigma0"], given["options"]
-        )
+        begins = objective.to_unit(start), given["sigma0"], given["options"]
+        strategy = library.CMAEvolutionStrategy(*begins)
         while not strategy.stop():
             asked = strategy.ask()
             values = given["objective_function"](np.array(asked))

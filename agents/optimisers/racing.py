@@ -1,7 +1,5 @@
 """Races: methods x instances of the suite x seeds, in processes of their own; `stickslip bench`."""
 
-from __future__ import annotations
-
 import multiprocessing
 import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -121,12 +119,8 @@ def _tasks(
         if not given or len(set(given)) < len(given):
             raise ValueError(f"{what}s: {', '.join(given) or 'none'}; accepted: one or more, once")
     pairs = [(name, one, one.unsuited(found[name])) for name in names for one in chosen]
-    tasks = [
-        Task(name, one, seed, *limits)
-        for name, one, why in pairs
-        if not why
-        for seed in range(1 if one.inside else seeds)
-    ]
+    suited = [(name, one, 1 if one.inside else seeds) for name, one, why in pairs if not why]
+    tasks = [Task(name, one, seed, *limits) for name, one, count in suited for seed in range(count)]
     left_out = [f"{one.name} on {name}: {why}" for name, one, why in pairs if why]
     if not 0 < len(tasks) <= MOST:
         raise ValueError(

@@ -97,14 +97,14 @@ def read_results(*paths: str | Path) -> list[Run]:
 def stored_results(runs: Iterable[Run]) -> list[Run]:
     """The package's own runs (docs/suite.md) on the same instances, by methods that `runs` lack."""
     on, own = {run.instance for run in runs}, {run.method for run in runs}
-    return [one for one in read_results(STORED) if one.instance in on and one.method not in own]
+    return _read(STORED, [("instance", "in", on), ("method", "not in", own)])
 
 
-def _read(file: Path) -> list[Run]:
+def _read(file: Path, filters: Any = None) -> list[Run]:
     from pyarrow import parquet
 
     with reading(file, CELL_FILE):
-        return [_run_of(row) for row in parquet.read_table(file).to_pylist()]
+        return [_run_of(row) for row in parquet.read_table(file, filters=filters).to_pylist()]
 
 
 def _run_of(row: dict[str, Any]) -> Run:
@@ -227,10 +227,8 @@ def closeness_table(runs: Sequence[Run]) -> Table:
     """Median gap at the end and the share of runs within CLOSE, by method and family."""
     families = _by_family(runs)
     columns = [Column(name, words=True) for name in ("method", *(FAMILIES[at] for at in families))]
-    rows = [
-        [name, *(_closeness(grouped(here).get(name, [])) for here in families.values())]
-        for name in grouped(runs)
-    ]
+    each = [grouped(here) for here in families.values()]
+    rows = [[name, *(_closeness(of.get(name, [])) for of in each)] for name in grouped(runs)]
     return Table(columns, rows)
 
 
@@ -305,9 +303,8 @@ def draw_ecdfs(runs: Sequence[Run], folder: Path) -> list[Path]:
         name: {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i // len(COLOURS) % 3]}
         for i, name in enumerate(grouped(runs))
     }
-    return [
-        _draw(here, cost, styles, folder) for cost in COSTS if (here := _comparable(runs, cost))
-    ]
+    chosen: dict[Cost, list[Run]] = {cost: _comparable(runs, cost) for cost in COSTS}
+    return [_draw(here, cost, styles, folder) for cost, here in chosen.items() if here]
 
 
 def _draw(runs: Sequence[Run], cost: Cost, styles: dict[str, dict[str, Any]], folder: Path) -> Path:

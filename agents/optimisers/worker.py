@@ -1,7 +1,5 @@
 """One run of an optimiser, in a process of its own that measures its processor time."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle
@@ -11,17 +9,15 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache
 from threading import Thread
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from stickslip.agents.optimisers.methods import Method
 from stickslip.agents.optimisers.report import COUNTED, Run, gap
 from stickslip.optim.instances.instance import Instance, instance
 from stickslip.optim.instances.objective import Record
 from stickslip.records.signals import ENDING
-
-if TYPE_CHECKING:
-    from stickslip.agents.optimisers.methods import Method
 
 TRIED = 6
 """Evaluations of a trial before the first run, besides two batches."""

@@ -10,12 +10,13 @@ import jax
 import numpy as np
 
 from stickslip.agents.evaluation.rollout import Rollout, rollout
+from stickslip.agents.protocol import Controller, Params, State
+from stickslip.envs.functional import AnyEnv, FunctionalEnv, Timed
 from stickslip.envs.rendering import theme
 from stickslip.envs.rendering.animation import save_animation
 from stickslip.envs.rendering.page import Episode, Event, Line, Panel
 from stickslip.envs.rendering.sheet import LEVEL, make_sheet, name_panel, save_sheet, styled
-from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import Scale, known_of
+from stickslip.envs.tasks.known import Scale, measured
 from stickslip.optim.progress import Bar
 from stickslip.records.table import with_unit
 
@@ -23,10 +24,6 @@ if TYPE_CHECKING:
     from jaxtyping import Array
     from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
-
-    from stickslip.agents.protocol import AnyEnv, Controller, Params, State, Timed
-    from stickslip.envs.functional import FunctionalEnv
-
 
 T = TypeVar("T")
 
@@ -37,11 +34,8 @@ def standard_episode(
     """An episode of any machine without a drawing: actions, numbers of the info, reward."""
     played = played.trimmed()
     rows = {one: played.action[:, i] for i, one in enumerate(env.action_names)}
-    rows |= {
-        one: values
-        for one, values in played.info.items()
-        if np.ndim(values) == 1 and np.asarray(values).dtype.kind == "f"
-    }
+    infos = {one: np.asarray(values) for one, values in played.info.items()}
+    rows |= {one: of for one, of in infos.items() if of.ndim == 1 and of.dtype.kind == "f"}
     panels = [panel(one.replace("_", " "), "-", from_start(values)) for one, values in rows.items()]
     ended = "ended early" if bool(played.terminated[-1]) else ""
     return Episode(
@@ -58,11 +52,8 @@ def standard_episode(
 def samples(played: Rollout[T]) -> tuple[T, dict[str, np.ndarray]]:
     """States of an episode with its start, leaves [n + 1], and the infos, zero at the start."""
     played = played.trimmed()
-    states = jax.tree.map(
-        lambda first, rest: np.concatenate([np.asarray(first)[None], rest]),
-        played.start_state,
-        played.state,
-    )
+    both = played.start_state, played.state
+    states = jax.tree.map(lambda one, on: np.concatenate([np.asarray(one)[None], on]), *both)
     infos = {
         name: np.concatenate([np.zeros_like(rows[:1]), rows]) for name, rows in played.info.items()
     }
@@ -109,10 +100,8 @@ def reward_panels(
     lines = [Line(name, values) for name, values in terms.items()]
     if len(lines) != 1:
         lines.append(Line("reward", from_start(rewards), dashed=bool(lines)))
-    panels = [
-        Panel("reward of each step", unit, tuple(lines), steps=True),
-        panel("return so far", unit, earned),
-    ]
+    panels = [Panel("reward of each step", unit, tuple(lines), steps=True)]
+    panels.append(panel("return so far", unit, earned))
     if scale is not None:
         title = "score so far (0: trivial, 1: best known)"
         panels.append(panel(title, "-", scale.score(earned), limits=(0.0, 1.0)))
@@ -134,9 +123,8 @@ def slip_events(
 
 
 def scale_of(task: str | None) -> Scale | None:
-    """Scale of a named task's scores; None without one, or where nothing was measured."""
-    known = None if task is None else known_of(task_by_name(task))
-    return None if known is None else known.scale
+    """Scale of a named task's scores; None without one."""
+    return None if task is None else measured(task).scale
 
 
 def facts(rows: Sequence[tuple[str, float, str]]) -> tuple[tuple[str, str], ...]:

@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
     from stickslip.agents.training.configuration import Configuration, Trained
 
-FILM, TRAINED = "episode.gif", "trained policy"
-"""The animation of a finished run; the policy's name in pictures."""
+TRAINED = "trained policy"
 COLUMNS = 3
 
 
@@ -33,11 +32,11 @@ def write_products(trained: Trained[Configuration]) -> list[Path]:
     shown = task.described
     played = rollout(task.env, load_policy(trained.policy), shown, 0)
     title = f"The {TRAINED}" + ("" if config.task is None else f" on {config.task}")
-    episode = machine.as_episode(played, task.env, shown, TRAINED)
+    episode, film = machine.as_episode(played, task.env, shown, TRAINED), directory / "episode.gif"
     return [
         plot_learning(directory, config),
         plot_episode(episode, directory / "episode.png", title),
-        write_film(task.env, played, shown, directory / FILM, machine.frames, machine.film_time),
+        write_film(task.env, played, shown, film, machine.frames, machine.film_time),
     ]
 
 

@@ -1,14 +1,12 @@
 """Episodes of several players on one page: for a notebook, and `stickslip view`."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.players import common_task, machine_of, places_of, read_named
@@ -16,16 +14,14 @@ from stickslip.agents.machine import Machine, machine_of_env
 from stickslip.agents.pictures.episodes import scale_of, write_film
 from stickslip.agents.policy.file import policy_path
 from stickslip.agents.policy.shipped import shipped_path
+from stickslip.agents.protocol import Options, Params, Player, State
 from stickslip.dynamics.checks import require_integer
+from stickslip.envs.functional import AnyEnv, FunctionalEnv, Timed
 from stickslip.envs.rendering.animation import require_format
 from stickslip.envs.rendering.page import Page, page_text
 from stickslip.envs.tasks.definition import task_by_name
 from stickslip.optim.progress import say_stage
 from stickslip.records.files import require_suffix, require_writable, write_whole
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Options, Params, Player, State, Timed
-    from stickslip.envs.functional import FunctionalEnv
 
 TALL = 860
 """Height of a page in a notebook [px]."""

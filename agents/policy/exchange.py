@@ -175,9 +175,8 @@ def _graph(policy: MLPPolicy) -> tuple[list[NodeProto], dict[str, Any]]:
     activation = {"tanh": "Tanh", "relu": "Relu"}[policy.activation]
     for index, (weight, bias) in enumerate(zip(policy.weights, policy.biases, strict=True)):
         now = now if index == 0 else then(activation, now, f"hidden_{index - 1}")
-        now = then(
-            "Gemm", now, f"sum_{index}", **{f"weight_{index}": weight, f"bias_{index}": bias}
-        )
+        own = {f"weight_{index}": weight, f"bias_{index}": bias}
+        now = then("Gemm", now, f"sum_{index}", **own)
     limits = {"least": -1.0, "most": 1.0} if policy.squash == "clip" else {}
     then("Clip" if limits else "Tanh", now, OUTPUT, **limits)
     return nodes, numbers

@@ -1,7 +1,5 @@
 """Policy files: one .npz of arrays and one JSON text. Loading one runs no code from it."""
 
-from __future__ import annotations
-
 import io
 import json
 import platform
@@ -10,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,31 +16,25 @@ from stickslip.agents import untrusted
 from stickslip.agents.machine import machine_of_env, read_configuration
 from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.policy.shipped import NAME, no_policy, shipped_names, shipped_path
+from stickslip.agents.protocol import Params, State
 from stickslip.agents.training.configuration import command_of
 from stickslip.dynamics.checks import nearest, require_kind, require_number, shown
 from stickslip.dynamics.pytrees import with_all_digits
+from stickslip.envs.functional import FunctionalEnv
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, withdrawal
-from stickslip.envs.tasks.known import Interval, earned_in, known_of
+from stickslip.envs.tasks.known import Interval, earned_in, measured
 from stickslip.records.files import write_whole
-
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import Params, State
-    from stickslip.envs.functional import FunctionalEnv
-
 
 FORMAT, VERSION = "stickslip policy", 1
 ACCEPTED = "a .npz written by stickslip.agents.policy.save_policy"
-PACKAGES = (
-    *("stickslip", "jax", "jaxlib", "numpy", "scipy", "gymnasium", "optax", "pyarrow"),
-    *("stable-baselines3", "torch", "matplotlib"),
-)
+PACKAGES = ("stickslip", "jax", "jaxlib", "numpy", "scipy", "gymnasium", "optax", "pyarrow")
+PACKAGES += ("stable-baselines3", "torch", "matplotlib")
 """Those whose versions files name, where they are installed."""
 SAVED = f"accepted: float32 or float64 numbers, at most {untrusted.LARGEST} bytes of them"
 DEEPEST = 64
 """Layers at most."""
 NAMED = "named_task"
 """The entry of the metadata with the task's name and digest."""
-TASK_ENTRIES = ("name", "digest")
 DIGITS = 12
 """Digits of a digest in messages."""
 
@@ -165,7 +157,8 @@ def named_task_of(metadata: Mapping[str, untrusted.Json]) -> TaskDefinition | No
     entry = metadata.get(NAMED)
     if entry is None:
         return None
-    name, digest = (entry.get(one) if isinstance(entry, dict) else None for one in TASK_ENTRIES)
+    given = entry if isinstance(entry, dict) else {}
+    name, digest = given.get("name"), given.get("digest")
     if not isinstance(name, str) or not isinstance(digest, str):
         raise untrusted.RefusedError(f"{NAMED} is {shown(entry)}, no name with a digest")
     versions = metadata.get("versions")
@@ -274,10 +267,9 @@ class Record:
         return float(self.earned["return"])
 
     @property
-    def score(self) -> Interval | None:
-        """Normalised score; None where nothing is known of the task."""
-        known = known_of(self.task)
-        return None if known is None else known.score_of(earned_in({"policy": "", **self.earned}))
+    def score(self) -> Interval:
+        """Normalised score."""
+        return measured(self.task.name).score_of(earned_in({"policy": "", **self.earned}))
 
     @property
     def command(self) -> str:

@@ -9,13 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import (
-    is_concrete,
-    require_choice,
-    require_integer,
-    require_kind,
-    require_number,
-)
+from stickslip.dynamics import checks
 from stickslip.dynamics.pytrees import pytree_dataclass
 from stickslip.envs.functional import POSITIVE
 from stickslip.envs.history import MOST_FRAMES, pushed, stacked
@@ -26,7 +20,6 @@ if TYPE_CHECKING:
     from stickslip.agents.protocol import Action, Obs
 
 ACTIVATIONS = {"tanh": jnp.tanh, "relu": jax.nn.relu}
-SQUASHES = ("clip", "tanh")
 FARTHEST = 1e6
 """Observations up to this are certain to have a finite action; the environments' are below."""
 MOST = float(np.finfo(np.float32).max) / 2
@@ -65,29 +58,29 @@ class MLPPolicy:
 
     def validate(self) -> MLPPolicy:
         """Return self, or raise ValueError naming what does not fit."""
-        require_choice("activation", self.activation, tuple(ACTIVATIONS))
-        require_choice("squash", self.squash, SQUASHES)
+        checks.require_choice("activation", self.activation, tuple(ACTIVATIONS))
+        checks.require_choice("squash", self.squash, ("clip", "tanh"))
         if self.observation_clip is not None:
             accepted = "None, or finite and > 0"
-            require_kind("observation_clip", self.observation_clip, (int, float), accepted)
+            checks.require_kind("observation_clip", self.observation_clip, (int, float), accepted)
             rule = {"low": 0.0, "strict": True, "dtype": np.float32, "accepted": accepted}
-            require_number("observation_clip", self.observation_clip, **rule)
+            checks.require_number("observation_clip", self.observation_clip, **rule)
         for name in ("weights", "biases"):
-            require_kind(name, getattr(self, name), (tuple, list), "a tuple of arrays")
+            checks.require_kind(name, getattr(self, name), (tuple, list), "a tuple of arrays")
         if not self.weights or len(self.weights) != len(self.biases):
             raise ValueError(
                 f"{len(self.weights)} weights with {len(self.biases)} biases; accepted: as many of "
                 "each, at least one"
             )
         self._check_shapes()
-        require_integer("history", self.history, low=0, high=MOST_FRAMES)
+        checks.require_integer("history", self.history, low=0, high=MOST_FRAMES)
         inputs, actions, seen = self.layer_sizes[0], self.layer_sizes[-1], self.observation_size
         if seen < 1 or inputs != seen + self.history * (seen + actions):
             raise ValueError(
                 f"history = {self.history} with {inputs} inputs and {actions} outputs; accepted: "
                 "n + history * (n + outputs) inputs, of an observation of n numbers"
             )
-        if is_concrete(self):
+        if checks.is_concrete(self):
             self._check_numbers()
         return self
 
@@ -151,8 +144,8 @@ class MLPPolicy:
         named = {f"weight {i}": w for i, w in enumerate(self.weights)}
         named |= {f"bias {i}": b for i, b in enumerate(self.biases)} | {"shift": self.shift}
         for name, values in named.items():
-            require_number(name, values, accepted="finite numbers")
-        require_number("scale", self.scale, dtype=np.float32, **POSITIVE)
+            checks.require_number(name, values, accepted="finite numbers")
+        checks.require_number("scale", self.scale, dtype=np.float32, **POSITIVE)
         clip = np.inf if self.observation_clip is None else self.observation_clip
         shift, scale = (np.abs(np.asarray(one, float)) for one in (self.shift, self.scale))
         highest = np.minimum((FARTHEST + shift) / scale, clip)

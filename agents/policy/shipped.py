@@ -4,8 +4,6 @@ The policy of BipedIce-v0 is the file biped-ice-v0.npz; "biped-ice" is that of t
 Names are read without JAX, so that help is quick.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 
@@ -62,8 +60,3 @@ def no_policy(name: str) -> str:
         f"{name!r} is neither a policy of the package nor a file; accepted: {', '.join(names)}, a "
         f"policy file, or the directory of a run with one{nearest(policy_name(name), names)}"
     )
-
-
-def short_name(path: Path) -> str:
-    """The name of a policy's file, without a version where it is the latest."""
-    return {one: name for name, one in _latest(path.parent).items()}.get(path, path.stem)

@@ -7,8 +7,6 @@ Reading builds nothing else and runs no other code; whether the values make sens
 constructors and for `make_params` to say.
 """
 
-from __future__ import annotations
-
 import base64
 import json
 import math
@@ -16,22 +14,20 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.protocol import Task
 from stickslip.agents.untrusted import LARGEST_TEXT, Json, RefusedError, refusing
 from stickslip.dynamics.checks import require_known, shown
+from stickslip.envs.functional import AnyEnv, Timed
 from stickslip.records.table import jsonable
 
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Task, Timed
-
-    Modules: TypeAlias = tuple[str, ...]
-    Kinds: TypeAlias = dict[str, Any]
-
+Modules: TypeAlias = tuple[str, ...]
+Kinds: TypeAlias = dict[str, Any]
 TASK = "task"
 LONGEST = LARGEST_TEXT - 2**16
 """Characters of a task; what is longer is left out of the file, which then says so."""
@@ -100,9 +96,8 @@ def require_numbers(given: object, names: Collection[str], optional: Collection[
 
 def numbers_in_words(values: Mapping[str, object], drawn: object = None) -> str:
     """Names and numbers, without what is none; and the ranges that a reset draws from."""
-    numbers = (
-        (name, one) for name, one in jsonable(values).items() if isinstance(one, int | float | list)
-    )
+    plain = jsonable(values).items()
+    numbers = ((name, one) for name, one in plain if isinstance(one, int | float | list))
     words = [f"{name} {in_words(one)}" for name, one in numbers]
     for name, ends in () if drawn is None else vars(drawn).items():
         if isinstance(ends, tuple):
@@ -142,9 +137,8 @@ def to_json(value: object, known: Kinds) -> Json:
     name = type(value).__name__
     if not is_dataclass(value) or name == CALLED or known.get(name) is not type(value):
         raise ValueError(f"{shown(value)} cannot be kept; accepted: what the package defines")
-    entries = {
-        one.name: to_json(getattr(value, one.name), known) for one in fields(value) if one.init
-    }
+    given = (one.name for one in fields(value) if one.init)
+    entries = {of: to_json(getattr(value, of), known) for of in given}
     return {"kind": name, **entries}
 
 

@@ -54,10 +54,8 @@ def cell_table(plan: Plan, number: int, columns: dict[str, np.ndarray]) -> pa.Ta
     if "ending" in arrays:
         arrays["ending"] = words(ENDINGS, columns["ending"])
     made = {name: pa.array(one) for name, one in arrays.items()}
-    fields = [
-        pa.field(name, one.type, metadata={"unit": plan.units.get(name, "-")})
-        for name, one in made.items()
-    ]
+    about = {name: {"unit": plan.units.get(name, "-")} for name in made}
+    fields = [pa.field(name, one.type, metadata=about[name]) for name, one in made.items()]
     return pa.Table.from_arrays(list(made.values()), schema=pa.schema(fields))
 
 

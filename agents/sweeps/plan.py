@@ -22,25 +22,22 @@ from jax.core import Tracer
 from stickslip.agents.evaluation import rollout
 from stickslip.agents.evaluation.players import given_flags, places_of, read_named, require_observed
 from stickslip.agents.machine import Machine, machine_by_name, machine_of_env
-from stickslip.agents.protocol import Controller
+from stickslip.agents.protocol import Controller, Options, Player
 from stickslip.agents.sweeps.swept import values_at
 from stickslip.dynamics import checks
 from stickslip.dynamics.status import Status
-from stickslip.envs.functional import FunctionalEnv
+from stickslip.envs.functional import AnyEnv, FunctionalEnv, Timed
 from stickslip.envs.tasks.definition import task_by_name
 
 if TYPE_CHECKING:
     from jaxtyping import PyTree
 
-    from stickslip.agents.protocol import AnyEnv, Options, Player, Timed
-
-    Axes: TypeAlias = Mapping[str, tuple[float, ...]]
-    Pair: TypeAlias = tuple[AnyEnv, Timed]
-    Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
-    """A named task, or an environment and its parameters, or several."""
-    Policies: TypeAlias = str | Sequence[str] | Mapping[str, Player]
-    """Names of baselines and policy files, or controllers by names of one's own."""
-
+Axes: TypeAlias = Mapping[str, tuple[float, ...]]
+Pair: TypeAlias = tuple[AnyEnv, Timed]
+Tasks: TypeAlias = str | Pair | Sequence[str] | Mapping[str, Pair]
+"""A named task, or an environment and its parameters, or several."""
+Policies: TypeAlias = str | Sequence[str] | Mapping[str, Player]
+"""Names of baselines and policy files, or controllers by names of one's own."""
 MOST_CORNERS = 64
 """Corners of the box of the axes that are checked."""
 
@@ -108,9 +105,8 @@ def _tasks(task: object) -> dict[str, Pair]:
 def _players(policies: Policies, env: AnyEnv, params: Timed, machine: Machine) -> dict[str, Player]:
     if isinstance(policies, Mapping):
         return {str(name): one for name, one in policies.items()}
-    checks.require_kind(
-        "policies", policies, (str, Sequence), "names, or controllers by name in a dict"
-    )
+    accepted = "names, or controllers by name in a dict"
+    checks.require_kind("policies", policies, (str, Sequence), accepted)
     read = read_named([policies] if isinstance(policies, str) else policies, machine)
     return {name: one.player(env, params) for name, one in read.items()}
 

@@ -1,7 +1,5 @@
 """Sweeps: policies on tasks at every point of a grid, into a directory."""
 
-from __future__ import annotations
-
 import pickle
 import time
 from collections.abc import Callable, Mapping
@@ -11,15 +9,17 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
+import numpy as np
 
 from stickslip.agents.evaluation.players import every_option
 from stickslip.agents.machine import machine_by_name
+from stickslip.agents.protocol import Options
 from stickslip.agents.sweeps import cells
 from stickslip.agents.sweeps.data import cell_table, summary_table, sweep_arrays, write_pictures
-from stickslip.agents.sweeps.plan import CellPlayer, Plan, cases_named, cases_on
+from stickslip.agents.sweeps.plan import CellPlayer, Plan, Policies, Tasks, cases_named, cases_on
 from stickslip.agents.sweeps.swept import FORMS, AxisLike, axes_of
 from stickslip.agents.training.directory import only_writer
 from stickslip.dynamics.checks import shown
@@ -28,12 +28,6 @@ from stickslip.optim.progress import Bar
 from stickslip.records.files import require_folder
 from stickslip.records.signals import stoppable
 from stickslip.records.table import Content, with_unit
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from stickslip.agents.protocol import Options
-    from stickslip.agents.sweeps.plan import Policies, Tasks
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Configurations of training runs: checked fields, JSON and TOML files, command lines."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json
@@ -212,9 +210,8 @@ def shared(name: str, default: T, sb3: T | None = None) -> T:
 
 def content_of(text: str) -> dict[str, untrusted.Json]:
     """The entries of a configuration's JSON text, without its head. ValueError if it is none."""
-    return untrusted.require_head(
-        untrusted.parse_json(text, "it"), FORMAT, VERSION, "the configuration of a training run"
-    )
+    content, kind = untrusted.parse_json(text, "it"), "the configuration of a training run"
+    return untrusted.require_head(content, FORMAT, VERSION, kind)
 
 
 def own_task(name: str, machine: str) -> str:

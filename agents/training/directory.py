@@ -6,8 +6,6 @@ not at all, and reading it runs no code. `config.json` is written first: once it
 directory is a run, which can be resumed.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json
@@ -19,18 +17,16 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from stickslip.agents import untrusted
 from stickslip.agents.machine import read_configuration
 from stickslip.agents.policy.file import read_policy
 from stickslip.agents.training.configuration import Configuration, digest_of
+from stickslip.agents.training.trainer import ModelState
 from stickslip.dynamics.checks import memory_limit, shown
 from stickslip.records import files
 from stickslip.records.table import cell_text, csv_line
-
-if TYPE_CHECKING:
-    from stickslip.agents.training.trainer import ModelState
 
 CONFIG = "config.json"
 FORMAT, VERSION = "stickslip checkpoint", 3
@@ -56,14 +52,13 @@ class TrainState:
 
 
 class Run(NamedTuple):
-    """A run that may be written to. digest: of its configuration's file. latest: the checkpoint to
-    go on from, None at the beginning."""
+    """A run that may be written to. latest: the checkpoint to go on from, None at the beginning;
+    state: what it holds."""
 
     path: Path
     config: Configuration
-    digest: str
     latest: Path | None
-    state: TrainState | None
+    state: TrainState
 
     @property
     def checkpoints(self) -> Path:
@@ -89,7 +84,7 @@ def open_run(path: Path, config: Configuration | None, *, resume: bool = False) 
     path.mkdir(parents=True, exist_ok=True)
     _sweep(path)
     files.write_whole(path / CONFIG, config.to_json())  # from here on it is a run
-    return Run(path, config, config.digest, None, None)
+    return Run(path, config, None, TrainState(0, 0.0, config.digest))
 
 
 def read_config(path: Path) -> Configuration:
@@ -142,14 +137,14 @@ def _resumed(path: Path, config: Configuration | None) -> Run:
     _sweep(path)
     checkpoints = list_checkpoints(path / "checkpoints")
     if not checkpoints:
-        return Run(path, found, digest, None, None)
+        return Run(path, found, None, TrainState(0, 0.0, digest))
     state = read_state(checkpoints[-1])
     if state.config != digest:
         raise ValueError(
             f"{checkpoints[-1]} belongs to another configuration than {path / CONFIG}; accepted: "
             "the configuration that it was made with"
         )
-    return Run(path, found, digest, checkpoints[-1], state)
+    return Run(path, found, checkpoints[-1], state)
 
 
 def _is_left(path: Path) -> bool:
@@ -219,9 +214,6 @@ def require_policy(folder: Path) -> bytes:
         return (folder / POLICY).read_bytes()
 
 
-KEY = "timesteps"
-
-
 class MetricsFile:
     """Rows in order of their `timesteps`, each on the disk once `append` returns.
 
@@ -230,7 +222,7 @@ class MetricsFile:
     """
 
     def __init__(self, path: Path, columns: tuple[str, ...], upto: int = 0):
-        self.path, self.columns = path, (KEY, *columns)
+        self.path, self.columns = path, ("timesteps", *columns)
         found = read_columns(path)
         if found and tuple(found) != self.columns:
             raise ValueError(

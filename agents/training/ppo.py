@@ -31,12 +31,10 @@ from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.training.configuration import Configuration
 from stickslip.agents.training.trainer import ModelState, Trainer, Update, arrays_of, filled
 from stickslip.envs.collecting import Collected, Progress, begin, collect
-from stickslip.envs.functional import abstract_step, horizon
+from stickslip.envs.functional import AnyEnv, abstract_step, horizon
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float
-
-    from stickslip.agents.protocol import AnyEnv
 
 LEAST_SCALE, OBSERVATION_CLIP = 1e-2, 10.0
 """Least scale and clip of a normalised observation's entry."""
@@ -318,9 +316,8 @@ def improve(
     def step(carry: tuple[Any, optax.OptState], rows: Array):
         networks, optimiser = carry
         batch = jax.tree.map(lambda leaf: leaf[rows], every)
-        gradient, about = jax.grad(loss_of, has_aux=True)(
-            networks, learner.seen, batch, noise, rates.clip_range
-        )
+        given = networks, learner.seen, batch, noise, rates.clip_range
+        gradient, about = jax.grad(loss_of, has_aux=True)(*given)
         change, optimiser = OPTIMISER.update(gradient, optimiser)
         networks = jax.tree.map(lambda one, by: one - rate * by, networks, change)
         return (networks, optimiser), about
@@ -340,9 +337,8 @@ def improve(
     if multiplier is not None and limit is not None:
         losses |= {COST: found.kept[COST].mean(), "multiplier": jnp.exp(multiplier)}
         multiplier = raised(multiplier, losses[COST], limit)
-    return Learner(
-        actor, critic, optimiser, add_moments(learner.seen, every.obs), multiplier
-    ), losses
+    seen = add_moments(learner.seen, every.obs)
+    return Learner(actor, critic, optimiser, seen, multiplier), losses
 
 
 class PPOTrainer(Trainer):
@@ -362,9 +358,8 @@ class PPOTrainer(Trainer):
         limit = getattr(self.params, "cost_limit", None)
         self._limit = None if limit is None else float(limit) / horizon(self.params)
         if self._limit is not None:
-            self._learner = self._learner._replace(
-                multiplier=jnp.log(jnp.float32(FIRST_MULTIPLIER))
-            )
+            multiplier = jnp.log(jnp.float32(FIRST_MULTIPLIER))
+            self._learner = self._learner._replace(multiplier=multiplier)
             self.losses = (*LOSSES, COST, "multiplier")
         self._progress, self._key = begin_episodes(self.env, self.params, self._sizes, seed)
 
@@ -382,8 +377,7 @@ class PPOTrainer(Trainer):
         if self.stopped:
             return
         given = self._learner, found, self._sizes, self._rates, now, key, self._limit
-        improved = improve(*given)
-        learner, losses = jax.block_until_ready(improved)
+        learner, losses = jax.block_until_ready(improve(*given))
         self.stopped = self.stop()
         if self.stopped:
             return
@@ -391,15 +385,9 @@ class PPOTrainer(Trainer):
         ended = {name: np.asarray(found.kept[name])[over] for name in self._infos}
         self._learner, self._progress = learner, found.progress
         self.timesteps += self._sizes.samples
-        self.report(
-            Update(
-                timesteps=self.timesteps,
-                learning_rate=float(now[0]),
-                noise=float(now[1]),
-                ended=ended if over.any() else {},
-                losses={name: float(losses[name]) for name in self.losses},
-            )
-        )
+        losses = {name: float(losses[name]) for name in self.losses}
+        rate, noise = map(float, now)
+        self.report(Update(self.timesteps, rate, noise, ended if over.any() else {}, losses))
 
     def take_state(self) -> ModelState:
         return arrays_of({"learner": self._learner, "episodes": self._progress})

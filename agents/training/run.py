@@ -1,15 +1,11 @@
 """Training in a directory where a killed run can be resumed.
 
-A run is a chain of stretches from one checkpoint to the next. Each starts its generators and
-environments anew from the seed and the number of steps so far, or takes them from the checkpoint,
-where the trainer keeps them there. So it depends on nothing but the checkpoint before it: a run
-that was killed and resumed ends with the policy, the metrics and the evaluations of one that was
-not, to the last bit on the same machine and versions (the columns of wall-clock time aside). A run
-stopped by `stop` (Ctrl-C) adds a checkpoint where it stood; a trainer that starts anew there goes
-on with other random numbers.
+A run is a chain of stretches, each of which depends on nothing but the checkpoint before it (see
+Trainer): a run that was killed and resumed ends with the policy, the metrics and the evaluations of
+one that was not, to the last bit on the same machine and versions (the columns of wall-clock time
+aside). A run stopped by `stop` (Ctrl-C) adds a checkpoint where it stood; a trainer that starts
+anew there goes on with other random numbers.
 """
-
-from __future__ import annotations
 
 import math
 import shlex
@@ -17,8 +13,9 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -27,25 +24,22 @@ from stickslip.agents.evaluation.rollout import play_unseen
 from stickslip.agents.evaluation.table import INTERVALS, Measures, row_of_test
 from stickslip.agents.machine import Machine, machine_by_name
 from stickslip.agents.policy.file import named_task_entry, save_policy
+from stickslip.agents.protocol import Options
 from stickslip.agents.training import directory as runs
 from stickslip.agents.training.configuration import Config, Configuration, Trained, settings_given
+from stickslip.agents.training.trainer import Trainer, Update
 from stickslip.dynamics.checks import require_kind
 from stickslip.dynamics.lazily import require
+from stickslip.envs.functional import AnyEnv
 from stickslip.envs.tasks.definition import task_by_name
-from stickslip.envs.tasks.known import known_of
+from stickslip.envs.tasks.known import measured
 from stickslip.optim.progress import Bar, say_stage
 from stickslip.records.files import require_folder, write_whole
 from stickslip.records.signals import stoppable
 from stickslip.records.table import with_unit
 
-if TYPE_CHECKING:
-    from stickslip.agents.protocol import AnyEnv, Options
-    from stickslip.agents.training.trainer import Trainer, Update
-
 COST = "cost"
 """Column of evaluations.csv on a task with a cost limit."""
-PACKAGES = ("filelock", "tqdm")
-"""Packages of the extra `train` that every trainer needs."""
 COLUMNS = ("seconds", "steps_per_second", "learning_rate", "noise")
 COLUMNS += ("episodes", "return", "duration")
 """First columns of metrics.csv; those of the trainer follow. return, duration [s]: means over the
@@ -67,11 +61,10 @@ def train(
     written and Trained.finished is false. ValueError for a directory in use or damaged.
     """
     require_kind("directory", directory, (str, Path), "the path of a new or the run's directory")
-    if config is not None:
-        require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
-    for package in PACKAGES:
+    for package in ("filelock", "tqdm"):
         require(package, "training", "train")  # before anything is written
     if config is not None:
+        require_kind("config", config, Configuration, "a TrainConfig, a UGVTrainConfig or such")
         task = machine_by_name(config.machine).training_task(config)  # for its ValueError, likewise
         if config.trainer == "sb3" and getattr(task.training, "cost_limit", None) is not None:
             raise ValueError("trainer sb3 with a cost limit; accepted: jax, which keeps it")
@@ -108,7 +101,7 @@ class _Training:
         if run.config.task is not None:
             self.about |= named_task_entry(task_by_name(run.config.task))
         self.period = float(np.asarray(self.task.training.control_period))
-        at = run.state.timesteps if run.state else 0
+        at = run.state.timesteps
         given = run.config, self.task.env, self.task.training, self._report, stop
         self.trainer = trainer_of(run.config)(*given)
         if run.latest is not None:
@@ -118,7 +111,7 @@ class _Training:
             except ValueError as error:
                 raise ValueError(f"{run.latest}: {error}; accepted: this run's own") from error
         self.trainer.timesteps = at
-        self.seconds, self.since = run.state.seconds if run.state else 0.0, 0.0
+        self.seconds, self.since = run.state.seconds, 0.0
         columns = (*COLUMNS, *self.trainer.losses)
         self.metrics = runs.MetricsFile(run.path / "metrics.csv", columns, upto=at)
         self.measures = measures_of(self.machine, run.config, self.task.env)
@@ -150,14 +143,8 @@ class _Training:
         """Write a row of metrics, and move the bar."""
         steps, ended = update.timesteps - self.bar_at, update.ended
         rate = steps / max(self._lap(), 1e-9)
-        row = {
-            "seconds": self.seconds,
-            "steps_per_second": rate,
-            "learning_rate": update.learning_rate,
-            "noise": update.noise,
-            "episodes": 0,
-            **update.losses,
-        }
+        row = {"seconds": self.seconds, "steps_per_second": rate, "episodes": 0, **update.losses}
+        row |= {"learning_rate": update.learning_rate, "noise": update.noise}
         if ended:
             row["episodes"] = len(ended["episode_return"])
             row["return"] = float(ended["episode_return"].mean())
@@ -196,13 +183,10 @@ class _Training:
         self.evaluations.append(at, {"seconds": seconds} | row)
         line = evaluation_line(self.machine, row).replace("nan", "  -")
         self._say(f"{at:>10,} steps  {line}")
-        about = {"trained": {"timesteps": at, "config": self.run.digest}, **self.about}
-        runs.write_checkpoint(
-            self.run.checkpoints,
-            runs.TrainState(at, seconds, self.run.digest),
-            self.trainer.take_state(),
-            lambda path: save_policy(policy, path, about),
-        )
+        about = {"trained": {"timesteps": at, "config": self.run.state.config}, **self.about}
+        state = runs.TrainState(at, seconds, self.run.state.config)
+        save = partial(save_policy, policy, metadata=about)
+        runs.write_checkpoint(self.run.checkpoints, state, self.trainer.take_state(), save)
         self._tidy()
 
     def _tidy(self) -> None:
@@ -241,14 +225,13 @@ def evaluation_line(machine: Machine, row: Mapping[str, float]) -> str:
 
 def measures_of(machine: Machine, config: Configuration, env: AnyEnv) -> Measures:
     """Measures of a run's evaluations: `evaluated`, and the scores of a named task."""
-    measures, task = machine.measures(env), config.task and task_by_name(config.task)
-    if task and (known := known_of(task)) is not None:
-        measures = scored(measures, known, task.unit)
-    shown = {*SCORES, *machine.evaluated}
-    shown |= {COST} if task and task.cost_limit is not None else set()
-    return replace(
-        measures, columns={name: one for name, one in measures.columns.items() if name in shown}
-    )
+    measures, shown = machine.measures(env), {*SCORES, *machine.evaluated}
+    if config.task is not None:
+        task = task_by_name(config.task)
+        measures = scored(measures, measured(task.name), task.unit)
+        shown |= {COST} if task.cost_limit is not None else set()
+    columns = {name: one for name, one in measures.columns.items() if name in shown}
+    return replace(measures, columns=columns)
 
 
 def train_command(given: Options) -> None:
@@ -295,8 +278,7 @@ def train_command(given: Options) -> None:
 def _say_best(trained: Trained[Any], name: str) -> None:
     """Print the best evaluation of a run on a named task, and what its scores mean."""
     (steps, earned), task = best_evaluation(trained.directory), task_by_name(name)
-    known = known_of(task)
-    score = "" if known is None else f"score {known.scale.score(earned):.3f}, "
+    score = f"score {measured(name).scale.score(earned):.3f}, "
     if task.cost_limit is not None:
         score = "within the cost limit, or else of least cost: "
     best = f"{score}mean return {with_unit(earned, task.unit, 4)}"

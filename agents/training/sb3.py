@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,11 +13,9 @@ from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.utils import set_random_seed
 
 from stickslip.agents.policy.exchange import from_sb3
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.training.trainer import UNFIT, ModelState, Trainer, Update
 from stickslip.envs.adapters.sb3 import SB3VecEnv
-
-if TYPE_CHECKING:
-    from stickslip.agents.policy.network import MLPPolicy
 
 LOSSES = {
     "policy_loss": "policy_gradient_loss",

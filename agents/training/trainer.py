@@ -4,27 +4,23 @@ A trainer learns, reports, and gives out its policy and its state. Checkpoints, 
 evaluations, progress and resumption stand outside it and serve every trainer.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from stickslip.agents.policy.network import MLPPolicy
 from stickslip.agents.training.configuration import Configuration
 from stickslip.dynamics.checks import shown
 from stickslip.dynamics.pytrees import is_key
+from stickslip.envs.functional import AnyEnv
 from stickslip.envs.history import FrameStack
 
-if TYPE_CHECKING:
-    from stickslip.agents.policy.network import MLPPolicy
-    from stickslip.agents.protocol import AnyEnv
-
-ModelState: TypeAlias = "Mapping[str, np.ndarray | str | int]"
+ModelState: TypeAlias = Mapping[str, np.ndarray | str | int]
 """All that learning goes on from."""
 Tree = TypeVar("Tree")
 UNFIT = "its contents do not fit the configuration"

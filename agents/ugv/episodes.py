@@ -55,10 +55,7 @@ def _whole(played: UGVEpisodes, of: str) -> table.Interval:
 def ugv_columns(unit: str) -> table.Columns[UGVEpisodes]:
     """The columns of a table; unit: the criterion's."""
     return {
-        "return": (
-            table.Column("return", "-", 1),
-            lambda played: table.mean_interval(played.reward),
-        ),
+        "return": (table.Column("return", "-", 1), lambda e: table.mean_interval(e.reward)),
         "cost": (table.Column("cost", unit, 2), partial(_whole, of="cost")),
         "wheel_energy": (table.Column("wheels", "J", 1), partial(_whole, of="wheel_energy")),
         "total_energy": (table.Column("with legs", "J", 1), partial(_whole, of="total_energy")),
@@ -105,14 +102,12 @@ def as_episode(
     frame = ugv_frames(states, infos, params, env.solver, env.preview)
     unit, criterion = env.measure.unit, env.measure.name.replace("_", " ")
     totals, cost = played.info, np.asarray(states.cost, float)
-    whole = episodes.facts(
-        [
-            ("return", float(totals["episode_return"][-1]), unit),
-            ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
-            ("with legs", float(totals["episode_total_energy"][-1]), "J"),
-            ("shown at", float(params.speed), "m/s"),
-        ]
-    )
+    whole = [
+        ("return", float(totals["episode_return"][-1]), unit),
+        ("wheels", float(totals["episode_wheel_energy"][-1]), "J"),
+        ("with legs", float(totals["episode_total_energy"][-1]), "J"),
+        ("shown at", float(params.speed), "m/s"),
+    ]
     shown = ugv_picture(frame, params.vehicle, criterion, unit)
     return Episode(
         **vars(shown),
@@ -126,7 +121,7 @@ def as_episode(
         events=episodes.slip_events(
             frame.slips, lambda _: "a wheel slips", "both wheels grip", shown.ended
         ),
-        facts=(*whole, *_drawn(played.start_state.drawn)),
+        facts=(*episodes.facts(whole), *_drawn(played.start_state.drawn)),
         axis=("front wheel [m]", np.asarray(frame.at.x)),
     )
 

@@ -39,8 +39,6 @@ NUMBERS = ("start_angles", *(name for name in RULES if name not in LIMITS))
 """Those of every task."""
 GIVEN = ("friction", "leg_rate", "spacing", "preview_length", "preview_noise")
 """Those that a configuration has under the same names."""
-FRICTION = 0.8
-"""Friction of the standard task."""
 SOLVER = PoseSolver(iterations=5, samples=8)
 """Solver in training: unrolled, which suits batches; exact to rounding on such ground."""
 
@@ -136,7 +134,7 @@ def label(task: UGVTask, scene: str | None) -> str:
     words = [_ground_words(params) if scene is None or scene in TRACK_NAMES else scene]
     if params.randomisation.friction is not None:
         words.append("random friction")
-    elif np.float32(params.friction) != np.float32(FRICTION):
+    elif np.float32(params.friction) != np.float32(UGVTrainConfig.friction):
         words.append(f"mu {float(params.friction):g}")
     if not tasks.same_numbers(params.vehicle, UGVParams()):
         mass = params.vehicle.weight / params.vehicle.gravity

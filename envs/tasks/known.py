@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.dynamics.checks import shown
-from stickslip.envs.tasks.definition import TaskDefinition
+from stickslip.envs.tasks.definition import TaskDefinition, task_by_name
 
 if TYPE_CHECKING:
     import numpy as np
@@ -198,6 +198,13 @@ def known_of(task: TaskDefinition) -> Known | None:
         assumed=content.get("assumed") and Bound(**content["assumed"]),
         cost_limit=task.cost_limit,
     )
+
+
+def measured(name: str) -> Known:
+    """The same of a task's name. ValueError where nothing was measured."""
+    if (known := known_of(task_by_name(name))) is None:
+        raise ValueError(f"{name} was not measured; accepted: a task with a best known return")
+    return known
 
 
 def episodes_digest(task: TaskDefinition) -> str:

@@ -25,8 +25,6 @@ __all__ = ["COMMANDS", "OK", "READER_LEFT", "WRONG_INPUT", "main", "make_parser"
 ABOUT = "A one-motor biped whose foot sticks or slips, and a UGV on two steerable legs."
 LONGEST = 1200
 """Characters of a message."""
-EXHAUSTED = "RESOURCE_EXHAUSTED"
-"""XLA's messages about a lack of memory."""
 EXTRAS = {"cma": "optim", "onnx": "onnx", "mujoco": "bench", "minari": "data"}
 EXTRAS |= dict.fromkeys(("stable_baselines3", "torch"), "sb3")
 EXTRAS |= dict.fromkeys(("optax", "tqdm"), "train")
@@ -65,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except ValueError as error:
         _complain(str(error))
     except (MemoryError, RuntimeError) as error:
-        if isinstance(error, RuntimeError) and EXHAUSTED not in str(error):
+        if isinstance(error, RuntimeError) and "RESOURCE_EXHAUSTED" not in str(error):  # XLA's
             raise
         _complain(f"not enough memory ({error or 'for what was asked'}); accepted: less at once")
     except Interrupted as error:
@@ -77,11 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def make_parser(arguments: Sequence[str] = ()) -> Parser:
     """The parser. A command, and a part of it, has its flags only if the arguments name it."""
     tables = {title: {name: COMMANDS[name].about for name in of} for title, of in GROUPS.items()}
-    parser = Parser(
-        prog="stickslip",
-        usage="stickslip COMMAND ...",
-        description="\n\n".join((ABOUT, examples_text(EXAMPLES), tables_text(tables))),
-    )
+    described = "\n\n".join((ABOUT, examples_text(EXAMPLES), tables_text(tables)))
+    parser = Parser(prog="stickslip", usage="stickslip COMMAND ...", description=described)
     about, version = "show the version and exit", ""
     if "--version" in arguments:  # it is read from the installed package's metadata
         from stickslip import __version__ as version
@@ -103,9 +98,8 @@ def _add_parts(parser: Parser, command: Command, arguments: Sequence[str]) -> No
         _add_flags(parser, command)
         return
     parser.description = _described(command, command.examples)
-    parts = parser.add_subparsers(
-        dest="machine", metavar="|".join(every), required=True, title="parts"
-    )
+    names = "|".join(every)
+    parts = parser.add_subparsers(dest="machine", metavar=names, required=True, title="parts")
     for name, about in every.items():
         part = parts.add_parser(name, help=about)
         if name in arguments:
@@ -121,11 +115,8 @@ def _add_flags(parser: Parser, command: Command, part: str | None = None) -> Non
     if command.compiles:
         about = "compile everything again, and keep no compiled program for the next command"
         parser.add_argument("--no-cache", dest="keep_programs", action="store_false", help=about)
-    shown = {
-        line: text
-        for line, text in command.examples.items()
-        if part is None or part in line.split()[:3]
-    }
+    lines = (one for one in command.examples if part is None or part in one.split()[:3])
+    shown = {line: command.examples[line] for line in lines}
     parser.description = _described(command, shown)
 
 

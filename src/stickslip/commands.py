@@ -5,8 +5,6 @@ own) and imports nothing heavy. `run` takes the parsed flags by name and returns
 it is "module:function", imported when its command is asked for. Examples begin the help.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pkgutil import resolve_name
 from typing import Any, NamedTuple

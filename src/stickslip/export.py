@@ -1,7 +1,5 @@
 """`stickslip export`: a policy, or the biped of a machine's file, for other programs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -11,8 +9,6 @@ from stickslip.records.files import require_suffix, require_writable, write_whol
 
 KINDS = {"out": (".onnx",), "mjcf": (".xml", ".mjcf"), "urdf": (".urdf", ".xml")}
 """Endings of the file that each flag names."""
-MU = 0.5
-"""Usual friction of an exported floor [-]."""
 
 
 def export_command(flags: Mapping[str, Any]) -> None:
@@ -48,7 +44,7 @@ def export_machine(flags: Mapping[str, Any], paths: Mapping[str, Path]) -> None:
     from stickslip.optimise.biped import TORQUE_LIMIT
 
     source, changes = flags["who"], flags["changes"]
-    mu = MU if flags["mu"] is None else flags["mu"]
+    mu = 0.5 if flags["mu"] is None else flags["mu"]
     require_one("mu", mu, low=0.0, accepted="a finite coefficient >= 0")
     if machine_in(source) != "biped":
         raise ValueError(

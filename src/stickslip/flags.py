@@ -1,24 +1,20 @@
 """Flags and settings of every command: names and words only, nothing heavy is imported."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import Field, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.agents.machine import Machine, machine_by_name, machines
 from stickslip.agents.policy.shipped import shipped_titles
+from stickslip.agents.training.configuration import Configuration
+from stickslip.agents.untrusted import Rule
 from stickslip.dynamics.names import SCENES, TRACKS, UNKNOWNS
 from stickslip.envs.tasks.definition import TASKS
 from stickslip.optim.gait import METHODS as GAIT_METHODS
 from stickslip.optim.gait import OBJECTIVES
 from stickslip.optim.posture import CRITERIA_IN_WORDS, METHODS, TREATMENTS
 from stickslip.parser import Parser, flag_of, limit, truth
-
-if TYPE_CHECKING:
-    from stickslip.agents.training.configuration import Configuration
-    from stickslip.agents.untrusted import Rule
 
 AXIS_VALUES = {
     "LOW:HIGH:N": "N values, evenly spaced",
@@ -37,11 +33,6 @@ TRACK_OPTIONS = {
     "rough": ("key=0", "iso_class=C", "start=0.0", "end=20.0", "margin=2.0"),
 }
 """Arguments of each named track's constructor, with their defaults."""
-TRACK_TABLES: dict[str, Mapping[str, str]] = {
-    "track options": {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
-    | {"a file": "interpolation"},
-    "treatments of ground": TREATMENTS,
-}
 SETTINGS = {
     "fast": "a table and steps of 5 ms in single precision",
     "balanced": "a table and steps of 2.5 ms in single precision",
@@ -115,10 +106,8 @@ def evaluate_flags(parser: Parser, _: object) -> None:
     add("--shield MARGIN", about, nargs="?", type=float, const=0.02)
     about = "compute the biped's motion in MuJoCo: both feet touch the floor and may lift"
     add("--in", about, dest="program", choices=("mujoco",))
-    add(
-        "--out DIR",
-        "write evaluation.csv and .json there; of all tasks, ranking.md, .png and results files",
-    )
+    about = "write evaluation.csv and .json there; of all tasks, ranking.md, .png and results files"
+    add("--out DIR", about)
     add("--overwrite", "replace what is in --out", action="store_true")
     _add_scene(parser, many=True)
 
@@ -226,13 +215,9 @@ def _add_scene(parser: Parser, many: bool) -> None:
     """Add the scene and changes of the task, machine by machine."""
     every = machines()
     usual = [(not many and one.viewed_scene) or one.scenes[0] for one in every if one.scenes]
-    about = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
-    parser.add(
-        f"--scene NAME{',...' if many else ''}",
-        f"floor or ground, see below {about}",
-        dest="scenes",
-        type=lambda text: text.split(",") if many else [text],
-    )
+    default = f"(default: the policy's own; for baselines alone {' or '.join(usual)})"
+    name, about = f"--scene NAME{',...' if many else ''}", f"floor or ground, see below {default}"
+    parser.add(name, about, dest="scenes", type=lambda text: text.split(",") if many else [text])
     parser.add_parts([part for machine in every for part in machine.configuration.PARTS])
     parser.numbers = True
     for machine in every:
@@ -335,7 +320,9 @@ def _add_track(parser: Parser) -> None:
     put("start", "first place of the front wheel [m]", type=float)
     put("end", "last place of the front wheel [m]", type=float)
     add_machine(parser, "vehicle")
-    parser.tables = TRACK_TABLES | {"criteria": CRITERIA_IN_WORDS}
+    options = {name: ", ".join(words) for name, words in TRACK_OPTIONS.items()}
+    parser.tables = {"track options": options | {"a file": "interpolation"}}
+    parser.tables |= {"treatments of ground": TREATMENTS, "criteria": CRITERIA_IN_WORDS}
 
 
 def add_machine(parser: Parser, name: str, *parts: str) -> None:
@@ -412,14 +399,10 @@ def bench_flags(parser: Parser, part: str) -> None:
         add("source", "directories of races", nargs="+")
         add("--stored", "beside the package's own runs", action="store_true")
         add("--out DIR", "a new directory", required=True)
-    if part != "run":
         return
     add("--out DIR", "directory of the race", required=True)
-    add(
-        "--methods NAME",
-        "names (an unknown one lists them), or your own MODULE:FUNCTION (default: all)",
-        nargs="+",
-    )
+    about = "names (an unknown one lists them), or your own MODULE:FUNCTION (default: all)"
+    add("--methods NAME", about, nargs="+")
     add("--instances ID", "ids of the suite, -s1 at the end for seed 1 (default: all)", nargs="+")
     add("--budget", "values and gradients of a run", type=int)
     add("--seconds", "processor time of a run", type=float)

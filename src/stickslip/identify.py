@@ -1,7 +1,5 @@
 """`stickslip identify`: friction, load and the encoder's errors from the log of a walk."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
@@ -56,9 +54,8 @@ def draw(found: Identified, log: WalkLog, path: Path) -> Path:
     numbers = dict(zip(NAMES, found.means.T, strict=True))
     two = 2e3 * found.deviations
     measured = Line("measured less predicted", 1e3 * found.innovations)
-    bounds = (
-        Line(f"{sign}2 deviations", one, dashed=True) for sign, one in (("+", two), ("-", -two))
-    )
+    ends = {"+": two, "-": -two}
+    bounds = (Line(f"{sign}2 deviations", one, dashed=True) for sign, one in ends.items())
     panels = [
         Panel("crank angle", "mrad", (measured, *bounds)),
         panel("crank rate", "rad/s", numbers["crank_rate"]),
@@ -66,9 +63,8 @@ def draw(found: Identified, log: WalkLog, path: Path) -> Path:
     ]
     for name in found.parameters:
         if name in numbers:
-            panels.append(
-                panel(f"{name} so far".replace("_", " "), UNITS.get(name, "-"), numbers[name])
-            )
+            title = f"{name} so far".replace("_", " ")
+            panels.append(panel(title, UNITS.get(name, "-"), numbers[name]))
     slips = numbers["foot_velocity"] != 0
     title = "Walk as the filter sees it; slips are shaded"
     return save_sheet(draw_panels(panels, log.times[1:], "time [s]", title, slips), path)

@@ -1,14 +1,12 @@
 """`stickslip tasks` and `policies`: named tasks, policies of the package."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 from stickslip.agents.policy.file import Record, every_record, record_of
 from stickslip.envs.tasks.definition import TASKS, WITHDRAWN, TaskDefinition, task_by_name
-from stickslip.envs.tasks.known import OVER, Interval, episodes_digest, known_of
+from stickslip.envs.tasks.known import OVER, Interval, episodes_digest, measured
 from stickslip.records.table import Column, Content, Table, with_unit
 
 SCORES = """
@@ -70,31 +68,26 @@ def in_words(facts: Mapping[str, Any], depth: int = 0) -> str:
 
 
 def _task_row(task: TaskDefinition) -> list[str]:
-    known, cells = known_of(task), [""] * 5
-    if known is not None:
-        bound = "" if known.bound is None else f"{known.bound.value:.4g}"
-        values = (f"{one.value:.4g}" for one in (known.trivial, known.by_hand))
-        cells = [*values, known.score_of(known.by_hand).shown(2), f"{known.best.value:.4g}", bound]
-    return [task.name, task.tier, task.title, *cells]
+    known = measured(task.name)
+    bound = "" if known.bound is None else f"{known.bound.value:.4g}"
+    idle, by_hand, best = (f"{o.value:.4g}" for o in (known.trivial, known.by_hand, known.best))
+    score = known.score_of(known.by_hand).shown(2)
+    return [task.name, task.tier, task.title, idle, by_hand, score, best, bound]
 
 
 def _task_facts(task: TaskDefinition) -> Mapping[str, object]:
     """Everything, with scores beside the returns."""
-    known = known_of(task)
+    known = measured(task.name)
     about = {"name": task.name, "id": task.id, "digest": task.digest, "machine": task.machine}
     about |= {"test_episodes": episodes_digest(task), **asdict(task)}
-    if known is None:
-        return about | {"known": None}
-    scored = (*known.baselines, *known.planners)
-    scores = {one.policy: known.score_of(one) for one in scored}
+    scores = {one.policy: known.score_of(one) for one in (*known.baselines, *known.planners)}
     return about | {"known": asdict(known) | {"scores": scores}}
 
 
 def _policy_row(one: Record) -> list[str]:
-    score = "" if one.score is None else one.score.shown(2)
     value = with_unit(one.earned_return, one.task.unit, 4)
     layers, size = " x ".join(map(str, one.layer_sizes)), one.path.stat().st_size
-    return [one.name, one.task.title, value, score, layers, f"{size / 1000:.1f}"]
+    return [one.name, one.task.title, value, one.score.shown(2), layers, f"{size / 1000:.1f}"]
 
 
 def _policy_facts(one: Record) -> dict[str, object]:

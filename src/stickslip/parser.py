@@ -3,8 +3,6 @@
 A command has flags for what is often asked and settings for the rest: `--set name=value`.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import re
@@ -14,9 +12,6 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NoReturn
 
 from stickslip.dynamics.checks import nearest, require_known, shown
-
-Tables = Mapping[str, Mapping[str, str]]
-"""Tables of names and meanings, by title."""
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -186,7 +181,7 @@ def finite(limit: float) -> float | None:
     return None if limit == math.inf else limit
 
 
-def tables_text(tables: Tables) -> str:
+def tables_text(tables: Mapping[str, Mapping[str, str]]) -> str:
     """Format tables of names and meanings by title."""
     width = max(60, shutil.get_terminal_size().columns - 2)
     blocks = []

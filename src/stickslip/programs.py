@@ -5,8 +5,6 @@ digest of the rest and is renamed into place; one with another digest is deleted
 Files are machine code: a folder that others may write to is not used.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

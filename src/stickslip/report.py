@@ -1,7 +1,5 @@
 """Results of `simulate` and `optimise`: paths that are checked, numbers printed, files written."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -116,11 +114,9 @@ def one_row(columns: Mapping[Column, object]) -> Table:
 
 def show(summary: Table, *others: Table) -> None:
     """Print a summary, a line a number that is not None, and then tables."""
-    rows = [
-        (column.name.replace("_", " "), with_unit(value, column.unit))
-        for column, value in zip(summary.columns, summary.rows[0], strict=True)
-        if value not in (None, "")
-    ]
+    pairs = zip(summary.columns, summary.rows[0], strict=True)
+    told = [(one, value) for one, value in pairs if value not in (None, "")]
+    rows = [(one.name.replace("_", " "), with_unit(value, one.unit)) for one, value in told]
     columns = [Column("name", words=True), Column("value", words=True)]
     print(Table(columns, rows).terminal(head=False), end="")
     for table in others:

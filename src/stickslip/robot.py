@@ -16,6 +16,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.envs.biped.picture import BipedFrame, biped_drawing
 from stickslip.envs.rendering import theme
+from stickslip.envs.rendering.drawing import Drawing
 from stickslip.envs.rendering.linkage import Mechanism
 from stickslip.envs.rendering.scene import draw_machines
 from stickslip.envs.rendering.sheet import WIDTH, make_sheet, name_panel, png, styled
@@ -32,8 +33,6 @@ from stickslip.report import picture_path
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from stickslip.envs.rendering.drawing import Drawing
 
 RATES = np.arange(0.5, 10.01, 0.5)
 """Constant crank rates of the curve of friction [rad/s]."""
@@ -102,12 +101,9 @@ def robot_page(path: Path, changes: Mapping[str, str], frictions: Sequence[float
     }
     rates = friction_by_rate(footing)
     fastest = fastest_table(robot, footing, motor, frictions, jolt < MISMATCH)
-    frames = BipedFrame(
-        np.linspace(biped.SUPPORT_START, biped.SUPPORT_END, POSES, endpoint=False),
-        (),
-        1.0,
-        floor_position=2 * float(robot.toe + robot.heel) * np.arange(POSES),
-    )
+    phases = np.linspace(biped.SUPPORT_START, biped.SUPPORT_END, POSES, endpoint=False)
+    places = 2 * float(robot.toe + robot.heel) * np.arange(POSES)
+    frames = BipedFrame(phases, floor=(), weight=1.0, floor_position=places)
     drawing = biped_drawing(frames, Mechanism(robot))
     needed = np.array([row[1] for row in rates.rows])
     tables = {"friction": rates, "fastest": fastest}

@@ -1,11 +1,10 @@
 """`stickslip optimise biped`: find the best gait, or a walk whose foot may slip, and replay it."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, TypeAlias
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from stickslip.dynamics.biped.robot_file import robot_text
 from stickslip.dynamics.checks import shown
 from stickslip.envs.rendering.sheet import png
 from stickslip.optim import (
+    Gait,
     GaitProblem,
     GaitResult,
     Replay,
@@ -29,9 +29,6 @@ from stickslip.optimise.picture import draw_gait, draw_slip
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, with_unit
 from stickslip.report import one_row, result_folder, write_result
-
-if TYPE_CHECKING:
-    from stickslip.optim import Gait
 
 Answer: TypeAlias = tuple[bool, dict[str, Table], dict[str, object], dict[str, Any]]
 """Whether something was found, tables, entries of the result, and files by name."""
@@ -132,12 +129,9 @@ def _replays(problem: GaitProblem, result: GaitResult, given: Namespace) -> dict
     mu = given.mu[0] if given.mu is not None and len(set(given.mu)) == 1 else None
     steps = WALKED if problem.is_periodic else None
     kinds = {"open loop": 0.0, f"feedback {given.feedback:g}/rad": float(given.feedback)}
-    return {
-        name: replay(
-            problem.params, result.best, mu=mu, feedback=gain, walk_steps=steps, zmp=problem.zmp
-        )
-        for name, gain in kinds.items()
-    }
+    how: dict[str, Any] = {"mu": mu, "walk_steps": steps, "zmp": problem.zmp}
+    walk = partial(replay, problem.params, result.best, **how)
+    return {name: walk(feedback=gain) for name, gain in kinds.items()}
 
 
 def gait_summary(problem: GaitProblem, result: GaitResult) -> Table:
@@ -188,10 +182,8 @@ def _of_gait(problem: GaitProblem, gait: Gait) -> dict[Column, object]:
 def replay_table(replays: Mapping[str, Replay]) -> Table:
     """A row a replay."""
     numbers = {"slid": "m", "steps": "-", "mean_rate": "rad/s", "work": "J", "friction_use": "-"}
-    rows = [
-        [name, one.mu, one.status.name, *(getattr(one, of) for of in numbers)]
-        for name, one in replays.items()
-    ]
+    shown = {name: [getattr(one, of) for of in numbers] for name, one in replays.items()}
+    rows = [[name, one.mu, one.status.name, *shown[name]] for name, one in replays.items()]
     heads = [Column("replay", words=True), Column("mu"), Column("status", words=True)]
     return Table([*heads, *(Column(name, unit) for name, unit in numbers.items())], rows)
 

@@ -1,14 +1,12 @@
 """`stickslip optimise ugv`: build a posture problem, solve it, print and write the result."""
 
-from __future__ import annotations
-
 import json
 import math
 from argparse import Namespace
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +17,7 @@ from stickslip.dynamics.status import Status
 from stickslip.dynamics.ugv import TRACKS, PoseSolver, Track, UGVParams
 from stickslip.dynamics.ugv.params import vehicle_text
 from stickslip.envs.rendering.sheet import png
-from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, solve
+from stickslip.optim import CRITERIA, METHODS, PostureProblem, PostureResult, Station, solve
 from stickslip.optim.columns import is_number
 from stickslip.optim.posture import TREATMENTS
 from stickslip.optim.posture.evaluate import tolerated
@@ -29,9 +27,6 @@ from stickslip.optimise.picture import draw_drive, draw_ground
 from stickslip.parser import finite
 from stickslip.records.table import Column, Content, Table, json_text, with_unit
 from stickslip.report import RESULT, one_row, result_folder, write_result
-
-if TYPE_CHECKING:
-    from stickslip.optim import Station
 
 STATIONS, PICTURE, VEHICLE = "stations.csv", "drive.png", "vehicle.toml"
 GROUND = ("ground.csv", "ground.png")
@@ -89,10 +84,8 @@ def problem_along(
 ) -> PostureProblem:
     """Waypoints on the ground by the flags start, end and spacing."""
     spacing = SPACING if given.spacing is None else given.spacing
-    ends = {"start": given.start, "end": given.end}
-    return PostureProblem.along(
-        survey.track, *criterion, params=vehicle, spacing=spacing, **ends, **limits
-    )
+    places = {"start": given.start, "end": given.end, "spacing": spacing}
+    return PostureProblem.along(survey.track, *criterion, params=vehicle, **places, **limits)
 
 
 ROLLS = 1.1
@@ -232,11 +225,8 @@ def _shortfall_columns(details: Mapping[str, Any]) -> dict[Column, object]:
     """Where no drive meets the constraints: where, which, what friction would do."""
     if "blocked" not in details:
         return {}
-    angle, place = details["steepest"]
-    missed = (
-        f"{name} by {by:.4g} {UNITS[name]} at {at:.5g} m"
-        for name, (by, at) in details["misses"].items()
-    )
+    (angle, place), misses = details["steepest"], details["misses"].items()
+    missed = (f"{name} by {by:.4g} {UNITS[name]} at {at:.5g} m" for name, (by, at) in misses)
     runs = [f"{first:.5g} to {last:.5g} m" for first, last in details["blocked"]]
     more = f" and {len(runs) - RUNS} more" if len(runs) > RUNS else ""
     return {
@@ -292,8 +282,5 @@ def stations_table(found: Station) -> Table:
 def criteria_table(problem: PostureProblem, x: np.ndarray) -> Table:
     """Value of the drive by every criterion: the lower the better."""
     heads = [Column("criterion", words=True), Column("value"), Column("unit", words=True)]
-    rows = []
-    for name in CRITERIA:
-        own = replace(problem, criterion=name)
-        rows.append([name, own.objective(x), own.criterion.unit])
-    return Table(heads, rows)
+    every = {name: replace(problem, criterion=name) for name in CRITERIA}
+    return Table(heads, [[name, of.objective(x), of.criterion.unit] for name, of in every.items()])

@@ -1,7 +1,5 @@
 """Figs. 24 and 25: the UGV over the soft bump, with its legs held still, and turning."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -151,10 +149,8 @@ def turning(drives: Mapping[str, Drive], degrees: Pair) -> dict[str, str]:
     below = " and ".join(f"{100 * (1 - one.variation / held.variation):.0f}" for one in others)
     less = [100 * (1 - one.between / held.between) for one in others]
     shown = " and ".join(f"{abs(of):.0f} % {'below' if of > 0 else 'above'}" for of in less)
-    points, dense = (
-        ", ".join(f"{getattr(one, kind):.0f} ({name})" for name, one in drives.items())
-        for kind in ("variation", "between")
-    )
+    points = ", ".join(f"{one.variation:.0f} ({name})" for name, one in drives.items())
+    dense = ", ".join(f"{one.between:.0f} ({name})" for name, one in drives.items())
     at = drives[LIMITED].stations
     fails = int(np.sum(np.asarray(at.status) != Status.OK))
     return {

@@ -1,7 +1,5 @@
 """`stickslip reproduce`: compute figures, write their pictures, data and the table of claims."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path

@@ -4,8 +4,6 @@ A slide runs from an instant of slip to the next instant of stick, always in one
 are about the second step: the first begins with the foot at rest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -146,9 +144,6 @@ NEAR = 0.05
 SECOND = 1
 """The second step, counted from 0."""
 
-Walks = Mapping[float, Walk]
-"""Walks by the number that varies."""
-
 
 def states(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 16."""
@@ -245,11 +240,9 @@ def swing_heights(params: biped.BipedParams, samples: int) -> dict[str, float]:
     pose = poses(params, phases(samples))
     swing = [place for place, name in enumerate(biped.BODIES) if name.endswith("p")]
     mass = np.asarray(params.mass)[[int(biped.BODIES[place].rstrip("p")) - 1 for place in swing]]
-    heights = {
-        "ankle": np.asarray(pose.pins.E)[:, 1, 1],
-        "knee": np.asarray(pose.pins.K)[:, 1, 1],
-        "centre of mass": np.asarray(pose.centres)[:, swing, 1] @ mass,
-    }
+    ankle, knee = (np.asarray(of)[:, 1, 1] for of in (pose.pins.E, pose.pins.K))
+    centre = np.asarray(pose.centres)[:, swing, 1] @ mass
+    heights = {"ankle": ankle, "knee": knee, "centre of mass": centre}
     return {name: peak_of(height)[0] for name, height in heights.items()}
 
 
@@ -275,7 +268,7 @@ def repeatedly(one: Walk) -> str:
     return f"{len(found)} slides in the second step, {share:.0f} % of its time: {shown}"
 
 
-def _result(name: str, walks: Walks, measured: dict[str, str]) -> Result:
+def _result(name: str, walks: Mapping[float, Walk], measured: dict[str, str]) -> Result:
     """Places of the foot by the number that varies; name: of a curve."""
     named = {name.format(x): 1e3 * one.place for x, one in walks.items()}
     time = next(iter(walks.values())).time

@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip.agents.pictures.episodes import panel as curves
 from stickslip.dynamics import biped
+from stickslip.dynamics.pytrees import Number
 from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.gait.footing import Footing, peak_of
@@ -20,9 +21,6 @@ from stickslip.paper.result import Result, each
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float, Real
-
-    from stickslip.dynamics.pytrees import Number
-
 
 SPEEDS = (1.0, 2.0, 3.0, 4.0, 5.0)
 LOADS = (0.0, 5.0, 10.0, 15.0)
@@ -95,10 +93,8 @@ def loads(params: biped.BipedParams, samples: int) -> Result:
     (speed,) = alike(params, "rate", RATE)
     loads = {m: jnp.asarray(params.payload + m, angles.dtype) for m in masses}
     robots = {m: params.replace(payload=one) for m, one in loads.items()}
-    torques, still = (
-        {m: np.asarray(steady(one, angles, rate).torque) for m, one in robots.items()}
-        for rate in (speed, 0.0)
-    )
+    torques = {m: np.asarray(steady(one, angles, speed).torque) for m, one in robots.items()}
+    still = {m: np.asarray(steady(one, angles, 0.0).torque) for m, one in robots.items()}
     peak = {m: peak_of(torque)[1] for m, torque in torques.items()}
     rise = each("{:+.1f} % with {:g} kg", {m: 100 * (peak[m] / peak[0.0] - 1) for m in masses[1:]})
     heights = np.asarray(poses(params, angles).centres)[:, biped.BODIES.index("13"), 1]
@@ -125,29 +121,20 @@ def _percent(shares: Mapping[float, float]) -> str:
     return each("{:.0f} % at {:g}", {x: 100 * share for x, share in shares.items()})
 
 
-Forces = Mapping[str, np.ndarray]
-"""Of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground frame."""
-
-
 def forces(params: biped.BipedParams, samples: int) -> Result:
     """Fig. 15."""
     angles, (rate,) = phases(samples), alike(params, "rate", RATE)
     motion = steady(params, angles, rate, outputs="joints")
-    on_foot, placed = foot_forces(motion), poses(params, angles)
+    on_foot, pins = foot_forces(motion), poses(params, angles).pins
     panels = [
         curves(f"{side} force on the foot", "N", {name: of[:, i] for name, of in on_foot.items()})
         for i, side in enumerate(("horizontal", "vertical"))
     ]
     zmp = np.asarray(motion.zmp)
     panels.append(curves("zero-moment point from the ankle", "m", {"point": zmp}))
-    foot, *ends = (
-        np.asarray(of)[:, 0]
-        for of in (placed.pins.ankle_bar, placed.pins.knee_bar, placed.pins.C_bar)
-    )
-    far = {
-        link: 1e3 * np.linalg.norm(end - foot, axis=-1)
-        for link, end in zip((11, 12), ends, strict=True)
-    }
+    ends = {11: pins.knee_bar, 12: pins.C_bar}
+    bars = {link: np.asarray(end - pins.ankle_bar)[:, 0] for link, end in ends.items()}
+    far = {link: 1e3 * np.linalg.norm(bar, axis=-1) for link, bar in bars.items()}
     shown = "; ".join(
         f"to link {link}'s other end {of.min():.1f} to {of.max():.1f} mm"
         for link, of in far.items()
@@ -156,8 +143,9 @@ def forces(params: biped.BipedParams, samples: int) -> Result:
     return Result(TIME, np.linspace(0, 1, samples + 1), panels, {"pinned": pinned})
 
 
-def foot_forces(motion: biped.InverseDynamics) -> Forces:
-    """Pick the foot's forces out of inverse dynamics with outputs="joints"."""
+def foot_forces(motion: biped.InverseDynamics) -> Mapping[str, np.ndarray]:
+    """Forces of the ground, the tibia and the bar on the foot, by name, each [n, 2] N in the ground
+    frame. motion: with outputs="joints"."""
     joints = np.asarray(motion.joint_forces)
 
     def on_foot(other: str) -> np.ndarray:
@@ -219,20 +207,14 @@ def from_rest(
 ) -> biped.Trajectory:
     """A constant torque [N m] for `duration` [s] in 4 x samples steps, from rest at pi/2; no slip,
     no toppling."""
-    return biped.simulate(
-        params, SCENE, biped.BipedState(), torque, duration, duration / (4 * samples)
-    )
+    step = duration / (4 * samples)
+    return biped.simulate(params, SCENE, biped.BipedState(), torque, duration, step)
 
 
 def first_step(walk: biped.Trajectory) -> float:
     """End of the first step [s], interpolated between samples; infinite if it does not end."""
-    angle, time = np.asarray(walk.states.crank_angle), np.asarray(walk.states.time)
-    past = np.nonzero(angle >= 3 * np.pi / 2)[0]
-    if len(past) == 0:
-        return float("inf")
-    i = int(past[0])
-    share = (3 * np.pi / 2 - angle[i - 1]) / (angle[i] - angle[i - 1])
-    return float(time[i - 1] + share * (time[i] - time[i - 1]))
+    farthest = np.fmax.accumulate(np.asarray(walk.states.crank_angle))
+    return float(np.interp(3 * np.pi / 2, farthest, walk.states.time, right=np.inf))
 
 
 def _result(walks: Mapping[str, biped.Trajectory], measured: dict[str, str]) -> Result:

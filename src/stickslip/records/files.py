@@ -1,7 +1,5 @@
 """Files that commands write: checked before anything is computed, and written atomically."""
 
-from __future__ import annotations
-
 import os
 import re
 import secrets

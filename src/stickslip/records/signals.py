@@ -1,7 +1,5 @@
 """Requests to end: Ctrl-C, SIGTERM (Slurm, Docker, kill) and SIGHUP (a terminal that is closed)."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -48,12 +48,10 @@ class Table:
         return cls(heads, list(zip(*columns.values(), strict=True)))
 
     def rounded(self, digits: int) -> Table:
-        """Round floats to so many significant digits, as text; None becomes empty."""
-
-        def cell(value: object) -> object:
-            return f"{value:.{digits}g}" if isinstance(value, float) else value
-
-        rows = [["" if one is None else cell(one) for one in row] for row in self.rows]
+        """Text of every cell, floats with so many significant digits; None becomes empty."""
+        rows = [
+            ["" if one is None else with_unit(one, "-", digits) for one in row] for row in self.rows
+        ]
         return Table(self.columns, rows)
 
     def markdown(self, *, aligned: bool = False) -> str:
@@ -134,10 +132,8 @@ class Content:
 
         null: what is not defined or not finite. Keys are the columns' names.
         """
-        units = {
-            name: {column.name: column.unit for column in table.columns}
-            for name, table in self.tables.items()
-        }
+        heads = {name: table.columns for name, table in self.tables.items()}
+        units = {name: {one.name: one.unit for one in of} for name, of in heads.items()}
         rows = {name: table.records() for name, table in self.tables.items()}
         head = {"command": command, "exit_status": self.status, "units": units | dict(self.units)}
         return json_text(head | rows | dict(self.facts))

@@ -1,7 +1,5 @@
 """`stickslip simulate biped`: walk under a torque, print a summary, write rows and a picture."""
 
-from __future__ import annotations
-
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import replace
@@ -33,8 +31,6 @@ SECONDS = 6.0
 """Walked unless something else is said."""
 FPS = 25.0
 """Pictures a second of a film."""
-MANY = 20_000
-"""Periods of a walk that takes seconds to compute."""
 
 
 def simulate_command(flags: Mapping[str, Any]) -> Content:
@@ -51,7 +47,7 @@ def simulate_command(flags: Mapping[str, Any]) -> Content:
         seconds = file.end if isinstance(file, Recorded) else SECONDS
     count, _ = walks.periods(seconds, given.period)
     require_files(given, seconds)
-    if count > MANY:
+    if count > 20_000:  # takes seconds
         say_stage(f"walking {count} periods")
 
     def again(scene: Scene) -> walks.Walk:

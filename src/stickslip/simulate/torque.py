@@ -14,15 +14,12 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START
+from stickslip.dynamics.biped import SUPPORT_END, SUPPORT_START, BipedState
 from stickslip.dynamics.checks import nearest, require_number, shown
 from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, is_number, read_columns, read_text
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
-
-    from stickslip.dynamics.biped import BipedState
-
 
 LONGEST_NAME = 255
 """Characters: what is longer is no file's name for any system."""
@@ -176,8 +173,7 @@ def _refusal(node: ast.AST) -> str:
 
 
 RATE = ColumnSpec("crank rate", "rad/s", ("rate", "w"))
-BY_TIME = (TIME, RATE)
-BY_PHASE = (ColumnSpec("crank angle", "rad", ("phase", "theta")), RATE)
+PHASE = ColumnSpec("crank angle", "rad", ("phase", "theta"))
 NODES = 4001
 """Crank angles of a step at which the time is known."""
 SAME = 1e-6
@@ -217,9 +213,9 @@ def rate_of(text: str) -> Rate:
         )
     head = read_text(path, "a table")[:1000].lower()
     if not any(word in head for word in ("phase", "angle", "theta")):
-        times, rates = read_columns(path, BY_TIME).T
+        times, rates = read_columns(path, (TIME, RATE)).T
         return Recorded(str(path), times, rates, "rates")
-    angles, rates = read_columns(path, BY_PHASE).T
+    angles, rates = read_columns(path, (PHASE, RATE)).T
     low, high = SUPPORT_START * (1 - SAME), SUPPORT_END * (1 + SAME)
     name, accepted = f"{path}: crank angle", "pi/2 to 3 pi/2 [rad], one step"
     require_number(name, angles, low=low, high=high, accepted=accepted)

@@ -18,9 +18,10 @@ from stickslip.dynamics.status import Status
 from stickslip.envs.rendering.scene import paint
 from stickslip.envs.rendering.sheet import png
 from stickslip.envs.ugv.picture import station_frames, ugv_picture
-from stickslip.optim import PostureProblem
+from stickslip.optim import PostureProblem, Station
 from stickslip.optim.columns import ColumnSpec, read_columns
 from stickslip.optim.posture.problem import refined
+from stickslip.optim.posture.track_file import Survey
 from stickslip.optimise import ugv
 from stickslip.optimise.picture import draw_drive
 from stickslip.records.files import require_suffix, write_whole
@@ -29,9 +30,6 @@ from stickslip.report import one_row, require_files, show, write_simulation
 
 if TYPE_CHECKING:
     from jaxtyping import Float
-
-    from stickslip.optim import Station
-    from stickslip.optim.posture.track_file import Survey
 
 COLUMNS = (
     ColumnSpec(ugv.FRONT_WHEEL, "m", ("x",)),

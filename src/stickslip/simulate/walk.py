@@ -13,7 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics import biped
+from stickslip.dynamics import Scene, Setting, biped
 from stickslip.dynamics.biped.settings import precision
 from stickslip.dynamics.checks import require_memory, require_number
 from stickslip.dynamics.pytrees import run_once
@@ -28,8 +28,6 @@ from stickslip.simulate.torque import Expression, PhaseRates, Rate, Recorded, ra
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Float
-
-    from stickslip.dynamics import Scene, Setting
 
 BYTES = 3000
 """Memory of a row of a table."""
@@ -93,9 +91,8 @@ def periods(seconds: float, period: float) -> tuple[int, float]:
     accepted = f"from {SHORTEST:g} to {LONGEST:g} s"
     for name, value in (("--seconds", seconds), ("--period", period)):
         require_number(name, value, low=SHORTEST, high=LONGEST, accepted=accepted)
-    require_memory(
-        f"--seconds {seconds:g} with --period {period:g}", "rows", seconds / period, BYTES
-    )
+    given = f"--seconds {seconds:g} with --period {period:g}"
+    require_memory(given, "rows", seconds / period, BYTES)
     count = max(1, math.ceil(seconds / period * (1 - 1e-6)))  # a file may be in single precision
     return count, seconds / count
 
@@ -208,11 +205,8 @@ def walk_table(walk: Walk) -> Table:
         Column("positive work", "J"): contacts.positive_work,
     }
     if contacts.joint_forces is not None:
-        forces = np.asarray(contacts.joint_forces).T
-        of_periods |= {
-            Column(str(name), "N"): one
-            for name, one in zip(biped.JOINT_FORCES, forces, strict=True)
-        }
+        names = [Column(str(name), "N") for name in biped.JOINT_FORCES]
+        of_periods |= zip(names, np.asarray(contacts.joint_forces).T, strict=True)
     columns: dict[Column, list[Any]]
     columns = {name: np.asarray(of).tolist() for name, of in at_ends.items()}
     columns |= {name: [None, *np.asarray(of).tolist()] for name, of in of_periods.items()}
@@ -249,10 +243,8 @@ def walk_summary(walk: Walk, held: Walk, seconds: float, efficiency: float | Non
     time, angle = (float(v[-1] - v[0]) for v in (states.time, states.phase))
     angle += np.pi * float(states.steps[-1] - states.steps[0])
     distance = float(walk.along.mass[-1] - walk.along.mass[0])
-    slid, work, positive = (
-        float(np.sum(of, dtype=np.float64))
-        for of in (contacts.slide_distance, contacts.work, contacts.positive_work)
-    )
+    parts = contacts.slide_distance, contacts.work, contacts.positive_work
+    slid, work, positive = (float(np.sum(of, dtype=np.float64)) for of in parts)
     kinds = Counter(kind for _, kind, _ in walk.trajectory.events())
     steps = int(states.steps[-1] - states.steps[0])
     went = distance >= SHORT * float(walk.robot.step_length)
