@@ -39,7 +39,6 @@ class Interval:
     lo: Array
     hi: Array
 
-    __array_priority__ = 1000
     __array_ufunc__ = None
 
     @property
@@ -220,7 +219,6 @@ class Jet:
     first: Interval
     second: Interval
 
-    __array_priority__ = 1000
     __array_ufunc__ = None
 
     def __neg__(self) -> Jet:

@@ -258,7 +258,7 @@ def in_cvxpy(at: GridProblem) -> tuple[cp.Problem, Callable[[], Float[np.ndarray
     """The program, and a function that reads its point. ValueError for "friction"."""
     if at.goal.is_friction:
         raise ValueError('objective = "friction" is no convex program; accepted: another')
-    program = Program(at.numbers())
+    program = Program(at, at.numbers())
 
     def found() -> Float[np.ndarray, "n"]:
         gait = at.gait_of(*program.read())

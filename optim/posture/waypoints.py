@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -16,13 +14,15 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.pytrees import Numeric, read_only, run_once
+from stickslip.dynamics.pytrees import read_only, run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.problem import COUNT, as_floats, require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Float
+
+    from stickslip.optim.posture.problem import PostureProblem
 
 
 STATION = 1_000
@@ -35,44 +35,6 @@ CONVEX = 150_000
 """Bytes of a waypoint in scp's convex program."""
 
 _slope = run_once(Track.slope)
-
-
-@dataclass(frozen=True)
-class PostureData:
-    """The fields of PostureProblem; see there."""
-
-    params: UGVParams
-    track: Track
-    x: Float[np.ndarray, "K"]
-    criterion: Any = "wheel_energy"
-    friction: Numeric = 0.8
-    leg_rate: float | None = 1.0
-    min_normal: float = 0.0
-    min_grip: float = 0.0
-    min_clearance: float = 0.02
-    max_torque: float | None = None
-    start_angles: Float[np.ndarray, "2"] | None = None
-    end_angles: Float[np.ndarray, "2"] | None = None
-    solver: PoseSolver = field(default=PoseSolver())
-    free_split: bool = False
-    apart_between: bool = True
-
-    @property
-    def n(self) -> int:
-        """Length of the decision vector, 2K."""
-        return 2 * len(self.x)
-
-    def given_at(self, k: int) -> Float[np.ndarray, "2"] | None:
-        """The pair of angles that is given at waypoint k [rad]; None where it is to be chosen."""
-        return {0: self.start_angles, len(self.x) - 1: self.end_angles}.get(k)
-
-    @cached_property
-    def min_wheel_clearance(self) -> float:
-        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
-        apart between waypoints, too, the legs turning evenly. 0 where that is not asked for."""
-        if self.leg_rate is None or not self.apart_between:
-            return 0.0
-        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
 
 
 def waypoints_along(
@@ -122,7 +84,7 @@ def slopes_at(track: Track, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]
         return np.asarray(_slope(track.astype(np.float64), x))
 
 
-def check_problem(problem: PostureData) -> dict[str, Any]:
+def check_problem(problem: PostureProblem) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
     require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
@@ -227,7 +189,7 @@ def nearer_between(params: UGVParams, turn: float) -> float:
     return ALLOWED * float(np.max(grown, initial=0.0))
 
 
-def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
+def require_grid(problem: PostureProblem, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
     through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
@@ -246,7 +208,7 @@ ROUNDING = 1e-9
 
 
 def grid_angles(
-    problem: PostureData, angles: Any, least: Any, chunk: int
+    problem: PostureProblem, angles: Any, least: Any, chunk: int
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
     """The angles of each leg on a grid [rad]: see `build_grid`; ValueError for bad counts, or more
     stations than fit, evaluated so many at a time."""
@@ -267,7 +229,7 @@ def grid_angles(
 
 
 def fitting_grid(
-    problem: PostureData, least: int = LEAST
+    problem: PostureProblem, least: int = LEAST
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
     """Evenly spaced angles of the rear and of the front leg [rad], at least so many each.
 
@@ -284,7 +246,7 @@ def fitting_grid(
     return rear, front
 
 
-def _of_leg(problem: PostureData, ends: list[float], least: int) -> np.ndarray:
+def _of_leg(problem: PostureProblem, ends: list[float], least: int) -> np.ndarray:
     """One leg's angles; ends: its angles where the first or the last pair is given."""
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
     if low == high:
@@ -292,9 +254,8 @@ def _of_leg(problem: PostureData, ends: list[float], least: int) -> np.ndarray:
     whole = np.linspace(low, high, least)
     if problem.leg_rate is None:
         return whole
-    spacing = np.diff(problem.x)
-    limit = float(problem.leg_rate) * float(np.min(spacing))
-    reach = float(problem.leg_rate) * float(np.sum(spacing))
+    limit = float(np.min(problem.longest_moves))
+    reach = float(problem.leg_rate) * float(np.sum(np.diff(problem.x)))
     near = max([low, *(at - reach for at in ends)]), min([high, *(at + reach for at in ends)])
     most = max(FINEST, least)
     for below, above in ((low, high), near):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 
-Derivatives = tuple[Interval, Interval, Interval, Interval]
+Derivatives = tuple[Interval, ...]
 """Height [m], slope, second [1/m] and third derivative [1/m^2]."""
 NOWHERE = np.zeros(0)
 ACCEPTED = (
@@ -102,19 +102,16 @@ def _waves(x: Interval, *waves: Float[np.ndarray, "waves"]) -> Derivatives:
 
 def _ramp(x: Interval, slope: float, begin: float, length: float, joint: float) -> Derivatives:
     up, down = _bend(x - begin, joint), _bend((x - begin) - length, joint)
-    y, dy, d2y, d3y = ((a - b) * slope for a, b in zip(up, down, strict=True))
-    return y, dy, d2y, d3y
+    return tuple((a - b) * slope for a, b in zip(up, down, strict=True))
 
 
 def _step(x: Interval, height: float, at: float, length: float) -> Derivatives:
-    y, dy, d2y, d3y = (of * height for of in _quintic_rise(x - at, length))
-    return y, dy, d2y, d3y
+    return tuple(of * height for of in _quintic_rise(x - at, length))
 
 
 def _ditch(x: Interval, depth: float, middle: float, width: float, side: float) -> Derivatives:
     first, second = (_quintic_rise(x - middle + k * width, side) for k in (0.5, -0.5))
-    y, dy, d2y, d3y = ((b - a) * depth for a, b in zip(first, second, strict=True))
-    return y, dy, d2y, d3y
+    return tuple((b - a) * depth for a, b in zip(first, second, strict=True))
 
 
 def _about(middles: Sequence[float], length: float) -> list[float]:
@@ -206,10 +203,7 @@ def _of_spline(shape: Spline) -> Ground:
         for more in range(1, int(np.max(past - first, initial=0)) + 1):
             beyond = first + more <= past
             other = piece(x, np.minimum(first + more, past))
-            y, dy, d2y, d3y = (
-                where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True)
-            )
-            found = y, dy, d2y, d3y
+            found = tuple(where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True))
         return found
 
     return Ground(profile, kinks, bends, knots, missed)
