@@ -129,17 +129,15 @@ class FunctionProblem(Problem[Result]):
         return values[:, self.goal], margins
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
-        self._require_slopes()
+        if Structure.SMOOTH not in self.kind:
+            return super().gradient(x)
         at, draw = self.point(x), np.uint32(self.draw)
         return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        self._require_slopes()
-        return _finite(self._call(_jacobian, self.point(x), np.uint32(self.draw)))
-
-    def _require_slopes(self) -> None:
         if Structure.SMOOTH not in self.kind:
-            raise NotImplementedError("this problem has no slopes")
+            return super().jacobian(x)
+        return _finite(self._call(_jacobian, self.point(x), np.uint32(self.draw)))
 
     def _call(
         self, program: Callable[..., Any], *given: object, static: tuple[int, ...] = ()
@@ -150,7 +148,7 @@ class FunctionProblem(Problem[Result]):
     @cached_property
     def _data(self) -> PyTree:
         """Data on the device: transferring arrays takes longer than many evaluations."""
-        return jax.device_put(self.data)
+        return in_float64(jax.device_put, self.data)
 
 
 def _kept(leaf: Any) -> Any:

@@ -159,7 +159,7 @@ class Interval:
             np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
         )
 
-    def clip(self, low: float, high: float) -> Interval:
+    def clip(self, low: Array | float, high: Array | float) -> Interval:
         return Interval(np.clip(self.lo, low, high), np.clip(self.hi, low, high))
 
 

@@ -79,8 +79,7 @@ class PostureGrid:
     def windows(self) -> Int[np.ndarray, "steps 2"]:
         """Grid steps that the rear and the front leg may move in each step."""
         limits = self.problem.longest_moves
-        most = [windows_of(angles, limits) for angles in (self.rear, self.front)]
-        return np.stack(most, -1).astype(int)
+        return np.stack([windows_of(angles, limits) for angles in (self.rear, self.front)], -1)
 
     @property
     def stuck(self) -> str:

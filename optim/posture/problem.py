@@ -218,7 +218,6 @@ class PostureProblem(Problem[evaluate.PostureResult]):
         return float(found[0]), found[1:]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        """See Problem; compiled once for each power of two that B rounds up to."""
         count, (rows,) = self.filled(X, each=len(self.x) * STATION)
         angles = rows.reshape(-1, len(self.x), 2)
         if count == 0:

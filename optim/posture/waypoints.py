@@ -20,7 +20,7 @@ from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.problem import COUNT, as_floats, require_scalar
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Float, Int
 
     from stickslip.optim.posture.problem import PostureProblem
 
@@ -292,9 +292,9 @@ def step_of(angles: Float[np.ndarray, "n"]) -> float:
 
 def windows_of(
     angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]
-) -> Float[np.ndarray, "k"]:
+) -> Int[np.ndarray, "k"]:
     """Grid steps that a leg may move in each step of the drive; limits: the longest [rad]."""
     most = len(angles) - 1
     if most == 0:
-        return np.zeros(limits.shape)
-    return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most)
+        return np.zeros(limits.shape, int)
+    return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most).astype(int)

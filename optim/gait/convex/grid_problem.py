@@ -71,16 +71,15 @@ class Sample:
 
 @dataclass(frozen=True)
 class Numbers(Sample):
-    """A program's scaled numbers, its sample at the nodes. relaxed: whether a row may be exceeded
-    by r [rows]; a weight for each term, none where r is minimised; the longest time. changes: most,
-    left, right of |T' - T| + left b + right b' <= most in each cell, with a torque that is the same
-    on both sides of an exchange; changes_relaxed: whether r may exceed that."""
+    """A program's scaled numbers, its sample at the nodes. relaxed: the limit that r may exceed; a
+    weight for each term, none where r is minimised; the longest time. changes: most, left, right of
+    |T' - T| + left b + right b' <= most in each cell, with a torque that is the same on both sides
+    of an exchange; MOTOR relaxes them, too."""
 
-    relaxed: np.ndarray
+    relaxed: str
     weights: dict[str, float]
     longest: float | None
     changes: tuple[np.ndarray, ...]
-    changes_relaxed: bool
 
 
 class Duals(NamedTuple):
@@ -120,9 +119,9 @@ class Program:
         gained = cp.multiply(self._h, (self._left + self._right) @ self._a)
         self._motion = (self._right - self._left) @ self._b - gained == 0
         self._rows: list[cp.Constraint] = []
-        for A, B, C, relaxed in zip(given.A, given.B, given.C, given.relaxed, strict=True):
+        for A, B, C, name in zip(given.A, given.B, given.C, on.rows.names, strict=True):
             taken = cp.multiply(A, self._a) + cp.multiply(B, self._b)
-            self._rows.append(taken <= (C + self._r if relaxed else C))
+            self._rows.append(taken <= (C + self._r if name == given.relaxed else C))
         self._constraints: list[cp.Constraint] = [self._motion, *self._rows]
         starts = (K + 1) * np.arange(n)
         joined = slice(None if on.periodic else -1)
@@ -144,14 +143,15 @@ class Program:
     def _changes(self, torque: cp.Expression) -> list[cp.Constraint]:
         """The torque changes little in a cell, and not at all at an exchange."""
         most, on_left, on_right = (part.ravel() for part in self._given.changes)
-        more = self._r if self._given.changes_relaxed else 0.0
+        relaxed = self._given.relaxed == MOTOR
+        more = self._r if relaxed else 0.0
         left, right = self._left @ self._b, self._right @ self._b
         taken = cp.multiply(on_left, left) + cp.multiply(on_right, right)
         change = cp.abs((self._right - self._left) @ torque)
         found = [change + taken <= most + more * (self._h / np.max(self._h))]
         if len(self._ends):
             jump = torque[self._begins] - torque[self._ends]
-            found.append(cp.abs(jump) <= more if self._given.changes_relaxed else jump == 0)
+            found.append(cp.abs(jump) <= more if relaxed else jump == 0)
         return found
 
     def _goal(self) -> cp.Expression:
@@ -389,11 +389,10 @@ class GridProblem:
         scaled: dict[str, Any] = vars(sample) | {"C": C}
         return Numbers(
             **scaled,
-            relaxed=names == relaxed,
+            relaxed=relaxed,
             weights=weights,
             longest=None if self.longest is None else self.longest * self.units.rate,
             changes=self._change_tangents(),
-            changes_relaxed=relaxed == MOTOR,
         )
 
     def gait(self, a: Float[np.ndarray, "n K+1"], first: float) -> Gait:

@@ -145,8 +145,7 @@ def _bend(z: Interval, joint: float) -> Derivatives:
     """The function of shapes.py, with its third derivative."""
     free = z / joint + 0.5
     u = free.clip(0.0, 1.0)
-    past = z - interval(joint) * 0.5
-    past = Interval(np.maximum(past.lo, 0.0), np.maximum(past.hi, 0.0))
+    past = (z - interval(joint) * 0.5).clip(0.0, np.inf)
     value = u.square() * u * (interval(1.0) - u * 0.5) * joint + past
     slope = u.square() * (interval(3.0) - u * 2.0)
     second = u * (interval(1.0) - u) * 6.0 / joint
@@ -186,8 +185,7 @@ def _of_spline(shape: Spline) -> Ground:
 
     def piece(x: Interval, at: np.ndarray) -> Derivatives:
         """Value over the part of x in that piece."""
-        begin, end = edges[at], edges[at + 1]
-        t = Interval(np.clip(x.lo, begin, end), np.clip(x.hi, begin, end)) - origins[at]
+        t = x.clip(edges[at], edges[at + 1]) - origins[at]
         y = dy = d2y = d3y = interval(np.zeros(x.shape))
         for power in powers[::-1]:
             d3y = d3y * t + d2y * 3.0
@@ -277,10 +275,9 @@ class Arc:
         square = m.square() + 1.0
         bends = (f2.square() / square + m * f3) / square.sqrt()
         pieces = _integral(ground, interval(left), interval(right), bends)
-        lo = np.concatenate([[0.0], np.cumsum(pieces.lo)])
-        hi = np.concatenate([[0.0], np.cumsum(pieces.hi)])
-        slack = len(edges) * np.finfo(float).eps * (1 + np.abs(hi))
-        return cls(ground, edges, Interval(lo - slack, hi + slack), bends)
+        sums = pieces.map(lambda of: np.concatenate([[0.0], np.cumsum(of)]))
+        slack = len(edges) * np.finfo(float).eps * (1 + np.abs(sums.hi))
+        return cls(ground, edges, Interval(sums.lo - slack, sums.hi + slack), bends)
 
     def at(self, x: Interval) -> Interval:
         """S(x) for narrow x that lie between the ends."""
