@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
 
     from stickslip.optim.posture.criteria import Criterion
-    from stickslip.optim.posture.problem import PostureProblem
+    from stickslip.optim.posture.waypoints import PostureData
 
 SIZES = (40, 128, 1024, 16_384)
 """Stations that go through together; more go through one after another, which bounds the memory."""
@@ -86,7 +86,7 @@ class Posture:
 
 
 @np.errstate(invalid="ignore")
-def slacks(limits: Posture | PostureProblem, at: Station) -> dict[str, list[Any]]:
+def slacks(limits: Posture | PostureData, at: Station) -> dict[str, list[Any]]:
     """What is left of each limit of a station, in its own unit, by name; kept where >= 0.
 
     grip: mu N - |F| - min_grip, as two smooth terms for each wheel. normal: N - min_normal of both
@@ -320,7 +320,7 @@ class PostureResult(Result):
 
 
 def violations(
-    problem: PostureProblem, angles: Float[np.ndarray, "K 2"], at: Station
+    problem: PostureData, angles: Float[np.ndarray, "K 2"], at: Station
 ) -> dict[str, float]:
     """Largest violation of each constraint, 0 where it is met: see
     PostureProblem.residuals. at: the stations [K] at these angles."""
@@ -338,7 +338,7 @@ def violations(
     return {name: np.inf if np.isnan(of) else max(of, 0.0) for name, of in worst.items()}
 
 
-def tolerated(problem: PostureProblem, name: str) -> float:
+def tolerated(problem: PostureData, name: str) -> float:
     """Tolerance of a residual of that name, FEASIBLE in the scale of its constraint."""
     sizes = scales(problem.params) | {"leg_rate": problem.leg_rate}
     return FEASIBLE * float(sizes.get(name, 1.0) or 1.0)
@@ -354,7 +354,7 @@ ROUNDINGS = 4 * float(np.finfo(float).eps)
 """Rounding error relative to the vehicle's weight."""
 
 
-def natural(problem: PostureProblem) -> float:
+def natural(problem: PostureData) -> float:
     """Natural scale from the vehicle's weight, in the criterion's unit."""
     weight, length = float(problem.params.weight), float(problem.x[-1] - problem.x[0])
     torque = weight * float(problem.params.wheel_radius)
@@ -362,7 +362,7 @@ def natural(problem: PostureProblem) -> float:
     return of.get(problem.criterion.unit, 1.0)
 
 
-def below(problem: PostureProblem, value: float) -> float:
+def below(problem: PostureData, value: float) -> float:
     """A number that the exact value of a drive is not below, where `value` was computed."""
     absolute = ROUNDINGS * natural(problem)
     if problem.criterion.unit == "N^2 m":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,16 +11,16 @@ import jax
 import numpy as np
 
 from stickslip.dynamics.checks import require_integer, require_known, require_memory
-from stickslip.dynamics.pytrees import Numeric, bound_program, read_only, refuse_after_fork, settle
-from stickslip.dynamics.ugv import Odometer, PoseSolver, Track, UGVParams
+from stickslip.dynamics.pytrees import bound_program, read_only, refuse_after_fork, settle
+from stickslip.dynamics.ugv import Odometer, Track, UGVParams
 from stickslip.optim.posture import METHODS as IN_WORDS
 from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Criterion, Station, criterion_by_name
 from stickslip.optim.posture.waypoints import (
     STATION,
+    PostureData,
     check_problem,
     longest_wheelbase,
-    nearer_between,
     waypoints_along,
 )
 from stickslip.optim.problem import Evaluation, Method, Problem, Structure, padded, solve
@@ -45,7 +45,7 @@ METHODS = {
 
 
 @dataclass(frozen=True)
-class PostureProblem(Problem[evaluate.PostureResult]):
+class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
     """Leg angles at each waypoint that are best by a criterion, under constraints.
 
     params, track: the vehicle and the ground. x: where the front wheel is at each waypoint [K]
@@ -67,22 +67,6 @@ class PostureProblem(Problem[evaluate.PostureResult]):
     legs' range and the given ends are `bounds`; all else is in `constraints`, satisfied where
     >= 0. Neglected: dynamics; forces and poses between waypoints; leg torques have no limit.
     """
-
-    params: UGVParams
-    track: Track
-    x: Float[np.ndarray, "K"]
-    criterion: Any = "wheel_energy"
-    friction: Numeric = 0.8
-    leg_rate: float | None = 1.0
-    min_normal: float = 0.0
-    min_grip: float = 0.0
-    min_clearance: float = 0.02
-    max_torque: float | None = None
-    start_angles: Float[np.ndarray, "2"] | None = None
-    end_angles: Float[np.ndarray, "2"] | None = None
-    solver: PoseSolver = field(default=PoseSolver())
-    free_split: bool = False
-    apart_between: bool = True
 
     def __post_init__(self):
         settle(self, criterion=criterion_by_name(self.criterion))
@@ -120,29 +104,6 @@ class PostureProblem(Problem[evaluate.PostureResult]):
     def structure(self) -> frozenset[Structure]:
         """Stations are smooth functions of their own pairs."""
         return frozenset({Structure.SMOOTH})
-
-    @property
-    def n(self) -> int:
-        """Length of the decision vector, 2K."""
-        return 2 * len(self.x)
-
-    def given_at(self, k: int) -> Float[np.ndarray, "2"] | None:
-        """The pair of angles that is given at waypoint k [rad]; None where it is to be chosen."""
-        return {0: self.start_angles, len(self.x) - 1: self.end_angles}.get(k)
-
-    @cached_property
-    def longest_moves(self) -> Float[np.ndarray, "K-1"]:
-        """The longest move of a leg in each step [rad]; infinite without a leg_rate."""
-        rate = np.inf if self.leg_rate is None else float(self.leg_rate)
-        return rate * np.diff(self.x)
-
-    @cached_property
-    def min_wheel_clearance(self) -> float:
-        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
-        apart between waypoints, too, the legs turning evenly. 0 where that is not asked for."""
-        if self.leg_rate is None or not self.apart_between:
-            return 0.0
-        return nearer_between(self.params, float(np.max(self.longest_moves)))
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:  # type: ignore[override]

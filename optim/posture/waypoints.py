@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import jax
@@ -14,15 +16,13 @@ from stickslip.dynamics.checks import (
     require_number,
     shown,
 )
-from stickslip.dynamics.pytrees import read_only, run_once
+from stickslip.dynamics.pytrees import Numeric, read_only, run_once
 from stickslip.dynamics.ugv import PoseSolver, UGVParams
 from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.problem import COUNT, as_floats, require_scalar
 
 if TYPE_CHECKING:
     from jaxtyping import Float, Int
-
-    from stickslip.optim.posture.problem import PostureProblem
 
 
 STATION = 1_000
@@ -35,6 +35,50 @@ CONVEX = 150_000
 """Bytes of a waypoint in scp's convex program."""
 
 _slope = run_once(Track.slope)
+
+
+@dataclass(frozen=True)
+class PostureData:
+    """The fields of PostureProblem; see there."""
+
+    params: UGVParams
+    track: Track
+    x: Float[np.ndarray, "K"]
+    criterion: Any = "wheel_energy"
+    friction: Numeric = 0.8
+    leg_rate: float | None = 1.0
+    min_normal: float = 0.0
+    min_grip: float = 0.0
+    min_clearance: float = 0.02
+    max_torque: float | None = None
+    start_angles: Float[np.ndarray, "2"] | None = None
+    end_angles: Float[np.ndarray, "2"] | None = None
+    solver: PoseSolver = field(default=PoseSolver())
+    free_split: bool = False
+    apart_between: bool = True
+
+    @property
+    def n(self) -> int:
+        """Length of the decision vector, 2K."""
+        return 2 * len(self.x)
+
+    def given_at(self, k: int) -> Float[np.ndarray, "2"] | None:
+        """The pair of angles that is given at waypoint k [rad]; None where it is to be chosen."""
+        return {0: self.start_angles, len(self.x) - 1: self.end_angles}.get(k)
+
+    @cached_property
+    def longest_moves(self) -> Float[np.ndarray, "K-1"]:
+        """The longest move of a leg in each step [rad]; infinite without a leg_rate."""
+        rate = np.inf if self.leg_rate is None else float(self.leg_rate)
+        return rate * np.diff(self.x)
+
+    @cached_property
+    def min_wheel_clearance(self) -> float:
+        """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
+        apart between waypoints, too, the legs turning evenly. 0 where that is not asked for."""
+        if self.leg_rate is None or not self.apart_between:
+            return 0.0
+        return nearer_between(self.params, float(np.max(self.longest_moves)))
 
 
 def waypoints_along(
@@ -84,7 +128,7 @@ def slopes_at(track: Track, x: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]
         return np.asarray(_slope(track.astype(np.float64), x))
 
 
-def check_problem(problem: PostureProblem) -> dict[str, Any]:
+def check_problem(problem: PostureData) -> dict[str, Any]:
     """The fields as arrays, or ValueError naming the field, the value and what is accepted."""
     require_kind("params", problem.params, UGVParams, "a UGVParams")
     require_kind("solver", problem.solver, PoseSolver, "a PoseSolver")
@@ -189,7 +233,7 @@ def nearer_between(params: UGVParams, turn: float) -> float:
     return ALLOWED * float(np.max(grown, initial=0.0))
 
 
-def require_grid(problem: PostureProblem, rear: int, front: int, chunk: int) -> None:
+def require_grid(problem: PostureData, rear: int, front: int, chunk: int) -> None:
     """Refuse a grid whose stations do not fit, or not while a chunk of them is evaluated: more go
     through one chunk after another, also those of one waypoint."""
     K, each = len(problem.x), float(min(rear, 10**150)) * min(front, 10**150)
@@ -208,7 +252,7 @@ ROUNDING = 1e-9
 
 
 def grid_angles(
-    problem: PostureProblem, angles: Any, least: Any, chunk: int
+    problem: PostureData, angles: Any, least: Any, chunk: int
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
     """The angles of each leg on a grid [rad]: see `build_grid`; ValueError for bad counts, or more
     stations than fit, evaluated so many at a time."""
@@ -229,7 +273,7 @@ def grid_angles(
 
 
 def fitting_grid(
-    problem: PostureProblem, least: int = LEAST
+    problem: PostureData, least: int = LEAST
 ) -> tuple[Float[np.ndarray, "R"], Float[np.ndarray, "F"]]:
     """Evenly spaced angles of the rear and of the front leg [rad], at least so many each.
 
@@ -246,7 +290,7 @@ def fitting_grid(
     return rear, front
 
 
-def _of_leg(problem: PostureProblem, ends: list[float], least: int) -> np.ndarray:
+def _of_leg(problem: PostureData, ends: list[float], least: int) -> np.ndarray:
     """One leg's angles; ends: its angles where the first or the last pair is given."""
     low, high = float(problem.params.leg_angle_min), float(problem.params.leg_angle_max)
     if low == high:

@@ -28,7 +28,7 @@ from stickslip.optim.posture.bounds.vehicle import (
     wheel_at,
     wheelbase_squared,
 )
-from stickslip.optim.posture.waypoints import longest_wheelbase
+from stickslip.optim.posture.waypoints import PostureData, longest_wheelbase
 from stickslip.optim.problem import FEASIBLE
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def halved(axis: Axis) -> Axis:
     return np.sort(np.concatenate([axis, axis[:-1] + np.diff(axis) / 2]))
 
 
-def first_axis(problem: PostureProblem, leg: int, cells: int) -> Axis:
+def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     """About so many cells of a leg over its range, a whole part of what the rate allows."""
     low = float(problem.params.leg_angle_min) - FEASIBLE
     high = float(problem.params.leg_angle_max) + FEASIBLE
@@ -79,7 +79,7 @@ def first_axis(problem: PostureProblem, leg: int, cells: int) -> Axis:
     return np.concatenate([[low], inner, [high]])
 
 
-def shapes(problem: PostureProblem, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
+def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
     """Shape of the allowed moves of each pair of cells, before and after a step: NONE are, all
     of the SQUARE, or the triangle without the longest move AHEAD, or BACK."""
     limit = float(problem.longest_moves[step]) * (1 + FEASIBLE)  # of a feasible drive
