@@ -70,7 +70,7 @@ class PostureData:
     def longest_moves(self) -> Float[np.ndarray, "K-1"]:
         """The longest move of a leg in each step [rad]; infinite without a leg_rate."""
         rate = np.inf if self.leg_rate is None else float(self.leg_rate)
-        return rate * np.diff(self.x)
+        return read_only(rate * np.diff(self.x))
 
     @cached_property
     def min_wheel_clearance(self) -> float:
