@@ -340,7 +340,7 @@ def refuse_after_fork() -> None:
 def float64_program(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that computes in double precision always, and returns NumPy arrays."""
     program = jax.jit(function)
-    return wraps(function)(lambda *given: jax.tree.map(np.asarray, _run(program, *given)))
+    return wraps(function)(lambda *given: jax.tree.map(np.asarray, in_float64(program, *given)))
 
 
 def bound_program(function: Callable[..., Any], *trees: Any) -> Callable[..., Any]:
@@ -351,10 +351,11 @@ def bound_program(function: Callable[..., Any], *trees: Any) -> Callable[..., An
     """
     with jax.enable_x64(True):
         leaves, structure = jax.tree.flatten(jax.device_put(trees))
-    return partial(_run, _program_of(function, structure), tuple(leaves))
+    return partial(in_float64, _program_of(function, structure), tuple(leaves))
 
 
-def _run(program: Callable[..., Any], *arguments: Any) -> Any:
+def in_float64(program: Callable[..., Any], *arguments: Any) -> Any:
+    """program(*arguments) in double precision; RuntimeError in a fork."""
     refuse_after_fork()
     with jax.enable_x64(True):
         return program(*arguments)

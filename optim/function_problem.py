@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from stickslip.dynamics.checks import shown
-from stickslip.dynamics.pytrees import read_only, refuse_after_fork, settle
+from stickslip.dynamics.pytrees import in_float64, read_only, settle
 from stickslip.optim.problem import Evaluation, Problem, Result, Structure, as_floats
 
 if TYPE_CHECKING:
@@ -91,24 +91,21 @@ class FunctionProblem(Problem[Result]):
     @cached_property
     def sizes(self) -> tuple[int, int]:
         """Numbers of values and margins, found without computing any."""
-        refuse_after_fork()
         x = jax.ShapeDtypeStruct((self.n,), np.float64)
         draw = jax.ShapeDtypeStruct((), np.uint32)
-        with jax.enable_x64(True):
-            try:
-                values, margins = _at.eval_shape(self.function, self.data, x, draw)
-            except jax.errors.JAXTypeError as error:
-                why = str(error).split("\n", 1)[0]
-                raise ValueError(
-                    "function asks what a number is while it is traced, as `if x[0] > 0`, float(x) "
-                    f"and NumPy do (jnp.where, jnp.sin do not): {why}; accepted: {ACCEPTED}"
-                ) from error
+        try:
+            values, margins = in_float64(_at.eval_shape, self.function, self.data, x, draw)
+        except jax.errors.JAXTypeError as error:
+            why = str(error).split("\n", 1)[0]
+            raise ValueError(
+                "function asks what a number is while it is traced, as `if x[0] > 0`, float(x) "
+                f"and NumPy do (jnp.where, jnp.sin do not): {why}; accepted: {ACCEPTED}"
+            ) from error
         return values.shape[0], margins.shape[0]
 
     def at(self, x: Vector) -> tuple[np.ndarray, np.ndarray]:
         """All values [k] and margins [m] of a point."""
-        values, margins = self._call(_at, self.point(x), np.uint32(self.draw))
-        return _sound(values, margins)
+        return _sound(*self._call(_at, self.point(x), np.uint32(self.draw)))
 
     def at_all(self, X: Any, draws: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         """The same of a batch, [B, k] and [B, m]; compiled once for each power of two that B
@@ -132,30 +129,26 @@ class FunctionProblem(Problem[Result]):
         return values[:, self.goal], margins
 
     def gradient(self, x: Vector) -> Float[np.ndarray, "n"]:
-        self._require_slopes()
+        if Structure.SMOOTH not in self.kind:
+            return super().gradient(x)
         at, draw = self.point(x), np.uint32(self.draw)
         return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
-        """See Problem; by forward differentiation."""
-        self._require_slopes()
-        return _finite(self._call(_jacobian, self.point(x), np.uint32(self.draw)))
-
-    def _require_slopes(self) -> None:
         if Structure.SMOOTH not in self.kind:
-            raise NotImplementedError("this problem has no slopes")
+            return super().jacobian(x)
+        return _finite(self._call(_jacobian, self.point(x), np.uint32(self.draw)))
 
     def _call(
         self, program: Callable[..., Any], *given: object, static: tuple[int, ...] = ()
     ) -> Any:
-        refuse_after_fork()
-        with jax.enable_x64(True):
-            return jax.tree.map(np.asarray, program(self.function, *static, self._data, *given))
+        found = in_float64(program, self.function, *static, self._data, *given)
+        return jax.tree.map(np.asarray, found)
 
     @cached_property
     def _data(self) -> PyTree:
         """Data on the device: transferring arrays takes longer than many evaluations."""
-        return jax.device_put(self.data)
+        return in_float64(jax.device_put, self.data)
 
 
 def _kept(leaf: Any) -> Any:

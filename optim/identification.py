@@ -22,6 +22,7 @@ from stickslip.dynamics.names import UNKNOWNS
 from stickslip.dynamics.pytrees import read_only, settle
 from stickslip.dynamics.scene import Uniform
 from stickslip.optim.columns import TIME, TORQUE, ColumnSpec, read_columns
+from stickslip.optim.problem import padded
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -208,9 +209,9 @@ class _Search:
         means = np.broadcast_to(self.means if means is None else means, (len(points), 5))
         size, parts = 1 if history else MEMBERS, []
         for first in range(0, len(points), size):  # of one size: one program
-            rows = np.minimum(np.arange(first, first + size), len(points) - 1)
-            begun = (*self.began, means[rows], self.spread)
-            given = Uniform(*np.exp(points[rows].T)), begun, Noise(self.noise, disturbance)
+            begun = (*self.began, padded(means, size, first), self.spread)
+            floor = Uniform(*np.exp(padded(points, size, first).T))
+            given = floor, begun, Noise(self.noise, disturbance)
             parts.append(_bank(*self.static, history, self.robot, self.log, *given))
         return jax.tree.map(lambda *leaves: np.concatenate(leaves)[: len(points)], *parts)
 

@@ -39,7 +39,6 @@ class Interval:
     lo: Array
     hi: Array
 
-    __array_priority__ = 1000
     __array_ufunc__ = None
 
     @property
@@ -160,7 +159,7 @@ class Interval:
             np.where(top, 1.0, np.minimum(np.maximum(low.hi, high.hi), 1.0)),
         )
 
-    def clip(self, low: float, high: float) -> Interval:
+    def clip(self, low: Array | float, high: Array | float) -> Interval:
         return Interval(np.clip(self.lo, low, high), np.clip(self.hi, low, high))
 
 
@@ -220,7 +219,6 @@ class Jet:
     first: Interval
     second: Interval
 
-    __array_priority__ = 1000
     __array_ufunc__ = None
 
     def __neg__(self) -> Jet:

@@ -260,8 +260,7 @@ class Problem(ABC, Generic[R]):
         count = len(X) if np.ndim(X) else 0
         size = count and 1 << (count - 1).bit_length()
         require_memory(f"X of {count} points", "members of a batch", size, each)
-        at = np.minimum(np.arange(size), count - 1)
-        return count, [of[at] for of in (self.batch(X), *others)]
+        return count, [padded(of, size) for of in (self.batch(X), *others)]
 
     def point(self, x: Vector) -> Float[np.ndarray, "n"]:
         """One decision vector, checked alike."""
@@ -325,10 +324,6 @@ class Problem(ABC, Generic[R]):
         return cast("R", found)
 
 
-AnyProblem = Problem[Any]
-"""A problem, whatever its results are."""
-
-
 @dataclass(frozen=True)
 class FreeProblem(Problem[Result]):
     """The same problem without numbers whose bounds are equal, as given ends are (n may be 0).
@@ -387,6 +382,11 @@ class FreeProblem(Problem[Result]):
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
         return self.problem.jacobian(self.expand(x))[:, self.which]
+
+
+def padded(rows: np.ndarray, size: int, begin: int = 0) -> np.ndarray:
+    """So many of them from `begin` on, filled up with the last."""
+    return rows[np.minimum(np.arange(begin, begin + size), len(rows) - 1)]
 
 
 def _of_length(x: np.ndarray, n: int) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import sys
 import time
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from typing import Any, TextIO
 
 EVERY = 10.0
@@ -26,7 +26,7 @@ def _stream(to: TextIO | None) -> TextIO:
     return to or sys.stderr or io.StringIO()
 
 
-class Bar:
+class Bar(AbstractContextManager["Bar"]):
     """Progress bar: `with Bar("dp", 60, "waypoint", shown) as bar: bar.advance()`.
 
     total: None where the number of steps is not known. at: how many of them are done already. to:
@@ -100,9 +100,6 @@ class Bar:
             return line
         left = max(self._total - self._at, 0) / rate
         return f"{line}, about {int(left) // 60}:{int(left) % 60:02d} to go"
-
-    def __enter__(self) -> Bar:
-        return self
 
     def __exit__(self, *error: object) -> None:
         self.close()

@@ -195,10 +195,8 @@ class Gait:
     @property
     def spent_on_grid(self) -> dict[str, float]:
         """The same terms as the program adds them up."""
-        return {
-            name: float(value)
-            for name, value in terms_on_grid(self.grid, self.b, self.torque).items()
-        }
+        terms = terms_on_grid(self.grid, self.b, self.torque)
+        return {name: float(value) for name, value in terms.items()}
 
     @cached_property
     def times(self) -> Float[np.ndarray, "n K"]:

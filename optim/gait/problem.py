@@ -220,7 +220,6 @@ class GaitProblem(Problem[GaitResult]):
         return float(value), margins
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        """See Problem; compiled once for each power of two that B rounds up to."""
         count, (rows,) = self.filled(X, each=MEMBER * self.n)
         values, margins = self.on_grid.of_point["all"](rows)
         return values[:count], margins[:count]
@@ -258,7 +257,7 @@ def in_cvxpy(at: GridProblem) -> tuple[cp.Problem, Callable[[], Float[np.ndarray
     """The program, and a function that reads its point. ValueError for "friction"."""
     if at.goal.is_friction:
         raise ValueError('objective = "friction" is no convex program; accepted: another')
-    program = Program(at.numbers())
+    program = Program(at, at.numbers())
 
     def found() -> Float[np.ndarray, "n"]:
         gait = at.gait_of(*program.read())

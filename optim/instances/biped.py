@@ -1,8 +1,4 @@
-"""The biped's instances: gaits, torques through the simulator, feedback gains, and designs.
-
-Functions here build problems in double precision: call them inside `jax.enable_x64(True)`, as
-`Instance.problems` does.
-"""
+"""The biped's instances: gaits, torques through the simulator, feedback gains, and designs."""
 
 from __future__ import annotations
 
@@ -24,7 +20,7 @@ from stickslip.dynamics.scene import Scene
 from stickslip.dynamics.status import Status
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.gait.problem import GaitProblem, in_cvxpy
-from stickslip.optim.instances.seeded import drawn
+from stickslip.optim.instances.instance import drawn
 from stickslip.optim.problem import FEASIBLE, FreeProblem
 
 if TYPE_CHECKING:

@@ -86,10 +86,7 @@ def as_pymoo(objective: Objective) -> External:
 
 
 def as_cma(objective: Objective, seed: int = 1) -> dict[str, External]:
-    """Arguments of cma.fmin2, in a box of sides 1.
-
-    The draws are of `seed` alone, 0 too, which cma by itself takes for the time of day; NumPy's
-    global state stays as it is."""
+    """Arguments of cma.fmin2, in a box of sides 1, with `own_draws` of the seed."""
     seed = require_integer("seed", seed, low=0, high=2**64)
     return {
         "objective_function": _in_unit_box(objective),

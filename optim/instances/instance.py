@@ -14,6 +14,7 @@ from functools import cache, cached_property, lru_cache, partial
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 import jax
 import numpy as np
@@ -26,7 +27,7 @@ from stickslip.optim.instances.objective import Objective
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import AnyProblem, Vector
+    from stickslip.optim.problem import Problem, Vector
 
 FAMILIES = {
     "posture": "leg angles of the UGV",
@@ -97,7 +98,7 @@ class Instance:
 
     id: family, machine, scene, criterion, size and version; a definition never changes under its
     id. what: it in a sentence. goals: name and unit of each value. n: its free numbers. build:
-    makes its problems, one for each goal.
+    makes its problems, one for each goal, inside `jax.enable_x64(True)`.
     """
 
     id: str
@@ -105,21 +106,21 @@ class Instance:
     what: str
     goals: tuple[str, ...]
     n: int
-    build: Callable[..., tuple[AnyProblem, ...]]
+    build: Callable[..., tuple[Problem[Any], ...]]
     flags: Flags = Flags()
 
     def __getstate__(self) -> dict[str, Any]:
         return given_state(self)
 
     @cached_property
-    def problems(self) -> tuple[AnyProblem, ...]:
+    def problems(self) -> tuple[Problem[Any], ...]:
         """One for each goal, of one decision vector under the same constraints."""
         refuse_after_fork()
         with jax.enable_x64(True):
             return self.build()
 
     @property
-    def problem(self) -> AnyProblem:
+    def problem(self) -> Problem[Any]:
         return self.problems[0]
 
     def value(self, x: Vector) -> tuple[Float[np.ndarray, "k"], bool]:
@@ -203,6 +204,21 @@ def _seeded(name: str, seed: int) -> Instance:
     return replace(one, id=f"{name}-s{seed}", build=partial(one.build, seed=seed))
 
 
+def drawn(seed: int | None, *, spread: float = 0.15, **usual: Any) -> dict[str, Any]:
+    """The usual numbers or arrays, each element times a factor of its own, log-uniform from
+    1 / (1 + spread) to 1 + spread; without a seed as they are.
+
+    A name's factors depend on the seed and that name alone, so goals of one instance share them.
+    """
+    if seed is None:
+        return usual
+    found = dict(usual)
+    for name, value in usual.items():
+        random = np.random.default_rng([seed, crc32(name.encode())])
+        found[name] = value * (1 + spread) ** random.uniform(-1, 1, np.shape(value))
+    return found
+
+
 @cache
 def _all() -> dict[str, Instance]:
     """The instances of the file SUITE."""
@@ -214,7 +230,7 @@ def _all() -> dict[str, Instance]:
     return found
 
 
-def _built(build: list[dict[str, Any]], seed: int | None = None) -> tuple[AnyProblem, ...]:
+def _built(build: list[dict[str, Any]], seed: int | None = None) -> tuple[Problem[Any], ...]:
     """build: each goal's problem, as module.function of this folder, and its arguments."""
     given = (one | {"seed": seed} for one in build)
     return tuple(resolve_name(f"stickslip.optim.instances.{o.pop('make')}")(**o) for o in given)

@@ -20,7 +20,7 @@ from stickslip.optim.problem import FEASIBLE, Structure, require_scalar, shortfa
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import AnyProblem, FreeProblem
+    from stickslip.optim.problem import FreeProblem, Problem
 
 PENALTY = 1e3
 """Penalty of a violated scaled constraint, in the objective's unit."""
@@ -144,7 +144,7 @@ class Objective:
     process refuses to evaluate.
     """
 
-    problems: tuple[AnyProblem, ...]
+    problems: tuple[Problem[Any], ...]
     budget: int | None = None
     seconds: float | None = None
     seed: int = 0

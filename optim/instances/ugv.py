@@ -1,8 +1,4 @@
-"""The UGV's instances: leg angles and torque splits over tracks, and designs of the vehicle.
-
-Functions here build problems in double precision: call them inside `jax.enable_x64(True)`, as
-`Instance.problems` does.
-"""
+"""The UGV's instances: leg angles and torque splits over tracks, and designs of the vehicle."""
 
 from __future__ import annotations
 
@@ -17,7 +13,7 @@ import numpy as np
 from stickslip.dynamics.ugv import Track, UGVParams, equilibrium
 from stickslip.dynamics.ugv.statics import split_family
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.instances.seeded import drawn
+from stickslip.optim.instances.instance import drawn
 from stickslip.optim.posture.evaluate import Posture, finite_cost
 from stickslip.optim.posture.problem import PostureProblem
 from stickslip.optim.problem import Structure

@@ -334,11 +334,6 @@ def station_cost(criterion: Criterion, a: Station) -> Float[Array, "..."]:
     return largest(criterion.terms(a), -1)
 
 
-def pointwise_cost(criterion: Criterion, a: Station, before: Station) -> Float[Array, "..."]:
-    """Cost of a station judged alone: its own, or `pointwise` where the criterion is a sum."""
-    return criterion.pointwise(a, before) if criterion.pointwise else station_cost(criterion, a)
-
-
 def drive_cost(
     criterion: Criterion, stations: Station, count: Numeric | None = None
 ) -> Float[Array, "..."]:

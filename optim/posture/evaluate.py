@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, reduce
+from functools import reduce
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
@@ -22,7 +22,7 @@ from stickslip.dynamics.pytrees import Numeric, bound_program, float64_program, 
 from stickslip.dynamics.ugv import Odometer, PoseSolver, UGVParams
 from stickslip.dynamics.ugv.poses import over_poses
 from stickslip.optim.posture.criteria import Station, drive_cost, station, torque_left
-from stickslip.optim.problem import FEASIBLE, Result
+from stickslip.optim.problem import FEASIBLE, Result, padded
 
 if TYPE_CHECKING:
     from jaxtyping import Array, Bool, Float, Int
@@ -140,19 +140,12 @@ def _rows(posture: Posture, angles: Float[Array, "K 2"]) -> Float[Array, "rows K
     return posture.stations(angles).rows
 
 
-class _Call(NamedTuple):
-    """A call for stations. begin: in the row; rows, sloped: programs that take angles [size, 2]."""
-
-    begin: int
-    size: int
-    rows: Callable[[np.ndarray], jax.Array]
-    sloped: Callable[[np.ndarray], Sloped]
-
-
 class Waypoints(NamedTuple):
-    """Shared data of one row of `length` stations, on the device."""
+    """Shared data of one row of `length` stations, on the device. calls: for each `size` of them
+    the programs of `rows` and of `sloped`, which take angles [size, 2]."""
 
-    calls: tuple[_Call, ...]
+    calls: tuple[tuple[Callable[[np.ndarray], jax.Array], Callable[[np.ndarray], Sloped]], ...]
+    size: int
     length: int
 
     @classmethod
@@ -165,20 +158,20 @@ class Waypoints(NamedTuple):
             # From the front contact, within which all ground lies that matters.
             of = posture.params
             reach = float(of.body_length) + 2 * float(of.leg_length + of.wheel_radius)
-            each = _calls(len(x))
-            places = [padded(x, size, begin) for begin, size in each]
-            longest = max((np.ptp(at) for at in places), default=0.0)
+            size = _size_of_calls(len(x))
+            begins = range(0, len(x), size)
+            parts = [(padded(x, size, i), padded(friction, size, i)) for i in begins]
+            longest = max((np.ptp(at) for at, _ in parts), default=0.0)
 
-            def part(begin: int, size: int, at: np.ndarray) -> _Call:
+            def programs(at: np.ndarray, mu: np.ndarray) -> tuple[Any, Any]:
                 first = np.min(at) - reach
                 ground = posture.odometer.between(first, first + longest + 2 * reach)
-                own = {"x": at, "friction": padded(friction, size, begin), "odometer": ground}
-                given = replace(shared, **jax.device_put(own))
-                programs = (bound_program(of, given) for of in (_rows, Posture.sloped))
-                return _Call(begin, size, *programs)
+                own = jax.device_put({"x": at, "friction": mu, "odometer": ground})
+                given = replace(shared, **own)
+                return bound_program(_rows, given), bound_program(Posture.sloped, given)
 
-            calls = tuple(part(*call, at) for call, at in zip(each, places, strict=True))
-        return cls(calls, len(x))
+            calls = tuple(programs(*part) for part in parts)
+        return cls(calls, size, len(x))
 
     def rows(self, pairs: Float[np.ndarray, "length 2"]) -> Float[np.ndarray, "rows length"]:
         """The stations at these angles as `Station.rows`, in NumPy."""
@@ -186,12 +179,14 @@ class Waypoints(NamedTuple):
 
     def padded_rows(self, pairs: Float[np.ndarray, "length 2"]) -> Any:
         """`rows` and the stations that fill the calls; of one call as it lies on the device."""
-        parts = [one.rows(padded(pairs, one.size, one.begin)) for one in self.calls]
+        size, calls = self.size, enumerate(self.calls)
+        parts = [rows(padded(pairs, size, i * size)) for i, (rows, _) in calls]
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=-1)
 
     def sloped(self, pairs: Float[np.ndarray, "length 2"]) -> tuple[Station, Station]:
         """Stations and slopes of `Sloped`, in NumPy."""
-        parts = [one.sloped(padded(pairs, one.size, one.begin)) for one in self.calls]
+        size, calls = self.size, enumerate(self.calls)
+        parts = [sloped(padded(pairs, size, i * size)) for i, (_, sloped) in calls]
         return jax.tree.map(lambda *of: np.concatenate(of)[: self.length], *parts)[:2]
 
 
@@ -221,11 +216,6 @@ def met(posture: Posture, at: Station) -> dict[str, Bool[np.ndarray, "..."]]:
     return found | {"pose": np.asarray(at.placed & at.finite)}
 
 
-def padded(rows: np.ndarray, size: int, begin: int = 0) -> np.ndarray:
-    """So many of them from `begin` on, filled up with the last."""
-    return rows[np.minimum(np.arange(begin, begin + size), len(rows) - 1)]
-
-
 def together(drives: int, count: int) -> int:
     """Drives of so many stations that go through in one call, for the least time of all."""
     fitting = [size for size in SIZES if size >= count] or [count]
@@ -233,12 +223,9 @@ def together(drives: int, count: int) -> int:
     return size // count
 
 
-@lru_cache
-def _calls(count: int) -> tuple[tuple[int, int], ...]:
-    """Start and size of each call for so many stations: all of the size that takes least time, so
-    that one program is compiled."""
-    size = min(SIZES, key=lambda size: -(-count // size) * (size + A_CALL))
-    return tuple((begin, size) for begin in range(0, count, size))
+def _size_of_calls(count: int) -> int:
+    """The size of all calls for so many stations that takes least time: one program for all."""
+    return min(SIZES, key=lambda size: -(-count // size) * (size + A_CALL))
 
 
 def finite_cost(

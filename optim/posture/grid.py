@@ -76,17 +76,10 @@ class PostureGrid:
         return text + (f" with the given {' and '.join(ends)}" if ends else "")
 
     @cached_property
-    def limits(self) -> Float[np.ndarray, "steps"]:
-        """The longest move of a leg in each step [rad]."""
-        rate = self.problem.leg_rate
-        dx = np.diff(self.problem.x)
-        return np.full(dx.shape, np.inf) if rate is None else float(rate) * dx
-
-    @cached_property
     def windows(self) -> Int[np.ndarray, "steps 2"]:
         """Grid steps that the rear and the front leg may move in each step."""
-        most = [windows_of(angles, self.limits) for angles in (self.rear, self.front)]
-        return np.stack(most, -1).astype(int)
+        limits = self.problem.longest_moves
+        return np.stack([windows_of(angles, limits) for angles in (self.rear, self.front)], -1)
 
     @property
     def stuck(self) -> str:
@@ -96,9 +89,10 @@ class PostureGrid:
         if not np.any(none):
             return ""
         gap = min(step_of(of) for of in (self.rear, self.front) if len(of) > 1)
+        longest = np.min(self.problem.longest_moves[none])
         return (
             f"In {int(np.sum(none))} of {len(none)} steps no leg can move on the grid: its angles "
-            f"are {gap:.4g} rad apart and leg_rate allows {np.min(self.limits[none]):.4g} rad; "
+            f"are {gap:.4g} rad apart and leg_rate allows {longest:.4g} rad; "
             "more angles or wider spacing of the waypoints would let them."
         )
 
@@ -126,7 +120,8 @@ class PostureGrid:
     def near(self, step: int) -> Bool[np.ndarray, "tails heads"]:
         """Mask of the moves of a step from or to a given pair."""
         a, b = (self.choices(k) for k in (step, step + 1))
-        return np.max(np.abs(b - a[:, None]), -1) <= self.limits[step] * (1 + ROUNDING)
+        longest = self.problem.longest_moves[step] * (1 + ROUNDING)
+        return np.max(np.abs(b - a[:, None]), -1) <= longest
 
     def why_stuck(self, k: int) -> str:
         """Text of why no path reaches waypoint k, where one reaches k - 1."""
@@ -158,10 +153,7 @@ class PostureGrid:
 
     @property
     def _common(self) -> dict[str, Any]:
-        given = (self.problem.start_angles, self.problem.end_angles)
-        each = self.shape[0] * self.shape[1]
-        fixed = sum(pair is not None for pair in given)
-        count = each * (len(self.layers) - fixed) + fixed
+        count = sum(len(self.choices(k)) for k in range(len(self.layers)))
         return {"method": self.method, "began": self.began, "evaluations": count}
 
     def without_path(self, k: int, progress: bool) -> PostureResult:
@@ -240,7 +232,14 @@ def solve_grid(
     return grid.result(nodes, "chosen point by point, leg_rate not looked at", grid_bound=known)
 
 
-_pointwise = float64_program(criteria.pointwise_cost)
+@float64_program
+def _pointwise(
+    criterion: criteria.Criterion, a: criteria.Station, before: criteria.Station
+) -> Float[Array, "..."]:
+    """Cost of a station judged alone: its own, or `pointwise` where the criterion is a sum."""
+    if criterion.pointwise is None:
+        return criteria.station_cost(criterion, a)
+    return criterion.pointwise(a, before)
 
 
 def solve_dp(

@@ -19,7 +19,7 @@ from stickslip.optim.posture import evaluate
 from stickslip.optim.posture.criteria import Station
 from stickslip.optim.posture.evaluate import Posture, tolerated
 from stickslip.optim.posture.waypoints import ROUNDING, slopes_at
-from stickslip.optim.problem import FEASIBLE
+from stickslip.optim.problem import FEASIBLE, padded
 from stickslip.optim.progress import Bar
 
 if TYPE_CHECKING:
@@ -77,8 +77,8 @@ class Layers(Sequence[Layer]):
         return self._blocks[block].result()[row]
 
     def _block(self, block: int) -> list[Layer]:
-        at = np.arange(block * self._rows, (block + 1) * self._rows)
-        return _evaluate(self._problem, np.minimum(at, len(self) - 1), self._pairs)
+        at = padded(np.arange(len(self)), self._rows, block * self._rows)
+        return _evaluate(self._problem, at, self._pairs)
 
 
 def _evaluate(
@@ -166,7 +166,7 @@ def _back(grid: Any, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
     for k in range(len(totals) - 1, 0, -1):
         here, there = (grid.choices(j) for j in (k, k - 1))
         move = np.max(np.abs(there - here[nodes[-1] if len(here) > 1 else 0]), axis=1)
-        near = move <= grid.limits[k - 1] * (1 + ROUNDING)
+        near = move <= grid.problem.longest_moves[k - 1] * (1 + ROUNDING)
         least = np.min(totals[k - 1], where=near, initial=np.inf)
         best = near & (totals[k - 1] <= least)
         nodes.append(int(np.argmin(np.where(best, move, np.inf))))
@@ -175,9 +175,7 @@ def _back(grid: Any, totals: list[Float[np.ndarray, "N"]]) -> list[int]:
 
 def _misses(problem: PostureProblem, angles: np.ndarray) -> dict[str, tuple[float, float]]:
     """Worst violation of each of a drive's limits, in its unit, and place [m]; largest first."""
-    margins, _ = _scaled(
-        problem.limits, jax.tree.map(np.asarray, problem.stations(angles.reshape(-1)))
-    )
+    margins, _ = _scaled(problem.limits, problem.stations(angles.reshape(-1)))
     worst = {name: int(np.argmin(of)) for name, of in margins.items()}
     return {
         name: (-by * tolerated(problem, name) / FEASIBLE, float(problem.x[worst[name]]))

@@ -23,7 +23,7 @@ from stickslip.optim.posture.waypoints import (
     longest_wheelbase,
     waypoints_along,
 )
-from stickslip.optim.problem import Evaluation, Method, Problem, Structure, solve
+from stickslip.optim.problem import Evaluation, Method, Problem, Structure, padded, solve
 
 if TYPE_CHECKING:
     from jaxtyping import Float
@@ -162,7 +162,6 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         return one, all_
 
     def evaluate(self, x: Vector) -> Evaluation:
-        """See Problem: the stations are computed once."""
         angles = self.angles(x)
         rows = self.waypoints.padded_rows(angles)
         value, margins = self._value_and_margins(rows, angles)
@@ -180,7 +179,6 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         return float(found[0]), found[1:]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
-        """See Problem; compiled once for each power of two that B rounds up to."""
         count, (rows,) = self.filled(X, each=len(self.x) * STATION)
         angles = rows.reshape(-1, len(self.x), 2)
         if count == 0:
@@ -210,7 +208,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
             block = found[groups[name]].reshape(K, slope.shape[1], K, 2)
             block[np.arange(K), :, np.arange(K)] = slope
         if self.leg_rate is not None:
-            share = np.diff(np.eye(K), axis=0) / (self.leg_rate * np.diff(self.x))[:, None]
+            share = np.diff(np.eye(K), axis=0) / self.longest_moves[:, None]
             of_legs = np.kron(share, np.eye(2)).reshape(K - 1, 2, self.n)
             found[groups["leg_rate"]] = np.hstack([-of_legs, of_legs]).reshape(-1, self.n)
         return found
@@ -291,7 +289,7 @@ def evaluate_finer(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> dict[s
     angles, count = fine.angles(x), len(fine.x)
     size = max(LEAST_PAD, 1 << (count - 1).bit_length())
     at = evaluate.stations(fine.posture, angles)
-    whole = at.map(lambda of: evaluate.padded(of, size))
+    whole = at.map(lambda of: padded(of, size))
     residuals = evaluate.violations(fine, angles, at)
     return {
         "fine_value": float(evaluate.value(fine.posture.criterion, whole, np.int32(count))),

@@ -96,9 +96,7 @@ def within_rates(problem: PostureProblem, x: Float[np.ndarray, "n"]) -> np.ndarr
     """x, or a point near it within the bounds and the leg rates; None if there is none."""
     angles = problem.angles(x).copy()
     low, high = (side.reshape(-1, 2).copy() for side in problem.bounds)
-    most = np.full(len(low) - 1, np.inf)
-    if problem.leg_rate is not None:
-        most = problem.leg_rate * np.diff(problem.x) * (1 + 1e-9)
+    most = problem.longest_moves * (1 + 1e-9)
     for k, move in reversed(list(enumerate(most))):  # from where the rest can be reached
         low[k] = np.maximum(low[k], low[k + 1] - move)
         high[k] = np.minimum(high[k], high[k + 1] + move)
@@ -139,7 +137,7 @@ def solve_model(
         constraints.append(model + slack >= 0)
         goal += penalty * cp.sum(slack)
     if problem.leg_rate is not None:
-        most = np.repeat(problem.leg_rate * np.diff(problem.x), 2)
+        most = np.repeat(problem.longest_moves, 2)
         moves = step[2:] - step[:-2] + (x[2:] - x[:-2])
         constraints += [moves <= most, moves >= -most]
     model = cp.Problem(cp.Minimize(goal), constraints)

@@ -22,7 +22,7 @@ from stickslip.dynamics.ugv.track import Track, track_of
 from stickslip.optim.problem import COUNT, as_floats, require_scalar
 
 if TYPE_CHECKING:
-    from jaxtyping import Float
+    from jaxtyping import Float, Int
 
 
 STATION = 1_000
@@ -67,12 +67,18 @@ class PostureData:
         return {0: self.start_angles, len(self.x) - 1: self.end_angles}.get(k)
 
     @cached_property
+    def longest_moves(self) -> Float[np.ndarray, "K-1"]:
+        """The longest move of a leg in each step [rad]; infinite without a leg_rate."""
+        rate = np.inf if self.leg_rate is None else float(self.leg_rate)
+        return read_only(rate * np.diff(self.x))
+
+    @cached_property
     def min_wheel_clearance(self) -> float:
         """Least distance of the wheels at a waypoint, less wheel_gap [m]: so much that they stay
         apart between waypoints, too, the legs turning evenly. 0 where that is not asked for."""
         if self.leg_rate is None or not self.apart_between:
             return 0.0
-        return nearer_between(self.params, float(self.leg_rate) * float(np.max(np.diff(self.x))))
+        return nearer_between(self.params, float(np.max(self.longest_moves)))
 
 
 def waypoints_along(
@@ -292,9 +298,8 @@ def _of_leg(problem: PostureData, ends: list[float], least: int) -> np.ndarray:
     whole = np.linspace(low, high, least)
     if problem.leg_rate is None:
         return whole
-    spacing = np.diff(problem.x)
-    limit = float(problem.leg_rate) * float(np.min(spacing))
-    reach = float(problem.leg_rate) * float(np.sum(spacing))
+    limit = float(np.min(problem.longest_moves))
+    reach = float(problem.leg_rate) * float(np.sum(np.diff(problem.x)))
     near = max([low, *(at - reach for at in ends)]), min([high, *(at + reach for at in ends)])
     most = max(FINEST, least)
     for below, above in ((low, high), near):
@@ -331,9 +336,9 @@ def step_of(angles: Float[np.ndarray, "n"]) -> float:
 
 def windows_of(
     angles: Float[np.ndarray, "n"], limits: Float[np.ndarray, "k"]
-) -> Float[np.ndarray, "k"]:
+) -> Int[np.ndarray, "k"]:
     """Grid steps that a leg may move in each step of the drive; limits: the longest [rad]."""
     most = len(angles) - 1
     if most == 0:
-        return np.zeros(limits.shape)
-    return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most)
+        return np.zeros(limits.shape, int)
+    return np.minimum(np.floor(limits / step_of(angles) + ROUNDING), most).astype(int)

@@ -98,8 +98,8 @@ def grid_bound(
     on_b[:, -1:] -= ends
     spread = grid.h * pi
     on_a = -(np.hstack([zero, spread]) + np.hstack([spread, zero])).ravel()
-    if numbers.straight is not None:
-        on_a += duals.straight @ numbers.straight
+    if problem.straight is not None:
+        on_a += duals.straight @ problem.straight
     root, on_T, constant = _tangents(grid, numbers, duals.time, *at)
     form = Lagrangian(
         work=numbers.weights.get(WORK, 0.0) * sample.weight, root=root, on_T=on_T, on_b=on_b.ravel()
@@ -149,9 +149,9 @@ def every_bound(problem: GridProblem, numbers: Numbers, duals: Duals) -> float:
     )
     values = least_of(sample, form, -2 * here.ravel())
     total = float(np.sum(sample.weight * values))
-    for sign, multiplier, ends in ((-1, pi[0, 0], numbers.first), (1, pi[-1, -1], numbers.last)):
+    for sign, multiplier, i in ((-1, pi[0, 0], 0), (1, pi[-1, -1], -1)):
         if not problem.periodic:
-            total += min(sign * multiplier * end for end in ends)
+            total += min(sign * multiplier * end[i] for end in numbers.ends)
     return total - duals.time * (numbers.longest or 0.0)
 
 

@@ -71,23 +71,15 @@ class Sample:
 
 @dataclass(frozen=True)
 class Numbers(Sample):
-    """A program's scaled numbers, its sample at the nodes. h [n, K]; relaxed: whether a row may be
-    exceeded by r [rows]; a weight for each term, none where r is minimised; the longest time; least
-    and greatest first and last b; whether the step ends as it begins. changes: most, left, right of
+    """A program's scaled numbers, its sample at the nodes. relaxed: the limit that r may exceed; a
+    weight for each term, none where r is minimised; the longest time. changes: most, left, right of
     |T' - T| + left b + right b' <= most in each cell, with a torque that is the same on both sides
-    of an exchange; changes_relaxed: whether r may exceed that. straight: straight @ a = 0, None: no
-    such limit."""
+    of an exchange; MOTOR relaxes them, too."""
 
-    h: Float[np.ndarray, "n K"]
-    relaxed: np.ndarray
+    relaxed: str
     weights: dict[str, float]
     longest: float | None
-    first: tuple[float, float]
-    last: tuple[float, float]
-    periodic: bool
-    changes: tuple[np.ndarray, ...] = ()
-    changes_relaxed: bool = False
-    straight: sp.csr_array | None = None
+    changes: tuple[np.ndarray, ...]
 
 
 class Duals(NamedTuple):
@@ -114,61 +106,62 @@ class Solved(NamedTuple):
 
 
 class Program:
-    """The cvxpy problem of some numbers."""
+    """The cvxpy problem of a grid with some numbers."""
 
-    def __init__(self, given: Numbers):
-        self._given, (n, K) = given, given.h.shape
-        nodes, h = n * (K + 1), given.h.ravel()
+    def __init__(self, on: GridProblem, given: Numbers):
+        self._given, self._h, (n, K) = given, on.grid.h.ravel(), on.grid.h.shape
+        nodes, self._shape = n * (K + 1), (n, K)
         self._a, self._b = cp.Variable(nodes, name="a"), cp.Variable(nodes, name="b")
         self._r = cp.Variable()
         self._left, self._right = (  # [n K, nodes]: pick the nodes at both ends of each cell
             sp.kron(sp.eye_array(n), sp.eye_array(K, K + 1, k=i), "csr") for i in (0, 1)
         )
-        gained = cp.multiply(h, (self._left + self._right) @ self._a)
+        gained = cp.multiply(self._h, (self._left + self._right) @ self._a)
         self._motion = (self._right - self._left) @ self._b - gained == 0
         self._rows: list[cp.Constraint] = []
-        for A, B, C, relaxed in zip(given.A, given.B, given.C, given.relaxed, strict=True):
+        for A, B, C, name in zip(given.A, given.B, given.C, on.rows.names, strict=True):
             taken = cp.multiply(A, self._a) + cp.multiply(B, self._b)
-            self._rows.append(taken <= (C + self._r if relaxed else C))
+            self._rows.append(taken <= (C + self._r if name == given.relaxed else C))
         self._constraints: list[cp.Constraint] = [self._motion, *self._rows]
         starts = (K + 1) * np.arange(n)
-        joined = slice(None if given.periodic else -1)
+        joined = slice(None if on.periodic else -1)
         self._ends, self._begins = (starts + K)[joined], np.roll(starts, -1)[joined]
         self._exchange: cp.Constraint | None = None
         if len(self._ends):  # b goes on over the exchange of support, or round the periodic step
             self._exchange = self._b[self._begins] - self._b[self._ends] == 0
             self._constraints.append(self._exchange)
-        for i, (low, high) in ((0, given.first), (-1, given.last)):
-            if low == high:
-                self._constraints.append(self._b[i] == low)
+        for i in (0, -1):
+            if given.ends[0][i] == given.ends[1][i]:
+                self._constraints.append(self._b[i] == given.ends[0][i])
         self._straight: cp.Constraint | None = None
-        if given.straight is not None:
-            self._straight = cp.Zero(given.straight @ self._a)
+        if on.straight is not None:
+            self._straight = cp.Zero(on.straight @ self._a)
             self._constraints.append(self._straight)
         self._timing: cp.Constraint | None = None
-        self.problem = cp.Problem(cp.Minimize(self._goal(h)), self._constraints)
+        self.problem = cp.Problem(cp.Minimize(self._goal()), self._constraints)
 
     def _changes(self, torque: cp.Expression) -> list[cp.Constraint]:
         """The torque changes little in a cell, and not at all at an exchange."""
         most, on_left, on_right = (part.ravel() for part in self._given.changes)
-        more, share = self._r if self._given.changes_relaxed else 0.0, self._given.h.ravel()
+        relaxed = self._given.relaxed == MOTOR
+        more = self._r if relaxed else 0.0
         left, right = self._left @ self._b, self._right @ self._b
         taken = cp.multiply(on_left, left) + cp.multiply(on_right, right)
         change = cp.abs((self._right - self._left) @ torque)
-        found = [change + taken <= most + more * (share / np.max(share))]
+        found = [change + taken <= most + more * (self._h / np.max(self._h))]
         if len(self._ends):
             jump = torque[self._begins] - torque[self._ends]
-            found.append(cp.abs(jump) <= more if self._given.changes_relaxed else jump == 0)
+            found.append(cp.abs(jump) <= more if relaxed else jump == 0)
         return found
 
-    def _goal(self, h: np.ndarray) -> cp.Expression:
+    def _goal(self) -> cp.Expression:
         given, weights = self._given, self._given.weights
         on_a, on_b, rest = given.torque
         torque = cp.multiply(on_a, self._a) + cp.multiply(on_b, self._b) + rest
         parts: list[cp.Expression] = []
         self._constraints += self._changes(torque) if given.changes else []
         if given.longest is not None or TIME in weights or TORQUE in weights:
-            parts += self._paced(h, torque)
+            parts += self._paced(torque)
         if WORK in weights:
             positive = cp.Variable(torque.size, nonneg=True)
             self._constraints.append(positive >= torque)
@@ -178,11 +171,11 @@ class Program:
         self._constraints.append(self._r >= -1)
         return self._r
 
-    def _paced(self, h: np.ndarray, torque: cp.Expression) -> list[cp.Expression]:
+    def _paced(self, torque: cp.Expression) -> list[cp.Expression]:
         """Terms of the objective that go with the time of each cell; its limit is a constraint."""
-        given, weights = self._given, self._given.weights
+        given, weights, h = self._given, self._given.weights, self._h
         parts: list[cp.Expression] = []
-        rests = [int(high == 0) for _, high in (given.first, given.last)]
+        rests = [int(given.ends[1][i] == 0) for i in (0, -1)]
         moving = slice(rests[0], self._b.size - rests[1])  # at rest a cone has no inside
         root = cp.Variable(self._b.size - sum(rests))
         pair = sp.csr_array(self._left + self._right)[:, moving] @ root  # rate + next rate
@@ -212,7 +205,7 @@ class Program:
             return ended
         a, b = self.read()
         duals = Duals(
-            motion=_dual(self._motion).reshape(self._given.h.shape),
+            motion=_dual(self._motion).reshape(self._shape),
             exchange=np.ravel(_dual(self._exchange)),
             time=float(np.max(_dual(self._timing), initial=0.0)),
             rows=np.stack([_dual(row) for row in self._rows]),
@@ -223,8 +216,7 @@ class Program:
 
     def read(self) -> tuple[np.ndarray, np.ndarray]:
         """a and b at the nodes of the solved problem [n, K+1]."""
-        n = len(self._given.h)
-        a, b = (np.asarray(one.value).reshape(n, -1) for one in (self._a, self._b))
+        a, b = (np.asarray(one.value).reshape(self._shape[0], -1) for one in (self._a, self._b))
         return a, b
 
 
@@ -258,7 +250,7 @@ class GridProblem:
     any. first, last: least and greatest b there [rad^2/s^2]. rate_unit [rad/s], None: chosen from
     the robot and the mean rate. programs: how many were solved, of this one and of those made from
     it. power [W], torque_rate [N m/s]: of the motor, None: any. around: b at the nodes, about which
-    tangents replace these two limits; None: they are left out. straight: as of Numbers."""
+    tangents replace these two limits; None: they are left out. straight: straight @ a = 0."""
 
     profiles: Profiles
     goal: Goal
@@ -367,7 +359,7 @@ class GridProblem:
 
     def solve(self, numbers: Numbers) -> Solved | Ended:
         self.programs[0] += 1
-        return Program(numbers).solve()
+        return Program(self, numbers).solve()
 
     def sample(self, inside: bool) -> Sample:
         """Data of a certificate, at the nodes or inside the cells."""
@@ -392,22 +384,15 @@ class GridProblem:
         for node, end in ((0, self.first), (-1, self.last)):
             if end[1] == 0:  # said by an equality already: a limit would have no inside
                 C[names == STANDING, node] += 1.0
-        b, rate = self.units.b, self.units.rate
         terms = {} if relaxed else self.goal.weights
         weights = {term: w * self.units.of(term) / self.scale for term, w in terms.items()}
         scaled: dict[str, Any] = vars(sample) | {"C": C}
         return Numbers(
             **scaled,
-            h=self.grid.h,
-            relaxed=names == relaxed,
+            relaxed=relaxed,
             weights=weights,
-            longest=None if self.longest is None else self.longest * rate,
-            first=(self.first[0] / b, self.first[1] / b),
-            last=(self.last[0] / b, self.last[1] / b),
-            periodic=self.periodic,
+            longest=None if self.longest is None else self.longest * self.units.rate,
             changes=self._change_tangents(),
-            changes_relaxed=relaxed == MOTOR,
-            straight=self.straight,
         )
 
     def gait(self, a: Float[np.ndarray, "n K+1"], first: float) -> Gait:

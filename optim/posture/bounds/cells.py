@@ -59,9 +59,7 @@ Axis: TypeAlias = np.ndarray
 
 def halved(axis: Axis) -> Axis:
     """The corners, and one in the middle of each cell."""
-    both = np.empty(2 * len(axis) - 1)
-    both[::2], both[1::2] = axis, axis[:-1] + np.diff(axis) / 2
-    return both
+    return np.sort(np.concatenate([axis, axis[:-1] + np.diff(axis) / 2]))
 
 
 def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
@@ -69,9 +67,7 @@ def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     low = float(problem.params.leg_angle_min) - FEASIBLE
     high = float(problem.params.leg_angle_max) + FEASIBLE
     even = np.linspace(low, high, cells + 1)
-    if problem.leg_rate is None:
-        return even
-    limit = _limit(problem, float(np.min(np.diff(problem.x)))) * (1 + FEASIBLE)
+    limit = float(np.min(problem.longest_moves)) * (1 + FEASIBLE) * (1 + FEASIBLE)
     if limit > high - low or limit < (high - low) / MOST_CELLS:
         return even
     step = limit / np.ceil(limit * cells / (high - low))
@@ -83,17 +79,10 @@ def first_axis(problem: PostureData, leg: int, cells: int) -> Axis:
     return np.concatenate([[low], inner, [high]])
 
 
-def _limit(problem: PostureData, dx: float) -> float:
-    """Greatest turn of a feasible drive in a step [rad]."""
-    return float(problem.leg_rate or np.inf) * dx * (1 + FEASIBLE)
-
-
 def shapes(problem: PostureData, step: int, a: Axis, b: Axis) -> Int[np.ndarray, "n-1 m-1"]:
     """Shape of the allowed moves of each pair of cells, before and after a step: NONE are, all
     of the SQUARE, or the triangle without the longest move AHEAD, or BACK."""
-    if problem.leg_rate is None:
-        return np.full((len(a) - 1, len(b) - 1), SQUARE)
-    limit = _limit(problem, float(problem.x[step + 1] - problem.x[step]))
+    limit = float(problem.longest_moves[step]) * (1 + FEASIBLE)  # of a feasible drive
     ahead, ahead_half = _one_way(a, b, limit)
     back, back_half = (of[::-1, ::-1] for of in _one_way(-a[::-1], -b[::-1], limit))
     square = (ahead & back) | (ahead_half & back_half)  # cut at both sides: taken whole
@@ -109,8 +98,13 @@ def _one_way(a: np.ndarray, b: np.ndarray, limit: float) -> tuple[np.ndarray, np
     return some & ~half, half
 
 
-Entries = Callable[[np.ndarray], np.ndarray]
-"""A function that moves or joins entries."""
+def bulge(
+    h: np.ndarray, slope: np.ndarray, bend: np.ndarray, smooth: Bool[np.ndarray, "..."]
+) -> np.ndarray:
+    """Greatest distance of a field from its interpolant along a leg's cell of width h: h^2 / 8 of
+    the second derivative where it is smooth, or h / 2 of the first, whichever is less."""
+    curved, straight = h**2 / 8 * bend, h / 2 * slope
+    return np.where(smooth, np.minimum(curved, straight), straight)
 
 
 class Boxes(NamedTuple):
@@ -131,11 +125,6 @@ class Boxes(NamedTuple):
         """The first or the second derivative of a field [2, n]."""
         at = self.names.index(name), order - 1
         return Interval(self.lo[at], self.hi[at])
-
-    def map(self, low: Entries, high: Entries | None = None, mask: Entries | None = None) -> Boxes:
-        """Functions of the lower ends, the upper ends and the masks; by default all the first."""
-        high, mask = high or low, mask or low
-        return Boxes(self.names, low(self.lo), high(self.hi), mask(self.known), mask(self.smooth))
 
 
 def by_parts(of: Callable[[Interval], tuple[Boxes, np.ndarray]], whole: Interval) -> Boxes:
@@ -164,11 +153,9 @@ def by_parts(of: Callable[[Interval], tuple[Boxes, np.ndarray]], whole: Interval
         owner = _after(owner, poor, theirs)
     order = np.argsort(owner, kind="stable")
     begin = np.searchsorted(owner[order], np.arange(count))
-    least, most, all_ = (
-        lambda v, join=join: join.reduceat(v[..., order], begin, -1)
-        for join in (np.minimum, np.maximum, np.logical_and)
-    )
-    return boxes.map(least, most, all_)
+    joins = zip((np.minimum, np.maximum, np.logical_and, np.logical_and), boxes[1:], strict=True)
+    hulls = (join.reduceat(of[..., order], begin, -1) for join, of in joins)
+    return Boxes(boxes.names, *hulls)
 
 
 def _after(one: np.ndarray, poor: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -180,8 +167,7 @@ def _lost(boxes: Boxes, widths: np.ndarray, scales: np.ndarray) -> np.ndarray:
     """Greatest loss in each part, in ranges of the field; infinite where nothing is known.
     widths: of the boxes that they are parts of [2, n]."""
     size = np.maximum(np.abs(boxes.lo), np.abs(boxes.hi))
-    straight, curved = widths / 2 * size[:, 0], widths**2 / 8 * size[:, 1]
-    lost = np.where(boxes.smooth, np.minimum(curved, straight), straight)
+    lost = bulge(widths, size[:, 0], size[:, 1], boxes.smooth)
     return np.where(boxes.known, np.max(np.max(lost, 1) / scales[:, None], 0), np.inf)
 
 
@@ -234,25 +220,17 @@ class StationCells:
     @property
     def boxed(self) -> tuple[Axis, Axis]:
         """Corners of the box."""
-        rear, front = (
-            axis[of.start : of.stop + 1]
-            for axis, of in zip((self.rear, self.front), self.box, strict=True)
-        )
-        return rear, front
+        rear, front = self.box
+        return self.rear[rear.start : rear.stop + 1], self.front[front.start : front.stop + 1]
 
     def bulge(self, name: str, sign: int) -> np.ndarray:
-        """Greatest distance of sign * field below its values at the corners of a cell: h^2 / 8 of
-        the second derivative, or h / 2 of the first, whichever is less, of each leg."""
+        """Greatest distance of sign * field below its values at the corners of a cell."""
         total = np.zeros(self.alive.shape)
-        widths = (np.diff(self.rear)[:, None], np.diff(self.front))
-        smooth, known = self.inside.smooth, self.inside.known
         first, second = (self.inside.derivative(name, order) for order in (1, 2))
-        for leg, h in enumerate(widths):
-            bend, slope = second[leg], first[leg]
-            curved = h**2 / 8 * np.maximum(bend.hi if sign > 0 else -bend.lo, 0)
-            straight = h / 2 * slope.size
-            total += np.where(smooth, np.minimum(curved, straight), straight)
-        return np.where(known, total * (1 + 1e-9) + self.radii[name], np.inf)
+        for leg, h in enumerate((np.diff(self.rear)[:, None], np.diff(self.front))):
+            bend = np.maximum(second[leg].hi if sign > 0 else -second[leg].lo, 0)
+            total += bulge(h, first[leg].size, bend, self.inside.smooth)
+        return np.where(self.inside.known, total * (1 + 1e-9) + self.radii[name], np.inf)
 
     def at_least(self, name: str, sign: int) -> np.ndarray:
         return of_corners(sign * self.values[name], np.minimum) - self.bulge(name, sign)
@@ -330,7 +308,7 @@ class Surveyor:
             cells[..., alive] = np.where(found.known, of, of.dtype.type(0))
             return cells
 
-        return alive, found.map(spread)
+        return alive, Boxes(found.names, *map(spread, found[1:]))
 
     def _over(self, bracket: Bracket, angles: Interval) -> tuple[Boxes, np.ndarray]:
         """Boxes of angles [2, n], each as a whole, and the middle of each field there."""
@@ -342,9 +320,7 @@ class Surveyor:
             found = held(self.vehicle, rear_jet, front_jet, Q, behind, bracket.front)
         jets = [found[name] for name in self.inside]
         lo, hi = (
-            np.stack(
-                [np.stack([getattr(jet.first, end), getattr(jet.second, end)]) for jet in jets]
-            )
+            np.stack([[getattr(of, end) for of in (jet.first, jet.second)] for jet in jets])
             for end in ("lo", "hi")
         )
         known &= np.all(np.isfinite(lo) & np.isfinite(hi), axis=(0, 1, 2))
@@ -393,9 +369,7 @@ class Surveyor:
     def _ruled_out(self, k: int, cells: StationCells) -> np.ndarray:
         """Cells in which a wheel slips or lifts in every posture, by more than is let pass.
 
-        The clearance is not looked at, nor the motors' torque, nor whether the ground enters a
-        wheel beside its contact; where friction changes along the ground, the most that the rear
-        wheel can stand on counts.
+        The motors' torque is not looked at, nor what DriveBound leaves out.
         """
         problem = self.problem
         slack = 2 * FEASIBLE * float(weight_of(self.vehicle).hi)

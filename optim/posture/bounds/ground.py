@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from jaxtyping import Float
 
 
-Derivatives = tuple[Interval, Interval, Interval, Interval]
+Derivatives = tuple[Interval, ...]
 """Height [m], slope, second [1/m] and third derivative [1/m^2]."""
 NOWHERE = np.zeros(0)
 ACCEPTED = (
@@ -102,19 +102,16 @@ def _waves(x: Interval, *waves: Float[np.ndarray, "waves"]) -> Derivatives:
 
 def _ramp(x: Interval, slope: float, begin: float, length: float, joint: float) -> Derivatives:
     up, down = _bend(x - begin, joint), _bend((x - begin) - length, joint)
-    y, dy, d2y, d3y = ((a - b) * slope for a, b in zip(up, down, strict=True))
-    return y, dy, d2y, d3y
+    return tuple((a - b) * slope for a, b in zip(up, down, strict=True))
 
 
 def _step(x: Interval, height: float, at: float, length: float) -> Derivatives:
-    y, dy, d2y, d3y = (of * height for of in _quintic_rise(x - at, length))
-    return y, dy, d2y, d3y
+    return tuple(of * height for of in _quintic_rise(x - at, length))
 
 
 def _ditch(x: Interval, depth: float, middle: float, width: float, side: float) -> Derivatives:
     first, second = (_quintic_rise(x - middle + k * width, side) for k in (0.5, -0.5))
-    y, dy, d2y, d3y = ((b - a) * depth for a, b in zip(first, second, strict=True))
-    return y, dy, d2y, d3y
+    return tuple((b - a) * depth for a, b in zip(first, second, strict=True))
 
 
 def _about(middles: Sequence[float], length: float) -> list[float]:
@@ -148,8 +145,7 @@ def _bend(z: Interval, joint: float) -> Derivatives:
     """The function of shapes.py, with its third derivative."""
     free = z / joint + 0.5
     u = free.clip(0.0, 1.0)
-    past = z - interval(joint) * 0.5
-    past = Interval(np.maximum(past.lo, 0.0), np.maximum(past.hi, 0.0))
+    past = (z - interval(joint) * 0.5).clip(0.0, np.inf)
     value = u.square() * u * (interval(1.0) - u * 0.5) * joint + past
     slope = u.square() * (interval(3.0) - u * 2.0)
     second = u * (interval(1.0) - u) * 6.0 / joint
@@ -189,8 +185,7 @@ def _of_spline(shape: Spline) -> Ground:
 
     def piece(x: Interval, at: np.ndarray) -> Derivatives:
         """Value over the part of x in that piece."""
-        begin, end = edges[at], edges[at + 1]
-        t = Interval(np.clip(x.lo, begin, end), np.clip(x.hi, begin, end)) - origins[at]
+        t = x.clip(edges[at], edges[at + 1]) - origins[at]
         y = dy = d2y = d3y = interval(np.zeros(x.shape))
         for power in powers[::-1]:
             d3y = d3y * t + d2y * 3.0
@@ -206,10 +201,7 @@ def _of_spline(shape: Spline) -> Ground:
         for more in range(1, int(np.max(past - first, initial=0)) + 1):
             beyond = first + more <= past
             other = piece(x, np.minimum(first + more, past))
-            y, dy, d2y, d3y = (
-                where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True)
-            )
-            found = y, dy, d2y, d3y
+            found = tuple(where(beyond, hull(a, b), a) for a, b in zip(found, other, strict=True))
         return found
 
     return Ground(profile, kinks, bends, knots, missed)
@@ -283,10 +275,9 @@ class Arc:
         square = m.square() + 1.0
         bends = (f2.square() / square + m * f3) / square.sqrt()
         pieces = _integral(ground, interval(left), interval(right), bends)
-        lo = np.concatenate([[0.0], np.cumsum(pieces.lo)])
-        hi = np.concatenate([[0.0], np.cumsum(pieces.hi)])
-        slack = len(edges) * np.finfo(float).eps * (1 + np.abs(hi))
-        return cls(ground, edges, Interval(lo - slack, hi + slack), bends)
+        sums = pieces.map(lambda of: np.concatenate([[0.0], np.cumsum(of)]))
+        slack = len(edges) * np.finfo(float).eps * (1 + np.abs(sums.hi))
+        return cls(ground, edges, Interval(sums.lo - slack, sums.hi + slack), bends)
 
     def at(self, x: Interval) -> Interval:
         """S(x) for narrow x that lie between the ends."""

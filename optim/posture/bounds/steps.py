@@ -12,8 +12,8 @@ of the corners less
 
     kappa = sum over both legs of h^2 / 8 (max(p_aa, 0) + max(p_bb, p_aa + 2 p_ab + p_bb, 0)),
 
-the last where a triangle is cut, along its diagonal; or h / 2 of the first derivatives, whichever
-is less. Derivatives are enclosed over both cells, h is a cell's width.
+the last where a triangle is cut, along its diagonal; or less by the first derivatives (see bulge).
+Derivatives are enclosed over both cells, h is a cell's width.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from stickslip.optim.intervals import Interval, interval
+from stickslip.optim.posture.bounds.cells import bulge
 from stickslip.optim.posture.criteria import Criterion
 
 if TYPE_CHECKING:
@@ -193,9 +194,7 @@ def _high(of: Interval) -> np.ndarray:
 
 
 def _least(bend: np.ndarray, slope: np.ndarray, side: Side, at: np.ndarray) -> np.ndarray:
-    h = side.widths[:, at]
-    curved, straight = h**2 / 8 * bend, h / 2 * slope
-    return np.sum(np.where(side.smooth[at], np.minimum(curved, straight), straight), axis=0)
+    return np.sum(bulge(side.widths[:, at], slope, bend, side.smooth[at]), axis=0)
 
 
 def sizes(term: Term, ends: tuple[Side, Side]) -> tuple[float, float]:

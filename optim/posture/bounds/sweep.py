@@ -19,6 +19,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from stickslip.dynamics.pytrees import float64_program
 from stickslip.optim.posture.bounds.cells import AHEAD, BACK, NONE, Axis, StationCells, shapes
@@ -254,17 +255,13 @@ def lossy(left: Float[np.ndarray, "K"], go: Float[np.ndarray, "K"]) -> Bool[np.n
     missing = np.sum(loss) - np.cumsum(loss[order])
     most = order[: 1 + int(np.searchsorted(-missing, -LEFT * np.sum(loss)))]
     worth[most] = worth[most + 1] = True
-    return _beside(worth)
+    return binary_dilation(worth, iterations=BESIDE)
 
 
 def bottleneck(costs: Float[np.ndarray, "K"], bound: float) -> Bool[np.ndarray, "K"]:
     """Waypoints at which a worst station loses. costs: of the best drive, by the bound."""
-    return _beside(costs >= min(bound, np.max(costs)) - NEAR * np.ptp(costs))
-
-
-def _beside(worth: np.ndarray) -> np.ndarray:
-    whole = np.convolve(worth, np.ones(2 * BESIDE + 1))
-    return whole[BESIDE : BESIDE + len(worth)] > 0  # "same" is as long as the longer of the two
+    worth = costs >= min(bound, np.max(costs)) - NEAR * np.ptp(costs)
+    return binary_dilation(worth, iterations=BESIDE)
 
 
 CAP = 0.05

@@ -111,7 +111,7 @@ def test_all_calls_of_a_long_drive_share_one_program():
     problem = PostureProblem.along(Track.from_points(x, 0.3 * np.sin(x)), spacing=0.1)
     calls = problem.waypoints.calls
     assert len(calls) > 2
-    given = [call.rows.args for call in calls]  # a program, and its leaves
+    given = [rows.args for rows, _ in calls]  # a program, and its leaves
     assert len({id(program) for program, _ in given}) == 1
     shapes = {tuple(leaf.shape for leaf in leaves) for _, leaves in given}
     assert len(shapes) == 1
