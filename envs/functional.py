@@ -256,10 +256,12 @@ class Timed(Protocol):
     @property
     def control_period(self) -> Number:
         """Duration of a step [s]."""
+        ...
 
     @property
     def time_limit(self) -> Number:
         """Duration of an episode [s]."""
+        ...
 
 
 HALF = 0.501

@@ -38,6 +38,7 @@ class Shape(Protocol):
 
     def profile(self, x: Numeric) -> Profile:
         """Height [m], slope [-] and second derivative [1/m] at each x [m]."""
+        ...
 
 
 def as_floats(*values: Numeric) -> list[jax.Array]:
