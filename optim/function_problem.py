@@ -135,6 +135,7 @@ class FunctionProblem(Problem[Result]):
         return _finite(self._call(_slope, at, draw, static=(self.goal, self.forward)))
 
     def jacobian(self, x: Vector) -> Float[np.ndarray, "m n"]:
+        """See Problem; by forward differentiation."""
         if Structure.SMOOTH not in self.kind:
             return super().jacobian(x)
         return _finite(self._call(_jacobian, self.point(x), np.uint32(self.draw)))

@@ -43,6 +43,7 @@ class ConstantTorque(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Action]:
+        """See Controller."""
         return memory, action_of(self.torque, env_params, env_state)
 
 
@@ -87,6 +88,7 @@ class CrankSpeedPI(Ruled):
     def act(
         self, memory: PIMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[PIMemory, Action]:
+        """See Controller."""
         rate, dtype = env_state.biped.crank_rate, env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
         limit = jnp.asarray(env_params.torque_limit, dtype)
@@ -201,6 +203,7 @@ class StopAtMark(Ruled):
     def act(
         self, memory: StopMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[StopMemory, Action]:
+        """See Controller."""
         to_go, biped = env_state.to_go, env_state.biped
         if to_go is None:
             return memory, self.gait.act(None, obs, env_state, env_params)[1]

@@ -134,6 +134,7 @@ class OutputFeedback(Ruled):
     def act(
         self, memory: FeedbackMemory, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[FeedbackMemory, Action]:
+        """See Controller."""
         dtype = env_state.biped.phase.dtype
         after = self._observed(memory, env_state, env_params)
         estimate = jax.tree.map(partial(jnp.where, memory.begun), after, memory.estimate)

@@ -166,6 +166,7 @@ class ComputedTorque(Ruled):
     def act(
         self, memory: Schedule, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[Schedule, Action]:
+        """See Controller."""
         period = jnp.asarray(env_params.control_period, env_state.biped.crank_rate.dtype)
         robot, biped = drawn_robot(env_state.drawn, env_params), env_state.biped
         memory, cruise = _timed(memory, robot, env_state, period)
@@ -300,6 +301,7 @@ class OptimalGait(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: BipedEnvState, env_params: BipedEnvParams
     ) -> tuple[None, Action]:
+        """See Controller."""
         dtype = env_state.biped.crank_rate.dtype
         period = jnp.asarray(env_params.control_period, dtype)
         commanded = jnp.asarray(env_state.drawn.mean_rate, dtype)

@@ -152,6 +152,7 @@ class Idle(Memoryless):
     def act(
         self, memory: None, obs: Float[Array, " obs"], env_state: object, env_params: object
     ) -> tuple[None, Float[Array, " act"]]:
+        """See Controller."""
         return memory, jnp.zeros(self.width, obs.dtype)
 
 

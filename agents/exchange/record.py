@@ -151,15 +151,15 @@ def _buffer(played: rollout.Rollout, seed: int, infos: Infos | None) -> Any:
     from minari.data_collector import EpisodeBuffer
 
     more = {} if infos is None else infos(played, seed)
-    return EpisodeBuffer(
-        seed=seed,
-        observations=np.concatenate([played.start_obs[None], played.obs]),
-        actions=played.action,
-        rewards=played.reward,
-        terminations=played.terminated,
-        truncations=played.truncated,
-        infos={"cost": np.append(np.float32(0), played.info["cost"]), **more},
-    )
+    made: dict[str, Any] = {
+        "observations": np.concatenate([played.start_obs[None], played.obs]),
+        "actions": played.action,
+        "rewards": played.reward,
+        "terminations": played.terminated,
+        "truncations": played.truncated,
+        "infos": {"cost": np.append(np.float32(0), played.info["cost"]), **more},
+    }
+    return EpisodeBuffer(seed=seed, **made)
 
 
 def _sums(buffers: Sequence[Any]) -> tuple[int, float, float]:

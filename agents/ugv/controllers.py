@@ -58,6 +58,7 @@ class FollowPath(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
     ) -> tuple[None, Action]:
+        """See Controller."""
         at = jnp.minimum(env_state.elapsed + 1, np.shape(self.angles)[0] - 1)
         return memory, towards(jnp.asarray(self.angles)[at], env_state, env_params)
 
@@ -98,6 +99,7 @@ class FixedPosture(Ruled):
     def act(
         self, memory: Float[Array, " 2"], obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
     ) -> tuple[Float[Array, " 2"], Action]:
+        """See Controller."""
         return memory, towards(memory, env_state, env_params)
 
 
@@ -121,6 +123,7 @@ class LevelBody(Memoryless):
     def act(
         self, memory: None, obs: Obs, env_state: UGVEnvState, env_params: UGVEnvParams
     ) -> tuple[None, Action]:
+        """See Controller."""
         rear, front = env_state.leg_angles
         share = (front - rear) / 2 + self.gain * env_state.attitude.pitch
         wanted = self.posture + share * jnp.asarray([-1.0, 1.0], share.dtype)

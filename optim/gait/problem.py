@@ -220,6 +220,7 @@ class GaitProblem(Problem[GaitResult]):
         return float(value), margins
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+        """See Problem; compiled once for each power of two that B rounds up to."""
         count, (rows,) = self.filled(X, each=MEMBER * self.n)
         values, margins = self.on_grid.of_point["all"](rows)
         return values[:count], margins[:count]

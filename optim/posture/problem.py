@@ -162,6 +162,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         return one, all_
 
     def evaluate(self, x: Vector) -> Evaluation:
+        """See Problem: the stations are computed once."""
         angles = self.angles(x)
         rows = self.waypoints.padded_rows(angles)
         value, margins = self._value_and_margins(rows, angles)
@@ -179,6 +180,7 @@ class PostureProblem(PostureData, Problem[evaluate.PostureResult]):
         return float(found[0]), found[1:]
 
     def evaluate_all(self, X: Batch) -> tuple[Float[np.ndarray, "B"], Float[np.ndarray, "B m"]]:
+        """See Problem; compiled once for each power of two that B rounds up to."""
         count, (rows,) = self.filled(X, each=len(self.x) * STATION)
         angles = rows.reshape(-1, len(self.x), 2)
         if count == 0:
