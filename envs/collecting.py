@@ -95,6 +95,10 @@ def collect(
     checks.require_kind(
         "seed", key, jax.Array, "an integer from 0 to 2**32 - 1, or a key of jax.random"
     )
+    if progress is not None:
+        checks.require_kind("progress", progress, Progress, "that of an earlier call's result")
+        if len(progress.obs) != num_envs:
+            raise ValueError(f"progress of {len(progress.obs)} environments; accepted: {num_envs}")
     program = _Program(env, policy, tuple(keep), steps)
     params, policy_params = jax.tree.map(jnp.asarray, (params, policy_params))
     _require_room(program, params, policy_params, num_envs)

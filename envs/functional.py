@@ -54,6 +54,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     autoreset: str
     action_names: tuple[str, ...]
     params_kind: type = object
+    state_kind: type = object
     """The class of the parameters."""
 
     def __new__(cls, *args: object, **options: object) -> FunctionalEnv:
@@ -124,6 +125,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
     def reset(self, key: Array, params: Params) -> tuple[Float[Array, " obs"], State]:
         """Begin an episode: observation and state. `key`: a JAX random key."""
         self.check_params(params)
+        checks.require_kind("key", key, jax.Array, "a JAX random key, as jax.random.key(0)")
         return _jit_reset(self, key, params)
 
     def step(
@@ -143,6 +145,7 @@ class FunctionalEnv(ABC, Generic[State, Params]):
         ValueError for an action of the wrong shape and, unless traced, for one that is not finite.
         """
         self.check_params(params)
+        checks.require_kind("state", state, self.state_kind, "a state, as reset and step give it")
         return _jit_step(self, key, state, jnp.asarray(self.check_action(action)), params)
 
     def check_params(self, params: object, name: str = "params") -> None:

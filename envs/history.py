@@ -50,14 +50,16 @@ class FrameStack(FunctionalEnv[FrameStackState[State], Params]):
     """Any environment whose observation also holds the last `steps` observations and actions.
 
     Observation: that of `env`, then the frames, the latest first; a frame is the observation before
-    a step and its action. Frames of steps before the episode are zeros. All else is as in `env`;
-    resets are as `autoreset` of this environment says. A network trained here plays `env` as
-    `MLPPolicy(..., history=steps)`, which stacks the frames itself. Every adapter takes it.
+    a step and its action. Frames of steps before the episode are zeros. All else is as in `env`,
+    whose `make_params` makes the parameters; resets are as `autoreset` of this environment says. A
+    network trained here plays `env` as `MLPPolicy(..., history=steps)`, which stacks the frames
+    itself. Every adapter takes it.
     """
 
     env: FunctionalEnv[State, Params]
     steps: int
     autoreset: str = "same_step"
+    state_kind = FrameStackState
 
     def __post_init__(self):
         require_kind("env", self.env, FunctionalEnv, "a BipedEnv or UGVEnv")

@@ -11,7 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from stickslip.dynamics.checks import shown
+from stickslip.dynamics.checks import require_integer, require_kind, shown
 from stickslip.dynamics.pytrees import in_float64, read_only, settle
 from stickslip.optim.problem import Evaluation, Problem, Result, Structure, as_floats
 
@@ -65,9 +65,11 @@ class FunctionProblem(Problem[Result]):
             raise ValueError(
                 f"low {self.low.shape}, high {self.high.shape}; accepted: [n], low <= high"
             )
+        require_kind("function", self.function, Callable, ACCEPTED)  # pyright: ignore[reportArgumentType]
+        require_integer("draw", self.draw, low=0, high=2**32 - 1)
         values = self.sizes[0]
-        if not 0 <= self.goal < values:
-            raise ValueError(f"goal = {self.goal!r}; accepted: 0 to {values - 1}, of {values}")
+        accepted = f"0 to {values - 1}, of {values}"
+        require_integer("goal", self.goal, low=0, high=values - 1, accepted=accepted)
 
     @property
     def structure(self) -> frozenset[Structure]:
@@ -169,7 +171,12 @@ def _sound(values: np.ndarray, margins: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 def _computed(function: Function, data: PyTree, x: Array, draw: Array) -> tuple[Array, Array]:
     """Values [k] and margins [m] as floats; ValueError for anything else."""
-    found = function(data, x, draw)
+    try:
+        found = function(data, x, draw)
+    except TypeError as error:
+        if error.__traceback__ is None or error.__traceback__.tb_next is not None:
+            raise  # from within it
+        raise ValueError(f"function: {error}; accepted: {ACCEPTED}") from error
     try:
         values, margins = (jnp.atleast_1d(jnp.asarray(one, x.dtype)) for one in found)
     except (TypeError, ValueError) as error:

@@ -17,7 +17,7 @@ import numpy as np
 from stickslip.dynamics.biped import BipedParams, RK4Split, prepare
 from stickslip.dynamics.biped.estimation import LOADS, Belief, Noise, initial_belief, observe
 from stickslip.dynamics.biped.settings import precision
-from stickslip.dynamics.checks import require_choice, require_kind, require_number
+from stickslip.dynamics.checks import require_choice, require_kind, require_memory, require_number
 from stickslip.dynamics.names import UNKNOWNS
 from stickslip.dynamics.pytrees import read_only, settle
 from stickslip.dynamics.scene import Uniform
@@ -30,8 +30,10 @@ if TYPE_CHECKING:
 
 COLUMNS = (TIME, TORQUE, ColumnSpec("crank angle", "rad", ("crank_angle", "theta")))
 LEAST_ROWS, LEAST_NOISE = 20, 1e-4
-LONGEST_STEP = 0.005
-"""Of the filter's prediction [s]."""
+LONGEST_STEP, GAP = 0.005, 1.5
+"""Of the filter's prediction [s]; rows that are longer than so many usual ones are gaps."""
+ROW = 1000
+"""Memory of a row [bytes], about."""
 FRICTION = (0.005, 1.5)
 """Static frictions that are searched."""
 RATIO = (0.3, 1.0)
@@ -117,6 +119,14 @@ class WalkLog:
         if np.any(np.diff(self.times) <= 0):
             raise ValueError("times do not increase; accepted: increasing times [s]")
 
+    @property
+    def noise(self) -> float:
+        """Deviation of an angle by third differences over the rows that are evenly spaced [rad]."""
+        durations, third = np.diff(self.times), np.diff(self.angles, 3)
+        longest = np.max(np.lib.stride_tricks.sliding_window_view(durations, 3), axis=-1)
+        even = longest <= GAP * np.median(durations)
+        return float(np.std(third[even] if np.any(even) else third) / math.sqrt(20))
+
     @classmethod
     def from_file(cls, path: Path | str) -> WalkLog:
         """Read a table of time, torque and crank angle, see `read_columns`."""
@@ -151,7 +161,7 @@ def identify(
     for name in asked:
         require_choice("unknown", name, tuple(UNKNOWNS))
     if noise is None:
-        noise = max(float(np.std(np.diff(log.angles, 3)) / math.sqrt(20)), LEAST_NOISE)
+        noise = max(log.noise, LEAST_NOISE)
     require_number("noise", noise, low=0.0, strict=True, accepted="a finite number > 0 [rad]")
     with precision("float64"), Bar("identify", None, "round", progress) as bar:
         search = _Search(params, log, asked, noise, seed)
@@ -180,20 +190,28 @@ class _Tried(NamedTuple):
 
 
 class _Search:
-    """The search of `identify`. means, spread: of the unknowns before the walk."""
+    """The search of `identify`. means, spread: of the unknowns before the walk. rows: the filter's
+    rows at whose end an angle was read."""
 
     def __init__(self, params, log: WalkLog, asked: tuple[str, ...], noise: float, seed: int):
         model = prepare(params.astype("float64"), fidelity="table")
         self.robot = model, model.unit_inertia()
-        durations = np.diff(log.times)
-        held = log.torques[:-1]
+        held, durations = log.torques[:-1], np.diff(log.times)
         # Before a log the torque is taken to be the first.
         impulse = np.concatenate([[-held[0], 0.0], np.cumsum(held * durations)])
+        # A longer row than the usual ones is predicted in parts; no angle was read between them.
+        substeps = math.ceil(float(np.median(durations)) / LONGEST_STEP * (1 - 1e-6))
+        parts = np.ceil(durations / (substeps * LONGEST_STEP) * (1 - 1e-6)).astype(int)
+        require_memory("the log's gaps", "parts of rows", float(np.sum(parts)), ROW)
+        self.rows = np.cumsum(parts) - 1
+        durations, held = (np.repeat(one, parts) for one in (durations / parts, held))
+        angles = np.full(len(held), np.nan)
+        angles[self.rows] = log.angles[1:]
+        begins = log.times[0] + np.append(0.0, np.cumsum(durations)[:-1])
         self.log = (
             (np.append(log.times[0] - 1.0, log.times), impulse),
-            (log.times[:-1], log.times[1:], held, durations, log.angles[1:]),
+            (begins, begins + durations, held, durations, angles),
         )
-        substeps = math.ceil(float(durations.max()) / LONGEST_STEP * (1 - 1e-6))
         self.static = tuple(name for name in LOADS if name in asked), RK4Split(substeps=substeps)
         few = slice(0, LEAST_ROWS // 2)
         begun = log.times[few] - log.times[0]
@@ -274,7 +292,7 @@ class _Search:
         last, gripping = both.take([0]), both.take([1])
         self.spread = np.minimum(self.prior, FREE * last.unknowns[1][0])
         evidence = gripping.last.misfit[0] - last.last.misfit[0]
-        slipped = bool(evidence > 2 * np.log(len(self.log[1][0])))
+        slipped = bool(evidence > 2 * np.log(len(self.rows)))
         if slipped:
             frictions, scans = self.frictions(best, 3 * np.sqrt(np.diagonal(C)), disturbance)
         else:
@@ -290,7 +308,7 @@ class _Search:
                 ends = float(low[:, k].min()), float(high[:, k].max())
                 parameters[name] = Interval(float(means[0, k]), *ends)
         walk = self.filtered(near[0].points[:1], disturbance, means[:1], history=True)
-        walk = jax.tree.map(lambda one: one[0], walk)
+        walk = jax.tree.map(lambda one: one[0, self.rows], walk)
         with np.errstate(invalid="ignore"):  # a filter that got lost explains nothing
             explained = bool(np.mean((walk.innovation / walk.deviation) ** 2) <= FIT)
         told = slipped, explained, self.noise, float(disturbance)

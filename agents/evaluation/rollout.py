@@ -167,11 +167,7 @@ def _rollout(
         """The row after a control step, with entries as Rollout has them from `state` to `info`."""
         state, obs = last[:2]
         memory, action = controller.act(memory, obs, state, params)
-        if jnp.shape(action) != (size := (len(env.action_names),)):
-            raise ValueError(
-                f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
-                f"{', '.join(env.action_names)}: it was made for another machine"
-            )
+        _require_size(env, action)
         obs, state, *outcome, info = pure_step(env, unused, state, action, params)
         info = {name: info[name] for name in info if name not in ("final_obs", "autoreset")}
         return memory, (state, obs, action, *outcome, info)
@@ -190,6 +186,24 @@ def _rollout(
     begun = (start, start_obs, *blank[2:]), memory, jnp.zeros((), jnp.int32)
     (_, _, length), rows = jax.lax.scan(body, begun, None, length=count)
     return Rollout(start, start_obs, *rows, length=length)
+
+
+def require_fitting(env: AnyEnv, controller: Any, params: Timed) -> None:
+    """Raise ValueError unless the controller's action has the environment's shape."""
+
+    def first(controller: Controller, params: Timed) -> Array:
+        obs, state = env.reset_env(jax.random.key(0), params)
+        return controller.act(controller.init(params, state), obs, state, params)[1]
+
+    _require_size(env, jax.eval_shape(first, controller, params))
+
+
+def _require_size(env: AnyEnv, action: Array) -> None:
+    if jnp.shape(action) != (size := (len(env.action_names),)):
+        raise ValueError(
+            f"the controller's action has shape {jnp.shape(action)}; accepted: {size}, for "
+            f"{', '.join(env.action_names)}: it was made for another machine"
+        )
 
 
 def seeds_of(episodes: int, seeds: Sequence[int] | None) -> tuple[int, ...]:

@@ -93,9 +93,7 @@ def record(
     rollout.require_named("controllers", controllers, "{name: controller}")
     shares = np.atleast_1d(np.asarray(noise, float))
     require_number("noise", shares, low=0.0, high=1.0, accepted="shares from 0 to 1")
-    pairs = list(product(controllers, shares.tolist()))
-    if not pairs:
-        raise ValueError("controllers is empty; accepted: at least one")
+    pairs: list[tuple[str, float]] = list(product(controllers, shares.tolist()))
     require_integer("episodes", episodes, high=rollout.MOST_EPISODES)
     require_integer("seed", seed, low=0, high=rollout.VALIDATION_SEEDS - len(pairs) * episodes)
     env, params = defined.make()

@@ -151,6 +151,7 @@ class Case:
         env = rollout.without_resets(env)
         player = rollout.validated(policy, player, Controller)
         require_observed(player, policy, env, params, task)
+        rollout.require_fitting(env, player, params)
         opened = swept.opened(params, axes)
         fields = {name: swept.targets(opened, name) for name in axes}
         twice = list(itertools.chain(*fields.values()))

@@ -117,7 +117,8 @@ def observe(
     loads: tuple[str, ...] = tuple(LOADS),
     integrator: RK4Split = ONE_STEP,
 ) -> Belief:
-    """The belief after `duration` [s] under a constant torque [N m] and one more angle [rad].
+    """The belief after `duration` [s] under a constant torque [N m] and one more angle [rad], NaN
+    where none was read.
 
     An extended Kalman filter whose prediction is one step of the walk (MODEL 1.4), switches
     included, its slopes differences of such steps. The encoder reads the angle + bias + noise, the
@@ -172,10 +173,11 @@ def _predicted(robot, friction, torque, duration, integrator, mean, push):
 
 
 def _corrected(mean, P, angle, misfit, noise) -> Belief:
-    """Kalman's correction by one angle."""
-    h = jnp.asarray(ANGLE, mean.dtype)
+    """Kalman's correction by one angle; none by NaN."""
+    h, was_read = jnp.asarray(ANGLE, mean.dtype), ~jnp.isnan(angle)
     S = h @ P @ h + noise**2
-    gain, innovation = P @ h / S, angle - h @ mean
+    gain, innovation = jnp.where(was_read, P @ h / S, 0), jnp.where(was_read, angle - h @ mean, 0)
     P = P - jnp.outer(gain, gain) * S
-    misfit = misfit + jnp.minimum(innovation**2 / S, OUTLIER) + jnp.log(S)
+    more = jnp.minimum(innovation**2 / S, OUTLIER) + jnp.log(S)
+    misfit = misfit + jnp.where(was_read, more, 0)
     return Belief(mean + gain * innovation, (P + P.T) / 2, misfit, innovation, jnp.sqrt(S))

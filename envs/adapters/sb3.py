@@ -62,17 +62,22 @@ class SB3VecEnv(Compiled, VecEnv):
 
     def reset(self) -> np.ndarray:
         """New episodes everywhere; the first reset, and one after `seed`, starts the key chains."""
-        if len(self._options) != self.num_envs:
-            raise ValueError(f"{len(self._options)} options; accepted: {self.num_envs}, or a dict")
-        params = self._episode_params(self._options[0])
-        if any(options != self._options[0] for options in self._options):
+        given = self._options
+        self._reset_options()  # a bad one is of this reset alone
+        if len(given) != self.num_envs:
+            raise ValueError(f"{len(given)} options; accepted: {self.num_envs}, or a dict")
+        params = self._episode_params(given[0])
+        if any(options != given[0] for options in given):
             raise ValueError("options differ; accepted: a dict, for all environments")
         self._envs.seed(self._seeds)
         self._reset_seeds()
-        self._reset_options()
         self.reset_infos = [{} for _ in range(self.num_envs)]
         self._begun = time.time()
         return self._envs.reset(params=params).astype(np.float32)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Seeds of the environments for the next reset, `seed`, `seed` + 1, ...; None draws one."""
+        return super().seed(seed and require_integer("seed", seed, low=0, high=MOST_SEED))
 
     def step_async(self, actions: np.ndarray) -> None:
         """Check the actions and keep them for `step_wait`."""

@@ -141,7 +141,7 @@ class BipedEnv(FunctionalEnv[episode.BipedEnvState, BipedEnvParams]):
     see_motion: bool = field(default=True, repr=False)
 
     action_names = ("torque",)
-    params_kind = BipedEnvParams
+    params_kind, state_kind = BipedEnvParams, episode.BipedEnvState
     option_names = OPTIONS
     readers: ClassVar = {
         "scene": scene_from_plain,

@@ -144,7 +144,7 @@ class UGVEnv(FunctionalEnv[episode.UGVEnvState, UGVEnvParams]):
     see_friction: bool = field(default=False, repr=False)
 
     action_names = ("rear leg rate", "front leg rate")
-    params_kind = UGVEnvParams
+    params_kind, state_kind = UGVEnvParams, episode.UGVEnvState
     option_names = ("start_angles",)
     readers: ClassVar = {
         "track": _track,

@@ -75,9 +75,13 @@ class UGVEnvParams:
             if penalty is None:
                 if (drawn := self.randomisation.friction) is not None:
                     friction = jnp.maximum(friction, drawn[1])
-                surface = self.track.surface
+                surface, ground = self.track.surface, self.randomisation.track
                 if surface is not None and surface.measured:
                     friction = jnp.max(surface.factors)
+                elif surface is not None:
+                    friction = friction * jnp.maximum(jnp.max(jnp.asarray(surface.factors)), 1.0)
+                if ground is not None and ground.grip is not None:
+                    friction = friction * jnp.maximum(ground.grip[1], 1.0)
                 way = self.end - self.start
                 penalty = penalty_for(self.penalty_unit, self.vehicle, friction, way)
         pytrees.settle(self, failure_penalty=penalty)

@@ -148,7 +148,8 @@ class UGVRandomisation:
         require_range("friction", self.friction, 0.0)
         require_range("start_angles", self.start_angles, 0.0)
         if self.start_angles is not None:
-            vehicle.check_leg_angles(jnp.stack([jnp.asarray(end) for end in self.start_angles], -1))
+            ends = jnp.stack([jnp.asarray(end) for end in self.start_angles], -1)
+            vehicle.check_leg_angles(ends, "start_angles")
         return self
 
 
@@ -163,6 +164,9 @@ def ground_of(track: Any, drawn: UGVRandomisation) -> tuple[Track, UGVRandomisat
                     f"track = {track!r} beside a track in randomisation; accepted: one of them"
                 )
             return Track.flat(), replace(drawn, track=RandomTrack.named(track))
+    elif not isinstance(track, Track):
+        names = ", ".join((*TRACKS, *RANDOM_TRACKS))
+        raise ValueError(f"track = {checks.shown(track)}; accepted: a Track, or {names}")
     return track_of(track), drawn
 
 

@@ -59,10 +59,11 @@ class GaitProblem(Problem[GaitResult]):
     max_rate: greatest crank rate [rad/s], by default 20 times the lift-off rate. copper_loss: for
     the objective "energy" [W/(N m)^2]. cells: of the grid in each step. efficiency: of what drives
     the crank, for that objective; braking gives nothing back. max_power: greatest |torque x crank
-    rate| of the motor [W]. max_torque_rate: greatest |dT/dt| [N m/s], in the mean over each cell,
-    of `held`, too. With it the torque, which else jumps there, is continuous over exchanges of
-    support; at the walk's ends it is free: a motor at rest may hold one. These two limits are not
-    convex: where one binds, the gait is a local optimum (FEASIBLE), and bounds are without them.
+    rate| of the motor [W]. max_torque_rate: greatest |dT/dt| [N m/s], in the mean over each cell at
+    the mean of its ends' rates, of `held`, too. With it the torque, which else jumps there, is
+    continuous over exchanges of support; at the walk's ends it is free: a motor at rest may hold
+    one. These two limits are not convex: where one binds, the gait is a local optimum (FEASIBLE),
+    and bounds are without them.
 
     start_rate, end_rate: crank rate at the beginning and at the end [rad/s], None: any. end_phase:
     crank angle past the last step's beginning where the walk ends, on one foot [rad]; None: pi.
@@ -326,4 +327,6 @@ def _check(p: GaitProblem) -> None:
     require_scalar("efficiency", p.efficiency, **how)
     for name in ("min_normal", "copper_loss", "start_rate", "end_rate"):
         if getattr(p, name) is not None or not name.endswith("_rate"):
-            require_scalar(name, getattr(p, name), low=0.0, accepted=NOT_NEGATIVE)
+            high = np.inf if p.max_rate is None or not name.endswith("_rate") else p.max_rate
+            accepted = NOT_NEGATIVE if high == np.inf else f"from 0 to max_rate = {high:g}"
+            require_scalar(name, getattr(p, name), low=0.0, high=high, accepted=accepted)

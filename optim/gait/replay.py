@@ -108,6 +108,8 @@ def replay(
     """
     if mu is not None:
         require_scalar("mu", mu, low=0.0, accepted="None, or a finite number >= 0")
+    elif mu_kinetic is not None:
+        raise ValueError(f"mu_kinetic = {mu_kinetic} without mu; accepted: with a static friction")
     kinetic = mu if mu_kinetic is None else mu_kinetic
     require_scalar("feedback", feedback, low=0.0, accepted="a finite number >= 0 [1/rad]")
     require_kind("zmp", zmp, bool, "True or False")

@@ -19,7 +19,7 @@ import numpy as np
 
 from stickslip.dynamics.checks import require_integer
 from stickslip.dynamics.lazily import require
-from stickslip.optim.instances.objective import PENALTY, Objective
+from stickslip.optim.instances.objective import Objective, penalised_values
 from stickslip.optim.methods import own_draws
 
 if TYPE_CHECKING:
@@ -113,8 +113,8 @@ def as_optuna(objective: Objective) -> Callable[[External], External]:
         x = np.array([trial.suggest_float(f"x{i}", low, high) for i, (low, high) in numbers])
         if objective.k == 1:
             return objective.penalised(x)
-        values, violation = objective(x), objective.violation(x)
-        return tuple(float(value + PENALTY * violation) for value in values)
+        values, margins = np.asarray(objective(x)), objective.constraints(x)
+        return tuple(penalised_values(values, margins).tolist())
 
     return of_trial
 

@@ -19,7 +19,14 @@ from zlib import crc32
 import jax
 import numpy as np
 
-from stickslip.dynamics.checks import nearest, require_choice, require_integer, require_kind, shown
+from stickslip.dynamics.checks import (
+    nearest,
+    require_choice,
+    require_integer,
+    require_kind,
+    require_known,
+    shown,
+)
 from stickslip.dynamics.pytrees import given_state, read_only, refuse_after_fork
 from stickslip.optim.function_problem import FunctionProblem
 from stickslip.optim.instances.objective import Objective
@@ -137,6 +144,7 @@ class Instance:
 
     def objective(self, **options: Any) -> Objective:
         """A fresh Objective, whose options these are: budget, seconds, seed."""
+        require_known(options, ("budget", "seconds", "seed"), "option of an objective")
         return Objective(self.problems, noisy=self.flags.noisy, **options)
 
     @property

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from stickslip.dynamics.checks import as_real, require_integer
+from stickslip.dynamics.checks import as_real, require_integer, require_kind
 from stickslip.dynamics.pytrees import given_state, read_only
 from stickslip.optim.function_problem import FunctionProblem
-from stickslip.optim.problem import FEASIBLE, Structure, require_scalar, shortfall
+from stickslip.optim.problem import FEASIBLE, Problem, Structure, require_scalar, shortfall
 
 if TYPE_CHECKING:
     from jaxtyping import Float
 
-    from stickslip.optim.problem import FreeProblem, Problem
+    from stickslip.optim.problem import FreeProblem
 
 PENALTY = 1e3
 """Penalty of a violated scaled constraint, in the objective's unit."""
@@ -152,6 +152,9 @@ class Objective:
     record: Record = field(default_factory=Record)
 
     def __post_init__(self):
+        require_kind("problems", self.problems, tuple, "a tuple of problems, one a goal")
+        for one in self.problems or [None]:
+            require_kind("problems", one, Problem, "a tuple of problems, one a goal")
         if self.budget is not None:
             require_integer("budget", self.budget, high=2**53)
         if self.seconds is not None:
@@ -267,12 +270,12 @@ class Objective:
         optimisers that take no constraints. A feasible point's value is its own; where there is
         none, PENALTY stands for it, so that violations still tell the way."""
         seen = self._look(x, asked=True)
-        return float(_penalised(seen.values[0], seen.margins))
+        return float(penalised_values(seen.values[0], seen.margins))
 
     def penalised_batch(self, X: Float[np.ndarray, "B n"]) -> Float[np.ndarray, "B"]:
         """`penalised` of each row of X."""
         values, margins = self.batch_with_constraints(X)
-        return _penalised(values if self.k == 1 else values[:, 0], margins)
+        return penalised_values(values if self.k == 1 else values[:, 0], margins)
 
     def minimise(self, optimiser: Callable[[Objective], object]) -> Record:
         """Run optimiser(self) until it ends or the budget is spent; what was counted and found."""
@@ -300,7 +303,9 @@ class Objective:
     def _seen_at(self, x: np.ndarray) -> _Last | None:
         """Evaluation of the last point, if that is this one."""
         seen = self.__dict__.get("_seen")
-        return seen if seen is not None and (seen.x == x).all() else None
+        if seen is None or not ((seen.x == x).all() or np.array_equal(seen.x, x, equal_nan=True)):
+            return None
+        return seen
 
     def _look(self, x: object, asked: bool = False) -> _Last:
         """Evaluation of a point, or that of the last, but for a value of a noisy instance; infinite
@@ -318,7 +323,9 @@ class Objective:
         self._left(1)
         self.record.count("values")
         if not sound:
-            return _Last(x, np.full(self.k, np.inf), np.full(self.m, -np.inf), draw, asked)
+            lost = _Last(x, np.full(self.k, np.inf), np.full(self.m, -np.inf), draw, asked)
+            object.__setattr__(self, "_seen", lost)
+            return lost
         first, *others = (self._drawn(one, draw) for one in self.free)
         value, margins = first.value_and_margins(x)
         values = np.array([value, *(one.objective(x) for one in others)])
@@ -362,7 +369,7 @@ class Objective:
         return BudgetSpent(f"{record.evaluations} evaluations in {record.seconds:.3g} s")
 
 
-def _penalised(values: Any, margins: Float[np.ndarray, "... m"]) -> np.ndarray:
+def penalised_values(values: Any, margins: Float[np.ndarray, "... m"]) -> np.ndarray:
     """See `Objective.penalised`."""
     missed, limited = shortfall(margins + FEASIBLE), margins.shape[-1] > 0
     return np.where(np.isinf(values) & limited, PENALTY, values) + PENALTY * missed

@@ -123,6 +123,10 @@ def test_a_draw_decides_and_nothing_else():
         ({"low": HIGH + 1}, "low <= high"),
         ({"high": np.array([1, np.nan, 1])}, "high"),
         ({"goal": 2}, "goal = 2; accepted: 0 to 1"),
+        ({"goal": 0.5}, "goal = 0.5; accepted: 0 to 1"),
+        ({"draw": -1}, "draw = -1"),
+        ({"function": 3}, r"function = 3; accepted: function\(data, x, draw\)"),
+        ({"function": lambda data, x: x}, r"takes 2 .*accepted: function\(data, x, draw\)"),
     ],
 )
 def test_fields_that_will_not_do(changes, words):

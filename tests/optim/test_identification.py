@@ -53,6 +53,23 @@ def identified(path, capsys, log):
     return told, {row["parameter"]: row for row in told["parameters"]}
 
 
+def test_a_gap_changes_neither_the_noise_nor_the_filters_rows():
+    times = 0.005 * np.arange(200)
+    angles = 2.0 + 3 * times + 1e-3 * np.random.default_rng(0).standard_normal(200)
+    kept = np.delete(np.arange(200), np.arange(90, 120))
+    log = WalkLog(times[kept], np.full(170, 0.1), angles[kept])
+    assert log.noise == pytest.approx(1e-3, rel=0.2)
+    with jax.enable_x64(True):
+        search = identification._Search(BipedParams.from_bars(), log, (), 1e-3, 0)
+    begin, end, _, duration, read = search.log[1]
+    assert len(begin) == len(times) - 1
+    np.testing.assert_allclose(np.append(begin, end[-1]), times, atol=1e-12)
+    np.testing.assert_allclose(duration, 0.005)
+    np.testing.assert_array_equal(read[search.rows], log.angles[1:])
+    assert np.isnan(read).sum() == 30
+    assert search.static[1].substeps == 1
+
+
 @pytest.mark.long
 def test_a_log_with_slips_tells_friction_and_payload(quick, tmp_path, capsys):
     log, walk = log_of(0.05, 0.04, 0.3, 1.0)

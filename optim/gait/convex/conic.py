@@ -309,7 +309,9 @@ def _too_fast(problem: GridProblem, longest: float, fastest: Answer) -> tuple[Op
     free = _fastest(replace(problem, torque=problem.torque * FREE_TORQUE, mu=None, zmp=False))
     words = ""
     if isinstance(free, Answer) and (above := turn / free.certificate.value) < asked:
-        words = f" (above {above:.6g} rad/s the foot lifts off whatever the motor and the floor)"
+        fast = problem.cap > problem.profiles.nodes.lift_off_rate and problem.min_normal == 0
+        why = "the foot lifts off" if fast and problem.periodic else "another limit is missed"
+        words = f" (above {above:.6g} rad/s {why} whatever the motor and the floor)"
     text = f"mean_rate = {asked:.6g} rad/s cannot be met: at most {most:.6g} rad/s within the"
     return OptimStatus.INFEASIBLE, f"{text} limits{words}"
 

@@ -205,6 +205,7 @@ def test_the_command_writes_a_file_s_robot_and_replaces_nothing(tmp_path, capsys
         ([toml], "no file; accepted"),
         ([toml, "--out", "a.npz", "--mjcf", "b.xml"], "--out and --mjcf; accepted"),
         ([toml, "--mjcf", "r.txt"], "accepted: .xml"),
+        ([toml, "--mjcf", "r.xml", "--urdf", "r.xml"], "accepted: two files"),
         ([toml, "--mjcf", "b.xml", "--mu", "-1"], "mu = -1.0 is not accepted"),
         (["biped-ice", "--out", str(tmp_path / "a.npz"), "--mu", "1"], "with a policy"),
     ):

@@ -1,10 +1,11 @@
 """Directories, axes and policies that will not do are named, and nothing is lost."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from stickslip.agents import read_sweep, sweep, sweep_arrays
+from stickslip.agents import Idle, read_sweep, sweep, sweep_arrays
 from stickslip.agents.biped.measures import Episodes
 from stickslip.agents.machine import machine_of_env
 from stickslip.agents.ugv.controllers import Optimum
@@ -53,7 +54,11 @@ def test_damaged_and_foreign_files_are_named_and_left(tmp_path):
     swept(tmp_path / "a")
     swept(tmp_path / "other", episodes=3)
     file = tmp_path / "a/data/cell-000001.parquet"
-    whole = file.read_bytes()
+    whole, table = file.read_bytes(), read_sweep(tmp_path / "a")
+    for at in range(5, len(whole), 99):  # a bit that changes is noticed, or is of no consequence
+        file.write_bytes(whole[:at] + bytes([whole[at] ^ 16]) + whole[at + 1 :])
+        with suppress(ValueError):
+            assert read_sweep(tmp_path / "a").equals(table)
     for content, said in (
         (whole[: len(whole) // 2], "is damaged"),
         (b"", "is damaged"),
@@ -106,6 +111,7 @@ def test_policies_and_tasks_that_will_not_do_are_refused(tmp_path):
     for task, who, said in (
         (TASK, ["pul"], r"'pul' is neither a baseline nor a file.*did you mean pull"),
         (TASK, {}, "no policy"),
+        (TASK, {"many": Idle(7)}, r"shape \(7,\).*made for another machine"),
         (TASK, {"best": Optimum()}, "best = .*accepted: a controller"),
         ("BipedStedy", ["crank-speed-pi"], "did you mean BipedSteady-v0"),
         (7, ["pull"], "task = 7"),

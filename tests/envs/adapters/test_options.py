@@ -152,6 +152,7 @@ def test_stable_baselines3_gives_options_to_all_environments():
     env.set_options([*OPTIONS, {}])
     with pytest.raises(ValueError, match="options differ; accepted: a dict"):
         env.reset()
+    env.reset()
     for few in ([], OPTIONS[:1]):
         env.set_options(few)
         with pytest.raises(ValueError, match=f"{len(few)} options; accepted: {COUNT}, or a dict"):

@@ -85,6 +85,8 @@ def test_seeds_are_counted_up_and_go_on_until_seeded_again():
     assert np.array_equal(env.reset()[:, 0], firsts)
     second = env.reset()[:, 0]
     assert not set(second) & set(firsts)
+    with pytest.raises(ValueError, match="seed = -1"):
+        env.seed(-1)
     env.seed(5)
     assert np.array_equal(env.reset()[:, 0], firsts)
     assert np.array_equal(env.reset()[:, 0], second)

@@ -81,6 +81,9 @@ def test_going_on_is_one_long_walk(few):
         policy_params=GAIN,
         progress=half.progress,
     )
+    for wrong, said in ((half.progress, "6 environments; accepted: 5"), (3, "progress = 3")):
+        with pytest.raises(ValueError, match=said):
+            collect(ENV, PARAMS, policy, num_envs=5, steps=1, policy_params=GAIN, progress=wrong)
     both = jnp.concatenate([half.reward, rest.reward])
     np.testing.assert_allclose(both, few.reward, atol=2e-6)  # another program
     np.testing.assert_array_equal(rest.progress.keys, few.progress.keys)

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from stickslip.dynamics.ugv import UGVParams
+from stickslip.dynamics.ugv import Track, UGVParams
+from stickslip.dynamics.ugv.ground.surface import Surface
+from stickslip.envs import UGVEnv
+from stickslip.envs.ugv.randomisation import RandomTrack, UGVRandomisation
 from stickslip.optim import CRITERIA, PostureProblem
 from tests.envs.ugv.helpers import actions, drive, path_of, task
 
@@ -83,6 +88,15 @@ def test_the_reward_is_the_penalty_where_a_step_fails_and_more_than_any_drive_co
     whole = drive(env, params, actions(int(params.steps)))
     assert whole.truncated[-1]
     assert whole.info["episode_cost"][-1] < float(params.failure_penalty)
+
+
+def test_the_penalty_is_of_the_best_grip_along_the_ground():
+    make = UGVEnv(criterion="grip").make_params
+    patched = replace(Track.flat(), surface=Surface.patches([4.0], [5.0, 0.2]))
+    drawn = UGVRandomisation(track=RandomTrack((0.05, 0.1), grip=(0.1, 5.0), patch_length=(1, 2)))
+    for changes in ({"track": patched}, {"randomisation": drawn}):
+        found = make(friction=0.8, **changes).failure_penalty
+        assert float(found) == pytest.approx(float(make(friction=4.0).failure_penalty))
 
 
 def test_a_first_step_that_fails_adds_nothing_to_a_worst_value_either():

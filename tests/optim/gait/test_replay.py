@@ -75,6 +75,7 @@ def test_what_cannot_be_walked_is_refused():
     gait = solved("energy", mu=MU, mean_rate=4.5, steps=60).best
     for options, said in (
         ({"mu": -1.0}, "mu = -1.0"),
+        ({"mu_kinetic": 0.1}, "mu_kinetic = 0.1 without mu"),
         ({"feedback": np.nan}, "feedback = nan"),
         ({"walk_steps": 0}, "walk_steps"),
     ):

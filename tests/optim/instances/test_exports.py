@@ -90,6 +90,15 @@ def test_cvxpy_takes_what_is_convex():
     assert values[0] == pytest.approx(one.best_known, rel=1e-6)
 
 
+def test_optuna_gets_the_values_of_a_point_that_nearly_keeps_the_limits():
+    class Trial:
+        def suggest_float(self, name, low, high):
+            return 0.25 + 2e-7
+
+    values = exports.as_optuna(toy(goals=2).objective())(Trial())
+    assert values == tuple(toy(goals=2).objective()([0.25 + 2e-7] * 2))
+
+
 def test_several_goals_are_refused_where_one_is_taken():
     for export in (exports.as_scipy, exports.as_cma, exports.as_evosax):
         with pytest.raises(ValueError, match="2 goals; accepted: one"):

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from stickslip.optim import BudgetSpent, instance
+from stickslip.optim import BudgetSpent, Objective, instance
 from stickslip.optim.instances.objective import PENALTY
 from tests.optim.instances.toys import LEAST, toy
 
@@ -76,14 +76,21 @@ def test_what_is_out_of_bounds_or_no_number_is_counted():
     assert it([np.nan, 0.0]) == np.inf
     assert it.batch([[9.0, 9.0], [np.inf, 0.0]]).tolist() == [it([2.0, 2.0]), np.inf]
     assert (it.record.clipped, it.record.not_numbers) == (2, 2)
+    it([np.nan, 0.0])
+    spent = it.record.values
+    assert it.constraints([np.nan, 0.0]).tolist() == [-np.inf]
+    assert it.record.values == spent
 
 
 @pytest.mark.parametrize(
-    "options", [{"budget": 0}, {"seconds": 0.0}, {"seconds": np.nan}, {"seed": -1}]
+    "options", [{"budget": 0}, {"seconds": 0.0}, {"seconds": np.nan}, {"seed": -1}, {"sed": 1}]
 )
 def test_options_that_will_not_do_are_named(options):
     with pytest.raises(ValueError, match=next(iter(options))):
         toy().objective(**options)
+    for problems in (toy().problem, ()):
+        with pytest.raises(ValueError, match=r"problems = .*accepted: a tuple of problems"):
+            Objective(problems)
     with pytest.raises(ValueError, match=r"x has shape \(3,\); accepted: \(2,\)"):
         toy().objective()([1.0, 2.0, 3.0])
 
