@@ -1,7 +1,8 @@
-"""Minari: record episodes, read them with its loader, and clone the better half.
+"""Minari: record episodes, read them with its loader, and clone the better two thirds.
 
-`pip install "stickslip[train,data]"`, then `python minari_bc.py [EPISODES]`. 200 episodes
-are 12,855 steps and 4.8 MB.
+`pip install "stickslip[train,data]"`, then `python minari_bc.py [EPISODES]`. 70 episodes of each
+share of noise are 13,491 steps and 5.4 MB. A clone of the policy without noise fails where a bit of
+noise would have shown it how to recover.
 """
 
 import os
@@ -18,13 +19,13 @@ import optax
 from stickslip.agents import MLPPolicy, evaluate_task, load_policy, record
 
 TASK, NAME = "UGVLowGrip-v1", "stickslip/low-grip-v0"
-EPISODES = int(sys.argv[1]) if sys.argv[1:] else 200
+EPISODES = int(sys.argv[1]) if sys.argv[1:] else 70
 os.environ.setdefault("MINARI_DATASETS_PATH", tempfile.mkdtemp())
 policy = {"ugv-low-grip": load_policy("ugv-low-grip")}
-record(TASK, policy, NAME, noise=[0, 1], episodes=EPISODES // 2)  # itself, and a random one
+record(TASK, policy, NAME, noise=[0, 0.2, 1], episodes=EPISODES)
 data = minari.load_dataset(NAME)
 print(f"{data.total_episodes} episodes, {data.total_steps} steps, {data.storage.get_size():.1f} MB")
-better = sorted(data.iterate_episodes(), key=lambda one: one.rewards.sum())[EPISODES // 2 :]
+better = sorted(data.iterate_episodes(), key=lambda one: one.rewards.sum())[EPISODES:]
 seen = np.concatenate([one.observations[:-1] for one in better])
 actions = np.concatenate([one.actions for one in better])
 sizes, init = (seen.shape[1], 64, 64, actions.shape[1]), jax.nn.initializers.lecun_normal()

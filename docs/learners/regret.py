@@ -70,16 +70,21 @@ def fitted(clone, moments, weight):
     return optax.apply_updates(clone, change), moments
 
 
-clones = {}
+sizes, init = (seen.shape[1], 64, 64, actions.shape[1]), jax.nn.initializers.lecun_normal()
 for name, weight in {
     "all alike": np.ones_like(regret),
     "by regret": np.exp(-np.maximum(regret, 0) / SCALE),
 }.items():
-    sizes, init = (seen.shape[1], 64, 64, actions.shape[1]), jax.nn.initializers.lecun_normal()
-    weights = tuple(map(init, jax.random.split(jax.random.key(0), 3), pairwise(sizes)))
-    clone = MLPPolicy(weights, tuple(map(jnp.zeros, sizes[1:])), seen.mean(0), seen.std(0) + 1e-6)
-    moments = optimiser.init(clone)
-    for _ in range(3000):
-        clone, moments = fitted(clone, moments, weight / weight.mean())
-    clones[f"steps {name}"] = clone
-print(evaluate_task(TASK, clones).to_text())
+    clones = {}
+    for seed in range(5):
+        weights = tuple(map(init, jax.random.split(jax.random.key(seed), 3), pairwise(sizes)))
+        clone = MLPPolicy(
+            weights, tuple(map(jnp.zeros, sizes[1:])), seen.mean(0), seen.std(0) + 1e-6
+        )
+        moments = optimiser.init(clone)
+        for _ in range(3000):
+            clone, moments = fitted(clone, moments, weight / weight.mean())
+        clones[f"{seed}"] = clone
+    rows = [row.metrics for row in evaluate_task(TASK, clones).rows]
+    failed, score = (np.array([one[of].value for one in rows]) for of in ("failures", "task_score"))
+    print(f"steps {name}: fail in {failed.mean():.1%} ({failed}), scores {np.round(score, 2)}")
